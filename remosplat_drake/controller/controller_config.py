@@ -97,12 +97,13 @@ class ReactiveControllerConfig(Config):
         return gain_set(name)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks the stopping distances against those of guidance.
+        """Checks that the stopping distances decrease.
 
-        The tiers of guidance must decrease, and all be below the collision
-        damper's stopping distance. If guidance is enabled, this stopping
-        distance must also be below the clearance at which an obstacle bends the
-        servo's velocity.
+        The collision damper's stopping distance must be larger than all
+        `guidance.tiers`, the smaller stopping distances that guidance may try,
+        and these must decrease. If guidance is enabled, the damper's stopping
+        distance must also be below `NEAR`, the clearance at which an obstacle
+        deflects the servo's velocity.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -111,8 +112,8 @@ class ReactiveControllerConfig(Config):
         if not all(a > b for a, b in pairwise([stopping, *guidance.tiers])):
             yield (
                 "guidance.tiers",
-                "must fall from below the stopping distance"
-                f" {stopping}, got {guidance.tiers}",
+                "must decrease, and be below the stopping distance"
+                f" {stopping} of `collision`, got {guidance.tiers}",
             )
         if guidance.enabled and not stopping < NEAR:
             yield (
@@ -132,7 +133,8 @@ class ReactiveControllerConfig(Config):
     def smallest_stopping(self) -> float:
         """The smallest stopping distance d_s that may be used [m].
 
-        It is the collision damper's or, if guidance is enabled, the last tier.
+        It is the collision damper's stopping distance or, if guidance is
+        enabled, the last of its `tiers`.
         """
         tiers = self.guidance.tiers if self.guidance.enabled else []
         return min([self.collision.stopping, *tiers])

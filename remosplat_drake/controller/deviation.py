@@ -16,7 +16,7 @@ def end_effector_velocities(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired and the executed velocity of E (paper figure 5).
 
-    E is the first of several end effectors with targets.
+    If several end effectors have targets, E is the first of them.
 
     Args:
         report: The report of a tick. Before the first tick, both velocities are

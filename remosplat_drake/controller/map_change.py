@@ -1,4 +1,4 @@
-"""Checks that a moving robot may change to another map, or pose in it.
+"""Checks that a moving robot may change to a new map or a new pose.
 
 A command was verified in the map at the time of its computation. While it is
 executed, a new map may replace that map if the rest of the command and its
@@ -26,7 +26,7 @@ def objection(
     Args:
         law: The control law that verifies commands.
         field: The map.
-        q: Configuration in it, shape (n_q,) [rad, m].
+        q: Configuration in that map, shape (n_q,) [rad, m].
         u: The command that is executed, shape (n_u,) [rad/s, m/s]; it is
             assumed to be executed for a full tick from now on.
 

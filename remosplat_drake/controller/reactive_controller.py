@@ -57,21 +57,25 @@ class ReactiveController(LeafSystem):
         - velocity_commanded
         - report
 
-    The command is discrete state, updated once in each control period. So a
-    plant with smaller steps does not solve more programs, and station and
-    controller form no algebraic loop. `target` takes the pose X_WT of a plain
-    target, a `RigidTransform`, or else `aim` an `Aim` or a `Target`. `report`
-    is the `TickReport` of the latest tick; viewers and loggers read it, so they
-    need not query the oracle again. `selection` is the output of a
-    `GuidanceSelector`; without it the controller always drives directly to the
-    target. `velocity_executed` is the command that the supervisor passed on;
-    without it, the controller assumes that its own command is executed.
-    `motion` is the `Motion` of a robot with delay; `configuration` and
-    `clearances` are then those of its `q_planned`. `movers` are the `Movers`
-    around the robot; if unconnected, there are none. `payload` is the robot's
-    `Load`, with which `clearances` were computed. While `hold` is true, each
+    The command is discrete state, updated once in each control period. So the
+    number of solved programs does not depend on the plant's integration steps,
+    and station and controller form no algebraic loop.
+
+    Of the two ports for the target, connect one: `target` takes its pose X_WT
+    as a `RigidTransform`, `aim` takes an `Aim` or a `Target`. `selection` is
+    the output of a `GuidanceSelector`; without it the controller always drives
+    directly to the target. `velocity_executed` is the command that the
+    supervisor passed on; without it, the controller assumes that its own
+    command is executed. `motion` is the `Motion` of a robot with delay;
+    `configuration` and `clearances` must then belong to its `q_planned`.
+    `movers` are the `Movers` around the robot; if the port is not connected,
+    there are none. `payload` is the robot's `Load`, with which `clearances`
+    were computed; it may change only at standstill. While `hold` is true, each
     command is the next step of the braking ramp: the robot comes to a
-    standstill and stays there. The load may change only at standstill.
+    standstill and stays there.
+
+    `report` is the `TickReport` of the latest tick. Viewers and loggers read
+    it, so they need not query the oracle again.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -164,9 +168,9 @@ class ReactiveController(LeafSystem):
                 `clearances` and `distance_field`.
             configuration: The port of the measured q, n_q entries; None
                 leaves the input unconnected.
-            target: The port of the target, an `Aim`, a `Target` or the pose
-                X_WT of a plain one as a `RigidTransform`; None leaves the
-                inputs unconnected.
+            target: The port of the target, which has an `Aim`, a `Target`, or
+                the pose X_WT as a `RigidTransform`; None leaves the inputs
+                unconnected.
             rest: Conditions of rest at a reached target; None: the robot never
                 rests.
 

@@ -113,7 +113,7 @@ def at_rest(
         law: The control law.
         report: The report of the tick without rest.
         u_previous: The command that was sent last, shape (n_u,).
-        periods: Number of control periods since then.
+        periods: Number of control periods since that command was sent.
     """
     limit = law.robot.acceleration_limit
     ramp = braking_command(u_previous, limit, periods * law.dt)

@@ -29,7 +29,7 @@ def advance_together(
     budget: int,
     threads: int,
 ) -> tuple[Futures, int]:
-    """Advances rollouts by a stride each, starting with the shortest ones.
+    """Advances each rollout by some steps, starting with the shortest ones.
 
     Once a rollout has arrived, those that can no longer arrive at a lower score
     end early, with the status `OUTRUN`.
@@ -39,8 +39,9 @@ def advance_together(
         advance: Function that simulates a number of steps of a rollout, or
             fewer if it ends. It is called from several threads.
         first_tier: The usual stopping distance, for the score [m].
-        budget: Largest number of steps. When it is used up, strides are
-            shortened, or postponed to the next call.
+        budget: Largest number of steps of all rollouts together. When it is
+            used up, the remaining rollouts advance by fewer steps or wait for
+            the next call.
         threads: Number of rollouts that are simulated at the same time. It has
             no effect on results.
 

@@ -17,7 +17,7 @@ from remosplat_drake.controller.program.solvers import SOLVERS
 
 @dc.dataclass
 class GuidanceConfig(Config):
-    """How guidance is selected by rollouts on the known map."""
+    """Settings of the selection of guidance by rollouts on the known map."""
 
     # Whether guidance is selected; otherwise the controller always drives
     # straight to the target.

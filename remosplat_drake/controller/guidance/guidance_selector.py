@@ -55,8 +55,8 @@ class GuidanceSelector(LeafSystem):
     `Selection`: it may be late, and rollouts may use a coarser field than
     control does, see `DistanceField.for_look_ahead`.
 
-    One of `target`, a pose, and `aim`, a `Target`, is needed. A target with a
-    line has no guidance, since the line defines the way.
+    One of `target`, a pose, and `aim`, a `Target`, is needed. For a target with
+    a line, no guidance is selected, since the line defines the way.
 
     With a `LookAheadProcess`, the selector only outputs the decisions of that
     process, and runs depend on the machine's speed. If the process is lost, the
@@ -200,8 +200,8 @@ def updated(
 ) -> Selection:
     """Updates a selection with the decision of the look-ahead process.
 
-    If the process does not answer, it cycles through the candidates, and
-    `missing` contains the reason.
+    If the process does not answer, the function cycles through the candidates,
+    and writes the reason to `missing`.
 
     Args:
         process: The process that computes the rollouts.

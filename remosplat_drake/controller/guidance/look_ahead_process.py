@@ -28,7 +28,7 @@ PATIENCE = 5.0
 """Time without an answer after which the process counts as lost [s]."""
 
 _NICENESS = 10
-"""Nice value of the process: the control tick has precedence."""
+"""Nice value of the process, with which the control tick has precedence."""
 
 _IN_USE = 2
 """Number of cores that the control loop, its page and its messages need."""

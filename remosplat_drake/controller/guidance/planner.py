@@ -39,12 +39,12 @@ class Situation:
 
     @property
     def target(self) -> Target:
-        """The target; the first of several."""
+        """The target; if there are several, the first of them."""
         return self.aim.first
 
     @property
     def X_WT(self) -> np.ndarray:
-        """Pose of that target T in the world W, shape (4, 4)."""
+        """Pose X_WT of the target in the world, shape (4, 4)."""
         return self.target.X_WT
 
 
@@ -52,12 +52,13 @@ class GuidancePlanner(Protocol):
     """Interface of planners, such as `SidePlanner`, which propose guidances."""
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the candidates of a round of selection, by tiers.
+        """Proposes the candidates of a round of selection, grouped by tiers.
 
-        The candidates of a tier are simulated in parallel, from the robot's
-        state at that time. They share the budget, so many candidates take
-        longer. A tier is tried if no candidate of the previous ones arrives.
-        Safety does not depend on candidates.
+        A tier is one of the stopping distances. Its candidates are simulated in
+        parallel, from the robot's state at that time. They share the budget, so
+        many candidates take longer. A smaller stopping distance is tried only
+        if no candidate arrives with a larger one. Safety does not depend on
+        candidates.
 
         Args:
             situation: Robot, target, map and the stopping distances that may
@@ -71,7 +72,7 @@ class GuidancePlanner(Protocol):
 
 @dc.dataclass
 class SidePlanner(Config):
-    """Proposes the ways direct, left and right at each stopping distance."""
+    """Proposes to go directly, or to pass obstacles on the left or right."""
 
     # Angle by which the base turns from the end effector towards the chosen
     # side [rad].
@@ -81,10 +82,10 @@ class SidePlanner(Config):
     active_scale: Annotated[float, Interval(ge=0, le=10)] = 0.5
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes direct, left and right for each tier.
+        """Proposes the guidances direct, left and right for each tier.
 
-        Left and right turn the base, so a robot without a base gets only
-        direct.
+        A tier is one of the stopping distances. The guidances left and right
+        turn the base, so a robot without a base gets only direct.
 
         Args:
             situation: The stopping distances that may be tried, and the robot;

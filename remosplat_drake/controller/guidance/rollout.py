@@ -105,8 +105,8 @@ class Rollout:
         """Computes the rollout's score [s]; lower is better.
 
         The score of a rollout that arrives is its `arrival`. The score of any
-        other is 58 s plus a term that grows with its final error. An outrun
-        rollout is never the best.
+        other is 58 s plus a term that grows with its final error. A rollout
+        with the status OUTRUN is never the best.
 
         Args:
             first_tier: The usual stopping distance [m].
@@ -150,8 +150,8 @@ def advance_rollout(
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        aim: The targets of the end effectors: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
+            X_WT, shape (4, 4), applies to the first end effector.
         arrived: Predicate: whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
         steps: Number of steps; fewer are simulated if the rollout ends.

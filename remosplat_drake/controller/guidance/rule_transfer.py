@@ -28,8 +28,9 @@ class PackedRule:
         parts: Name and pickle of each part that may come from outside the
             library.
         whole: Pickle of the whole rule, without its arrays.
-        arrays: The arrays' bytes, immutable for read-only arrays, since kernels
-            would be compiled again for writable ones.
+        arrays: The bytes of each array; immutable if the array is read-only. So
+            an unpacked array is read-only, too: Numba would compile kernels
+            again for a writable one.
     """
 
     parts: tuple[tuple[str, bytes], ...]

@@ -24,7 +24,7 @@ class Selection:
 
     Attributes:
         guidance: The guidance to follow now.
-        reason: Why it is followed, for people.
+        reason: Why this guidance is followed, for display.
         running: The present group of rollouts, which began together, including
             ended ones; empty between rounds.
         waiting: Candidates of the present round that have not been tried yet, a
@@ -80,13 +80,13 @@ class Selection:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether nothing arrived in the latest round."""
+        """Whether no candidate arrived in the latest round."""
         return self.hopeless_at is not None
 
     def has_given_up(self, attempts: int) -> bool:
         """Returns whether no further attempts are made to reach the target.
 
-        While obstacles may still leave, attempts continue.
+        If an obstacle may still move away, attempts continue.
 
         Args:
             attempts: Number of rounds with searches after which to give up.

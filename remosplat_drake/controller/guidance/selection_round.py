@@ -2,9 +2,10 @@
 
 The present guidance is simulated from the present state. If it arrives, it is
 kept, and nothing is computed for a while. If not, the other candidates are
-simulated tier by tier, those of a tier in parallel, a few steps in each tick,
-while the robot keeps moving. The one with the lowest score replaces the present
-one if it is better by a margin.
+simulated, a few steps in each tick, while the robot keeps moving. Candidates
+with the same stopping distance, a tier, run in parallel; the next tier follows
+if none of them arrives. The candidate with the lowest score replaces the
+present guidance if it is better by a margin.
 """
 
 import dataclasses as dc
@@ -48,7 +49,8 @@ IDLE = 1.0
 """Time after which a guidance that arrives is simulated again [s]."""
 
 IDLE_AMONG_MOVERS = 0.3
-"""The same time if there are movers, since their motion may change [s]."""
+"""Time after which a guidance that arrives is simulated again if there are
+movers, since their motion may change [s]."""
 
 PATIENCE = 1.0
 """Pause after a round in which no candidate arrives [s]. It ends early if the
@@ -90,7 +92,7 @@ def advance_selection(
 
     An update that searches a path immediately exceeds the budget until its
     first candidates have ended, since a robot loses time if it starts in a
-    direction that it soon leaves.
+    direction that it soon abandons.
 
     Motion of movers does not end a round: rollouts predict it, and are repeated
     more often. A path avoids standing movers. As soon as one has left, the
@@ -102,8 +104,8 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: The targets of the end effectors: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
+            X_WT, shape (4, 4), applies to the first end effector.
         field: The map.
         budget: Number of rollout steps that may be spent.
         movers: The movers; None if none are known.

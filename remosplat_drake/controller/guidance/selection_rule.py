@@ -30,7 +30,7 @@ _TIME_ON_PATH = 4.0
 
 @dc.dataclass(frozen=True, eq=False)
 class SelectionRule:
-    """The selector's settings, the same from tick to tick.
+    """The selector's settings, which do not change from tick to tick.
 
     Attributes:
         law: The control law of rollouts, with their step as its period.
@@ -52,10 +52,11 @@ class SelectionRule:
     motions: MotionPlanner | None = None
 
     def first(self, aim: Aim) -> Guidance:
-        """Returns the guidance that is followed at first to an aim.
+        """Returns the guidance that the robot follows first to a new aim.
 
-        A line leads as near to joint limits as planned paths do. Otherwise, the
-        joint limits' damper would move the end effector back along the line.
+        For an aim with a line, the joint limit damper has the smaller stopping
+        distances of planned paths. With the usual ones, it could push the end
+        effector back along the line.
 
         Args:
             aim: The targets of the end effectors.
@@ -122,8 +123,8 @@ class SelectionRule:
                 verification.
 
         Returns:
-            The guidance along the path, None without one, and the result of the
-            search.
+            The guidance along the path, or None if no path is found; and the
+            result of the search.
         """
         assert self.motions is not None
         stopping = self.tiers[tier]

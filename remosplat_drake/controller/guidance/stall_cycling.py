@@ -46,8 +46,8 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: The targets of the end effectors: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
+            X_WT, shape (4, 4), applies to the first end effector.
         field: The map.
         movers: Not used.
         motion: Not used.

@@ -1,7 +1,7 @@
 """Standing movers, which paths avoid until they have left.
 
-For moving movers, paths need no detour: they will have left when the robot
-arrives, or the robot waits.
+Paths do not avoid moving movers: these will have left when the robot arrives,
+or the robot waits.
 """
 
 import dataclasses as dc
@@ -28,7 +28,7 @@ def standing(now: PresentState) -> Movers:
         now: The present state.
 
     Returns:
-        These movers, at rest and stamped now.
+        These movers with zero twists, and the present time as their stamp.
     """
     if now.movers is None:
         return NOTHING

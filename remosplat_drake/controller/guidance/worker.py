@@ -57,12 +57,12 @@ def serve(
     """Runs in the look-ahead process until the other end is closed.
 
     Args:
-        connection: The process's end of a pipe. The process receives maps by
-            `base.array_pipe`, one for the rehearsal of planning and one before
-            the first `PresentState`, and states. It sends READY after the
-            rehearsal, then for each state a `Selection`, or None if the latest
-            one is still valid. A `Failure` or a `TransferError` is its last
-            message.
+        connection: The process's end of a pipe. The process receives maps, by
+            `base.array_pipe`, and `PresentState`s. The first map is for the
+            rehearsal of planning, after which the process sends READY. It
+            receives the second map before the first state. To each state it
+            answers with a `Selection`, or None if the latest one is still
+            valid. A `Failure` or a `TransferError` is its last message.
         packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
         threads: Number of rollouts that may be simulated at the same time.

@@ -25,7 +25,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass
 class ActiveCollisionCostConfig(Config):
-    """Settings of the cost that makes the robot leave obstacles."""
+    """Settings of the cost that makes the robot move away from obstacles."""
 
     # Gain g of the cost; 0 leaves the cost out. Guidance may scale it down.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6

@@ -9,26 +9,27 @@ NEAR = 0.10
 """Clearance d_c below which an obstacle deflects the velocity [m]."""
 
 _PASSED = 0.05
-"""Penetration that a sphere would have at the target, from which on the
-obstacle has full weight [m]."""
+"""Depth of a leading sphere in an obstacle if the end effector were at the
+target, from which on the obstacle has its full weight [m]."""
 
 
 @helper
 def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
     """Deflects the servo's translational velocity to the guidance's side.
 
-    An obstacle has the weights w if it is near a leading sphere, a if it is
-    ahead of the sphere, and b if it is still in the way at the target. Without
-    b, the robot would try to go around the table top on which the target lies.
-    With the weight, the direction turns horizontally from straight ahead to
-    along the obstacle.
+    The weight of an obstacle is the product of three factors from 0 to 1: w is
+    large if the obstacle is near a leading sphere, a if it lies ahead of the
+    sphere, and b if the straight way to the target leads into it. Without b,
+    the robot would try to go around a table top on which the target lies. As
+    the weight grows, the direction of motion turns horizontally, from straight
+    towards the target to along the obstacle.
 
     Args:
         v_WE: Desired velocity of E in W, shape (3,) [m/s].
         p_ET_W: Translation from end effector to target, shape (3,) [m].
         rows: Spheres, distances and directions of the m clearances.
         leading: Which spheres move with the hand, shape (n,) bool.
-        side: The guidance's side.
+        side: The side on which guidance passes obstacles: 1, -1, or 0 for none.
         stopping: Stopping distance d_s of this tick [m].
         max_speed: The servo's bound on |v_WE| [m/s].
 

@@ -95,9 +95,9 @@ def add_mover_damper(own, k, tick, program):
     d_i [m/s], d_s the separation [m], and c the approach speed of the mover
     itself [m/s]. The tube bounds the sphere's deviation from its path [m]. If
     the mover approaches faster than the right-hand side allows, the robot must
-    retreat. In an infeasible program these rows yield first; the robot then
-    only does not approach. Verification ensures that a moving robot does not
-    touch the mover.
+    retreat. In an infeasible program these rows are relaxed first: they then
+    demand only a part of the retreat, but still forbid any approach.
+    Verification ensures that a moving robot does not touch the mover.
 
     d is the distance from all places that the mover can reach while a station
     executes one command. Verification uses the same distance for every moving

@@ -24,20 +24,22 @@ from remosplat_drake.controller.program.kernels.path_speeds import (
 from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
-"""Length of a stretch below which the base only turns on it [m]."""
+"""Distance between two points of a path below which a differential base turns
+on the spot and does not drive [m]."""
 
 _SHORTEST_PURSUIT = 0.2
 """Least distance of a point towards which a base steers [m]. With nearer
 points, the heading would oscillate."""
 
 _NEAR = 0.02
-"""Distance within which a point of zero speed counts as reached, in radians and
-metres alike: the robot continues at the speed for that distance."""
+"""Distance within which a point of the path with zero speed counts as reached,
+in radians and metres alike. Within it, the speed is proportional to the
+distance, so the robot does not stop before that point."""
 
 CREEP = 0.3
-"""Speed along a path below which rows do not scale down the whole motion, in
-radians and metres alike [1/s]. Rows then let the robot slide past near
-obstacles."""
+"""Least speed along a path to which rows scale down the tracked velocity, in
+radians and metres alike [1/s]. At this speed a row changes the direction of the
+command instead, so the robot slides past a near obstacle."""
 
 
 @dc.dataclass
@@ -57,7 +59,7 @@ class PathTrackingConfig(Config):
 
 
 class PathTracking(CompiledIngredient):
-    """A cost that makes the robot follow the path of guidance, if it has one.
+    """A cost that makes the robot follow the path of guidance, if there is one.
 
     `add_path_tracking` computes its cost.
 
@@ -98,9 +100,9 @@ def add_path_tracking(own, k, tick, program):
 
         weight/2 |u - u_path|^2,
 
-    where u_path leads to a point of the path slightly ahead of the nearest one
-    (pure pursuit; Coulter 1992): see `_path_velocity`. All rows still hold.
-    Without a path there is no cost.
+    where u_path leads to a point of the path slightly ahead of the point
+    nearest to the robot (pure pursuit; Coulter 1992): see `_path_velocity`. The
+    constraints of the program still hold. Without a path there is no cost.
 
     See `CompiledIngredient` for the arguments.
     """

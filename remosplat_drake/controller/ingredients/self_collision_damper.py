@@ -25,8 +25,8 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
 _CROWDED = 1.2
-"""Fraction of the stopping distance below which all pairs of shapes of two
-links have rows, since verification checks each pair."""
+"""Fraction of the stopping distance below which each pair of shapes of two
+links has its own row, since verification checks each pair of shapes."""
 
 
 @dc.dataclass

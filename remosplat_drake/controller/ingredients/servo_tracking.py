@@ -34,9 +34,9 @@ from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
 """Remaining length of a planned path below which the servo is active again, in
-radians and metres alike. The first is small, since the servo is slower than
-path tracking. The second is for differential bases, which end slightly beside
-the path since they cannot slip sideways."""
+radians and metres alike. `LAST_STRETCH` is small, since the servo is slower
+than path tracking. `LAST_DRIVE` is for differential bases: they cannot slip
+sideways, and end slightly beside the path."""
 
 SERVO_SPEED = 1.0
 """Bound on the servo's speed if the configuration has none [m/s]."""
@@ -117,10 +117,11 @@ def add_servo_tracking(own, k, tick, program):
     the slack hold for each entry, and keep u = 0 feasible.
 
     A free direction of the target has no row; the others have the target's
-    weights. Guidance deflects the translational part of V_WE, except on a line.
-    If guidance has a path, nothing is tracked before the path's last stretch,
-    `LAST_STRETCH` or `LAST_DRIVE`. Nothing is tracked either if the aim names a
-    configuration, since poses alone do not lead to it.
+    weights. Guidance deflects the translational part of V_WE, unless the target
+    is approached along a straight line. If guidance has a path, tracking begins
+    when the remaining path is shorter than `LAST_STRETCH`, or `LAST_DRIVE` for
+    a differential base. Nothing is tracked if the aim names a configuration,
+    since poses alone do not lead to it.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -14,8 +14,8 @@ from remosplat_drake.controller.program.compiled_ingredient import (
 from remosplat_drake.robot.robot_model import RobotModel
 
 FAR = 100.0
-"""Error e of a base that shall go to a pose of its own [m]: it is as fast as
-its path."""
+"""Error e if the aim names a configuration, which the base must reach [m]. It
+is large, so that the cost does not slow down the base on its path."""
 
 
 @dc.dataclass

@@ -82,8 +82,8 @@ def goal_configurations(
 
     Args:
         space: The free space.
-        aim: The targets of the end effectors: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
+            X_WT, shape (4, 4), applies to the first end effector.
         q: Present configuration, shape (n_q,) [rad, m]; near goals are
             preferred.
         seeds: Number of configurations from which inverse kinematics starts.

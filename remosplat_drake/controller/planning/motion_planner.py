@@ -73,8 +73,8 @@ class MotionPlanner:
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            aim: The targets of the end effectors: an `Aim`, or for the first of
-                them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+            aim: The targets of the end effectors, an `Aim`. A `Target`, or its
+                pose X_WT, shape (4, 4), applies to the first end effector.
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of earlier searches; each draws other random

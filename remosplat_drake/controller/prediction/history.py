@@ -73,7 +73,7 @@ class History:
         u: np.ndarray,
         ramp: StationRamp | None = None,
     ) -> "History":
-        """Adds a command, and removes those without effect.
+        """Adds a command, and removes commands that no longer have an effect.
 
         Args:
             model: How the axes follow their commands.

@@ -11,7 +11,9 @@ from remosplat_drake.robot.braking import HELD, executed_command
 
 @dc.dataclass(frozen=True, eq=False)
 class StationRamp:
-    """A station's own braking, see `braking`.
+    """The ramp by which a station brakes if no new command arrives.
+
+    See `braking` for the steps.
 
     Attributes:
         acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].

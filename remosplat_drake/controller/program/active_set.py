@@ -14,11 +14,11 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
-"""Results of `solve_dense`: the optimum, the proof that no u satisfies all
-rows, or undecided because of rounding errors (then another solver is used)."""
+"""Statuses of `solve_dense`: u is the optimum; no u satisfies all rows; or
+rounding errors leave that undecided, and the caller uses another solver."""
 
 _TOLERANCE = 1e-10
-"""Largest violation of a row, scaled to length one, that counts as none."""
+"""Largest violation that counts as zero, of a row scaled to unit length."""
 
 _DEPENDENT = 1e-12
 """Squared length of a row after projection below which it counts as
@@ -61,9 +61,9 @@ def solve_dense(H, c, A, b):
         b: Right-hand sides of the rows, shape (m,).
 
     Returns:
-        The minimiser u, shape (n,), the Lagrange multipliers of the rows,
-        shape (m,), and the status: OPTIMAL, INFEASIBLE or UNDECIDED. The first
-        two are valid only with OPTIMAL.
+        The minimiser u, shape (n,), the Lagrange multipliers of the rows, shape
+        (m,), and the status: OPTIMAL, INFEASIBLE or UNDECIDED. u and the
+        multipliers are valid only if the status is OPTIMAL.
     """
     n, m = len(c), len(b)
     multipliers = np.zeros(m)
@@ -114,7 +114,8 @@ def _is_stationary(H, c, A, u, active, weight, n_active):
 def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
     """Adds a violated row to the active set: moves u until it is an equality.
 
-    Rows whose multiplier reaches zero on the way leave the active set.
+    Rows whose multiplier reaches zero on the way are removed from the active
+    set.
 
     Returns:
         The number of active rows; -1 if the row is incompatible with the

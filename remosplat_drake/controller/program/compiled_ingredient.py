@@ -1,4 +1,4 @@
-"""Compiled ingredients: the library's, and some from outside."""
+"""`CompiledIngredient`: a cost or constraint that Numba compiles."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -59,7 +59,7 @@ class CompiledIngredient(ABC):
         """
 
     def make(self, robot: RobotModel) -> Self:
-        """Returns the ingredient itself: a `Config` may be its own maker.
+        """Returns the ingredient itself, so that its settings may make it.
 
         Args:
             robot: The robot that is driven.

@@ -19,7 +19,7 @@ class Guidance:
     """A modification of the control law; the default changes nothing.
 
     Attributes:
-        name: Name of the guidance, for people.
+        name: Name of the guidance, for display.
         side: +1 passes obstacles on the left, -1 on the right, 0 goes
             straight.
         bearing: Desired bearing psi of the end effector in the base's frame,
@@ -80,7 +80,7 @@ DIRECT = Guidance()
 def make_candidates(
     tiers: Sequence[float], bearing: float = 0.8, active_scale: float = 0.5
 ) -> tuple[tuple[Guidance, ...], ...]:
-    """Makes the candidates direct, left and right for every tier.
+    """Makes the candidates direct, left and right for every stopping distance.
 
     Args:
         tiers: Stopping distances in the order in which they may be tried,
@@ -90,7 +90,7 @@ def make_candidates(
         active_scale: Factor on the active collision cost of both sides.
 
     Returns:
-        A tuple of candidates for each tier, in the order of the tiers.
+        A tuple of candidates for each tier, in the order of `tiers`.
     """
     return tuple(
         (

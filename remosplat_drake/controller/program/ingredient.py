@@ -46,7 +46,7 @@ class Ingredient(Protocol):
 
 
 AnyIngredient = CompiledIngredient | Ingredient
-"""An ingredient of the library, or one from outside in either form."""
+"""An ingredient of the library, or one from outside, compiled or in Python."""
 
 
 class IngredientMaker(Protocol):

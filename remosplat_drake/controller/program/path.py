@@ -14,11 +14,12 @@ class Path:
     Attributes:
         q: The corners, shape (k, n_q) [rad, m].
         s: Arc length at each corner, shape (k,).
-        v: Greatest speed ds/dt at each corner, shape (k,) [1/s]; v^2 is linear
-            in s between two. None for a path without speeds, on which the robot
-            slows down in proportion to the remaining length.
-        a: Greatest dv/dt at each corner, at rest and at the speed v, and linear
-            in v^2 in between, shape (k, 2) [1/s^2]; None without speeds.
+        v: Greatest speed ds/dt at each corner, shape (k,) [1/s]; between two
+            corners v^2 is linear in s. None for a path without speeds, on which
+            the speed is proportional to the remaining length.
+        a: Greatest dv/dt at each corner for a robot at rest, and for one at the
+            speed v, shape (k, 2) [1/s^2]; linear in the square of the robot's
+            speed between these. None for a path without speeds.
     """
 
     q: np.ndarray
@@ -87,8 +88,9 @@ class Path:
             q: The configuration, shape (n_q,) [rad, m].
 
         Returns:
-            The point's arc length, the largest one of equally near points, and
-            its distance.
+            The arc length of the point and its distance from the configuration.
+            If several points are equally near, it is the one with the largest
+            arc length.
         """
         if len(self.q) == 1:
             return 0.0, float(np.linalg.norm(q - self.q[0]))

@@ -14,7 +14,7 @@ def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
     """Returns the subject of a row as a tuple of names; a text is one name.
 
     Args:
-        said: The result of a `Label`.
+        said: The subject of the row, as returned by a `Label`.
     """
     return (said,) if isinstance(said, str) else said
 

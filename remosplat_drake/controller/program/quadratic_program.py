@@ -48,7 +48,7 @@ class QuadraticProgram:
         return self.extension is not None
 
     def dense(self) -> DenseProgram:
-        """Returns the program in u alone, its slack replaced by V - J u.
+        """Returns the program in u alone, with V - J u in place of the slack.
 
         Further terms of Drake's program are not included.
         """

@@ -170,12 +170,13 @@ class ReactiveProgram:
             V: The desired twist V_WE, angular above translational, shape (6,)
                 [rad/s, m/s]; or the same directions of it, shape (r,).
             price: Weight of the squared slack in the cost.
-            limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.
+            limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf for no
+                bound.
 
         Raises:
             NameTakenError: A tracking of that name exists.
-            TermError: J, V, the price or the limit has another shape, is not
-                finite or, of the last two, is negative.
+            TermError: J, V, the price or the limit has another shape or is not
+                finite, or the price or the limit is negative.
         """
         term = self._term("tracking", name, self.terms.trackings)
         r = np.size(V)
@@ -197,8 +198,8 @@ class ReactiveProgram:
         """Bounds u by lower <= u <= upper, in addition to the present bounds.
 
         Args:
-            lower: Further lower bounds, shape (n_u,); -inf is none.
-            upper: Further upper bounds, shape (n_u,); inf is none.
+            lower: Further lower bounds, shape (n_u,); -inf for no bound.
+            upper: Further upper bounds, shape (n_u,); inf for no bound.
             acceleration: Whether these are acceleration bounds, which may be
                 dropped if no command satisfies all rows.
 

@@ -9,15 +9,16 @@ from remosplat_drake.robot.target_arrays import place_on_line
 from remosplat_drake.signals.target import Target
 
 LINE_WIDTH = 0.02
-"""Distance from a line at which an end effector stops moving along it [m],
-until it is nearer again."""
+"""Distance from a line beyond which an end effector does not move along it [m];
+it first moves back towards the line."""
 
 LINE_SCALE = 0.05
-"""The greatest error e on a line [m], by which costs are divided."""
+"""Greatest value of the error e, by which costs are divided, on a line [m]."""
 
 LINE_STIFFNESS = 50.0
-"""Ratio of the cost of leaving a line to the cost of being too slow. Near an
-obstacle, the end effector slows down instead of sliding along it."""
+"""Ratio of the cost of deviating from a line to the cost of being too slow.
+Because it is large, the end effector slows down near an obstacle, and does not
+slide along the obstacle."""
 
 
 def servo_twist(
@@ -54,7 +55,7 @@ def target_twist(
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
         target: The target.
-        error: Its error at X_WE.
+        error: The pose error of the target at X_WE.
         gain: The paper's proportional gain beta [1/s].
         max_speed: Bound on the translational speed [m/s].
 

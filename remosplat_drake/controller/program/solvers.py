@@ -151,9 +151,9 @@ def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
 class ActiveSetSolver:
     """The library's own dual active-set solver, on the dense program.
 
-    It finds the same optimum as Clarabel in a tenth of the time, for rollouts.
-    Clarabel is used if the result is undecided because of rounding, or if an
-    ingredient has used Drake's program.
+    It finds the same optimum as Clarabel in a tenth of the time. Clarabel is
+    used if the result is undecided because of rounding, or if an ingredient has
+    used Drake's program.
     """
 
     def __init__(self):

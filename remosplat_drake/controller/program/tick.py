@@ -75,7 +75,7 @@ class Tick:
 
     @property
     def target(self) -> Target:
-        """The target; the first of several."""
+        """The target; if there are several, the first of them."""
         return self.aim.first
 
     @property
@@ -90,7 +90,7 @@ class Tick:
 
     @property
     def error(self) -> PoseError:
-        """The pose error to the target; the first of several."""
+        """The pose error to the target; of several targets, to the first."""
         return self.errors[0]
 
     @property
@@ -103,8 +103,8 @@ class Tick:
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        With several targets, it is the largest error. Costs are divided by it;
-        its bound keeps them finite at the target.
+        With several targets, it is the largest of their errors. Costs are
+        divided by e; its lower bound keeps them finite at the target.
         """
         return max(self.error_scales)
 

@@ -32,8 +32,8 @@ class CompiledLaw:
     """The ingredients of a law, packed for kernels.
 
     One kernel adds the terms of the library's ingredients, and calls compiled
-    ones from outside. Ingredients in Python add their terms afterwards.
-    Settings are read only when the law is made.
+    ingredients from outside the library. Ingredients in Python add their terms
+    afterwards. Settings are read only when the law is made.
 
     Attributes:
         outside: The ingredients in Python.
@@ -65,8 +65,8 @@ class CompiledLaw:
                 continue
             if kind in own:
                 raise NameTakenError(
-                    f"two ingredients are a {kind.__name__}: their terms would"
-                    f" have one name, {kind.term!r}"
+                    f"two ingredients are of the class {kind.__name__}: their"
+                    f" terms would have the same name, {kind.term!r}"
                 )
             own[kind] = cast(CompiledIngredient, part)
         self.outside: Sequence[Ingredient] = tuple(outside)

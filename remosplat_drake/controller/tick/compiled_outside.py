@@ -41,7 +41,7 @@ from remosplat_drake.signals.aim import Aim
 
 
 class CompiledOutside:
-    """The compiled ingredients from outside, compiled for a robot.
+    """The compiled ingredients from outside the library, for one robot.
 
     Attributes:
         ingredients: The ingredients.

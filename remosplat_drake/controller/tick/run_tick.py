@@ -48,7 +48,8 @@ BindingArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 """The result of `binding_arrays`."""
 
 NOT_FEASIBLE = "no feasible command found"
-"""Reason for braking if the program is infeasible even without them."""
+"""Reason for braking if the program is infeasible even without acceleration
+bounds."""
 
 
 def run_tick(
@@ -71,8 +72,8 @@ def run_tick(
         time: Time of the tick [s].
         q: Configuration to plan from: measured, or predicted after all commands
             in flight, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
+            X_WT, shape (4, 4), applies to the first end effector.
         clearances: The oracle's distances and directions at q.
         field: The map, which verification queries along the command's path.
         u_previous: The command that was sent last, shape (n_u,).
@@ -86,8 +87,8 @@ def run_tick(
 
     Returns:
         The report with the command. If q or the aim is not finite, the
-        clearances are unknown, or a term is unusable, it is a step of the
-        braking ramp.
+        clearances are unknown, or a term is unusable, the command is a step of
+        the braking ramp.
 
     Raises:
         NameTakenError: Two terms of a kind have one name.

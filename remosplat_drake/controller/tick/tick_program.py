@@ -102,7 +102,7 @@ class TickProgram(QuadraticProgram):
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether a row cannot hold within the bounds: nothing is feasible."""
+        """Whether every command within the bounds violates some row."""
         return bool(self.arrays.count[4])
 
     @cached_property

@@ -48,7 +48,7 @@ def rollout_steps(
         robot: The `RobotArrays`.
         maps: The map, as `rows_within` takes it.
         compiled: The map, as `sphere_clearances` takes it.
-        off: Its `Misplacement`.
+        off: The map's `Misplacement`.
         movers: The `MoverArrays`.
         age: Age of the movers' measurements at the rollout's start [s].
         motion: The `MotionArrays` at this step.
@@ -65,7 +65,8 @@ def rollout_steps(
     Returns:
         For each step the command, shape (s, n_u), the configuration after it,
         shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
-        and the `MotionArrays` after the last step, from `sent` to `q_start`.
+        and the fields `sent` to `q_start` of the `MotionArrays` after the last
+        step.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))

@@ -100,10 +100,10 @@ YIELD_ORDER = tuple(
         CollisionDamper,
     )
 )
-"""Kinds of ingredients whose rows yield in an infeasible program, in this
+"""Kinds of ingredients whose rows are relaxed in an infeasible program, in this
 order.
 
-Rows of ingredients from outside yield together with the last kind.
+Rows of ingredients from outside are relaxed together with the last kind.
 """
 
 
@@ -125,10 +125,10 @@ class Assembled(NamedTuple):
     """The program of a tick with the terms of the compiled ingredients.
 
     Attributes:
-        program: The program. If an ingredient is refused, it is only for error
-            messages.
+        program: The program. If an ingredient is refused, the program must not
+            be solved; it is only for error messages.
         refused: Number of an ingredient with unusable terms, or NO_PART.
-        ended: Result of the call of its function.
+        ended: Result of the call of that ingredient's function.
     """
 
     program: ProgramArrays
@@ -238,18 +238,18 @@ def assemble_tick(
     """Builds the program of a tick for callers in Python.
 
     Args:
-        parts: See `assemble`, also for other arguments without a description.
-        near: See above.
-        robot: See above.
+        parts: See `assemble`, as for all arguments that refer to it.
+        near: See `assemble`.
+        robot: See `assemble`.
         movers: The `MoverArrays` at their stamp.
         age: Age of the movers' measurements [s].
-        aim: See above.
-        rows: See above.
+        aim: See `assemble`.
+        rows: See `assemble`.
         q: The configuration, shape (n_q,) [rad, m].
-        u_previous: See above.
-        dt: See above.
-        tube: See above.
-        guidance: See above.
+        u_previous: See `assemble`.
+        dt: See `assemble`.
+        tube: See `assemble`.
+        guidance: See `assemble`.
     """
     return assemble(
         parts,

@@ -15,7 +15,7 @@ PIECES = 8
 
 @kernel
 def lead_forward(parameters, past, q, stamp, now, n_base):
-    """Computes the motion by commands in flight from a measurement.
+    """Computes the motion that commands in flight cause after a measurement.
 
     Args:
         parameters: `ActuatorModel.parameters`.

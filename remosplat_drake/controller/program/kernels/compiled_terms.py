@@ -1,4 +1,4 @@
-"""Terms of compiled ingredients from outside."""
+"""Terms of compiled ingredients from outside the library."""
 
 from collections.abc import Callable
 from functools import cache
@@ -14,7 +14,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 NO_PART = -1
-"""Value of an ingredient's number for no ingredient."""
+"""Number that stands for no ingredient."""
 
 
 class AddedBy(NamedTuple):

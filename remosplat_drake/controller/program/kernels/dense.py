@@ -10,8 +10,9 @@ from remosplat_drake.controller.program.active_set import (
 )
 
 HOPELESS = 1e-3
-"""Unavoidable violation of a row from which on no solver is called [m/s,
-rad/s]. It exceeds solvers' tolerances."""
+"""A row that every u within the bounds violates by more than this makes the
+program infeasible without a call of a solver [m/s, rad/s]. It exceeds the
+tolerances of solvers."""
 
 
 @helper
@@ -35,8 +36,8 @@ def solve_program(program):
 def prune(program) -> None:
     """Marks the rows that may be active: those not implied by the bounds on u.
 
-    It also stores whether a row cannot hold within these bounds, for example if
-    a mover approaches faster than the robot can retreat.
+    It also stores whether every u within the bounds violates some row, for
+    example if a mover approaches faster than the robot can retreat.
 
     Args:
         program: The `ProgramArrays`.
@@ -91,19 +92,19 @@ def _copy_kept(program, A, b, row):
 
 @kernel(returns=several(reals(2), reals(1), reals(2), reals(1)))
 def dense(lower, upper, slack_lower, slack_upper, A, b, J, V, Q, c):
-    """Computes the program in u alone, its slack replaced by V - J u.
+    """Computes the program in u alone, with V - J u in place of the slack.
 
     Args:
-        lower: As all others, of a `SlackForm`.
-        upper: See above.
-        slack_lower: See above.
-        slack_upper: See above.
-        A: See above.
-        b: See above.
-        J: See above.
-        V: See above.
-        Q: See above.
-        c: See above.
+        lower: An array of the `SlackForm`, like all arguments.
+        upper: See `SlackForm`.
+        slack_lower: See `SlackForm`.
+        slack_upper: See `SlackForm`.
+        A: See `SlackForm`.
+        b: See `SlackForm`.
+        J: See `SlackForm`.
+        V: See `SlackForm`.
+        Q: See `SlackForm`.
+        c: See `SlackForm`.
 
     Returns:
         The four arrays of a `DenseProgram`.

@@ -32,8 +32,8 @@ def add_outside(like, line, program, asked):
             time since the first tick of a rollout [s].
 
     Returns:
-        The `ProgramArrays` with their terms, and True; without their terms, and
-        False, if these are unusable.
+        The `ProgramArrays` with the added terms, and True. If a term is
+        unusable, the `ProgramArrays` without these terms, and False.
     """
     n_u = len(program.lower)
     bounds, costs = np.empty((4, n_u)), np.zeros((2, n_u))
@@ -117,7 +117,7 @@ def joined(program, outside) -> ProgramArrays:
 
 @kernel
 def slack_form_of_outside(outside):
-    """Computes the slack form of only the terms from outside.
+    """Computes the `SlackForm` of the terms of ingredients in Python alone.
 
     Args:
         outside: The `OutsideArrays`.

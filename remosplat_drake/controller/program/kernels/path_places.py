@@ -43,8 +43,9 @@ def nearest_place(path_q, path_s, q):
         q: The configuration, shape (n_q,) [rad, m].
 
     Returns:
-        The point's arc length, the largest one of equally near points, and its
-        distance.
+        The arc length of the point and its distance from the configuration. If
+        several points are equally near, it is the one with the largest arc
+        length.
     """
     if len(path_s) == 1:
         apart = 0.0

@@ -79,7 +79,7 @@ class NearArrays(NamedTuple):
     """Nearest points of m pairs of links, packed for kernels.
 
     Attributes:
-        pair: The pair of shapes of each, shape (m,).
+        pair: Index of the pair of shapes, shape (m,).
         body_A: Body of the point on the first link, shape (m,).
         body_B: Body of the point on the second link, shape (m,).
         distance: `NearPoints.distance`.
@@ -145,8 +145,9 @@ class TickArrays(NamedTuple):
         distance: The clearances, shape (m,) [m].
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).
-        moving: Movers near spheres, for their damper.
-        soon: The same after the look-ahead time of the active collision cost.
+        moving: Pairs of a sphere and a near mover, for the mover damper.
+        soon: These pairs after the look-ahead time of the active collision
+            cost.
         near: Points at which links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
@@ -177,8 +178,8 @@ class TickArrays(NamedTuple):
 class ProgramArrays(NamedTuple):
     """The program of a tick, to which k ingredients have added their terms.
 
-    The library's ingredients come first, then compiled ones from outside. The
-    last of the k is for all ingredients in Python together.
+    The library's ingredients come first, then compiled ones from outside the
+    library. All ingredients in Python share the last of the k entries.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -193,8 +194,8 @@ class ProgramArrays(NamedTuple):
             receives surplus rows, and is ignored.
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
-        raised: Which rows yield, so that negative right-hand sides are raised,
-            shape (most,), bool.
+        raised: Which rows are relaxed, so that their negative right-hand sides
+            are raised, shape (most,), bool.
         about: Subject of each row, such as the index of a sphere or a joint,
             shape (most,).
         rows: Index of each ingredient's first row, and the one after its last,
@@ -206,11 +207,11 @@ class ProgramArrays(NamedTuple):
         price: Weight of the squared slack, shape (6 e,).
         tracked: Cumulative number of tracked rows up to each end effector,
             shape (e,).
-        count: Number of rows; 0, or one more than the number of the ingredient
-            that tracks twists; whether there are acceleration bounds; the
-            number of tracked directions; whether a row cannot hold within the
-            bounds on u; and whether Drake's program has further terms, shape
-            (6,).
+        count: Six integers, shape (6,): the number of rows; the number of the
+            ingredient that tracks twists plus one, or 0 without one; whether
+            there are acceleration bounds; the number of tracked directions;
+            whether every u within the bounds violates some row; and whether
+            Drake's program has further terms.
     """
 
     lower: np.ndarray
@@ -272,9 +273,9 @@ def near_arrays(near, X_WL) -> NearArrays:
 def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
     """Finds movers near the robot, now and after a look-ahead time.
 
-    Verification requires that a moving sphere keeps away from a mover, or
-    retreats from it, while a station executes one command. So the present
-    distances are those from all places that movers can reach in this time.
+    Verification requires that a moving sphere does not approach a mover while a
+    station executes one command. So the present distances are measured from all
+    places that the movers can reach in this time.
 
     Args:
         movers: The `MoverArrays`.

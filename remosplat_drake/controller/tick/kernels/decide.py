@@ -52,12 +52,12 @@ _NOTABLE = 2e-3
 by default, that is a millimetre inside the scene's stopping distance."""
 
 _DEMANDED = 1e-8
-"""Demanded speed of retreat from which on a robot with a rejected command only
-retreats [m/s]; just above rounding."""
+"""Demanded speed of retreat from which on a robot whose command is rejected
+only retreats [m/s]; just above rounding errors."""
 
 _CRAWL = 0.25
-"""Scale of a verified command below which a robot that is too near only
-retreats, instead of moving to its target."""
+"""Scale of a verified command below which a robot that is too near to an
+obstacle only retreats, instead of moving to its target."""
 
 _SELF, _SCENE, _MOVERS, _JOINTS = map(
     PARTS.index,
@@ -69,13 +69,13 @@ _SELF, _SCENE, _MOVERS, _JOINTS = map(
 def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, falling back where it has no optimum.
 
-    The fallbacks are, in this order: the program as it is; with rows that
-    demand a retreat relaxed in `_GENTLE_ORDER`; without acceleration bounds;
-    without them and with rows relaxed in `YIELD_ORDER`; a step of the braking
-    ramp. Relaxed rows demand a common fraction of their retreats, as large as
-    feasible; see `greatest_share`. If the law is strict, acceleration bounds
-    are never dropped. Verification, including the joint limits, is never
-    relaxed.
+    These are tried in order, until one has an optimum: the program as it is;
+    with rows that demand a retreat relaxed in `_GENTLE_ORDER`; without
+    acceleration bounds; without these bounds and with rows relaxed in
+    `YIELD_ORDER`. Otherwise the command is a step of the braking ramp. Relaxed
+    rows demand a common fraction of their retreats, as large as feasible; see
+    `greatest_share`. If the law is strict, acceleration bounds are never
+    dropped. Verification, including the joint limits, is never relaxed.
 
     Args:
         program: The `ProgramArrays`; fallbacks change them.
@@ -125,7 +125,7 @@ def demanded_retreat(program):
 
 @helper
 def should_retreat(scale, retreat):
-    """Returns whether a robot that is too near should only retreat.
+    """Returns whether a robot too near to an obstacle should only retreat.
 
     Motion towards the target would curve the retreat, and verification might
     reject it at every tick.
@@ -234,8 +234,8 @@ def nearest_inside(program):
 
     Returns:
         The number of the ingredient whose row demands the fastest retreat, the
-        row's index among those of the ingredient, and its subject. The first is
-        NO_PART if nothing is notably too near.
+        row's index among the rows of that ingredient, and the row's subject.
+        The number is NO_PART if no obstacle is notably too near.
     """
     part, index, about, most = NO_PART, 0, 0, -_NOTABLE
     for k in (_SELF, _SCENE):

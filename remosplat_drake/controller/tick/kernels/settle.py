@@ -72,7 +72,8 @@ class LawArrays(NamedTuple):
     Attributes:
         parts: The compiled ingredients.
         has_outside: Whether there are ingredients in Python.
-        outside: An empty example of their terms, which determines the type.
+        outside: Empty arrays of their terms, which determine the type for
+            Numba.
         is_own_solver: Whether the library's own solver is used.
         dt: Control period [s].
         strict: Whether every command must keep the acceleration bounds.
@@ -159,7 +160,7 @@ def settle_tick(
         rows: The `RowArrays` of the clearances.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that was sent last, shape (n_u,).
-        periods: Number of control periods since then.
+        periods: Number of control periods since that command was sent.
         guidance: The `GuidanceArrays`.
         line: Number of the `PythonCalls`.
 
