@@ -36,7 +36,7 @@ GATES = {
     UNKNOWN_SEEN_SPACE: "the space that the map's cameras saw is not known",
     UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
-"""Names of all gates, and the fault of a shut one."""
+"""Names of all gates, each with the fault that shuts it."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
 """Possible consequences of a shut gate."""
@@ -48,7 +48,7 @@ class Gate:
 
     Attributes:
         name: Name of the gate, a key of `GATES`.
-        problem: What is wrong and, if that helps, what would be right.
+        problem: What is wrong and, if there is one, a remedy.
         in_simulation: Consequence of the gate in simulation: `SILENCE`,
             `WARNING` or `REFUSAL`.
         on_hardware: Consequence of the gate on a real robot, with the same
@@ -70,7 +70,7 @@ class Gate:
 
 @dc.dataclass(frozen=True)
 class Passage:
-    """The gates that were shut when a run passed: warnings and accepted ones.
+    """The shut gates of a run that may begin: warnings and accepted ones.
 
     Attributes:
         warnings: Shut gates that do not prevent this run.
@@ -116,7 +116,7 @@ def open_gates(
             are not shut have no effect.
         hardware: Whether a real robot moves.
         where: The scenario that the error names.
-        otherwise: Purpose of accepting, in words.
+        otherwise: Purpose of accepting the gates, for the error's last part.
 
     Returns:
         The warnings, and the gates that were accepted.

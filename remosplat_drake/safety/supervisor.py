@@ -1,19 +1,20 @@
 """The safety supervisor's state machine, as a pure function.
 
-It passes on the controller's command unchanged, or runs the braking ramp.
-Verification has checked both. It has not checked a scaled command, which would
-end its tick between two checked configurations. The ramp starts from the
-command being executed, and is the ramp that verification checked together with
-that command. So a stop at any tick keeps the guarantee of `verify.py`.
+The supervisor passes on the controller's command unchanged, or runs the braking
+ramp. Verification has checked both. The supervisor never scales a command: a
+scaled command would end its tick in a configuration that verification has not
+checked. The ramp starts from the command being executed, and is the ramp that
+verification checked together with that command. So a stop at any tick keeps the
+guarantee of `verify.py`.
 
 | mode     | output           | left when                           |
 |----------|------------------|-------------------------------------|
 | starting | zero             | there are measurements and commands |
 | running  | the command      | something is wrong                  |
 | stopping | the braking ramp | it is at zero                       |
-| stopped  | zero             | released, and well                  |
+| stopped  | zero             | released, and nothing is wrong      |
 
-A stop is latched: the modes stopping and stopped end in no other way.
+A stop is latched: no other event ends the modes stopping and stopped.
 """
 
 import dataclasses as dc

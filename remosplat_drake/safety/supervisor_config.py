@@ -55,10 +55,10 @@ class SupervisorConfig(Config):
     # Greatest difference between commanded and measured velocity, as a share
     # of each joint's velocity limit.
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Time for which the difference may exceed it [s].
+    # Time for which the difference may be greater than that [s].
     follow_dwell: Annotated[float, Interval(ge=0, le=5)] = 0.5
     # Greatest error of the position predicted by the actuator model, as a
-    # multiple of the model's tube.
+    # multiple of the model's error bound (its tube).
     max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
     # Greatest jump of the target between two ticks [m]; absent: any.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None

@@ -52,7 +52,7 @@ class _Memory:
 
     Attributes:
         before: The supervisor's state after the previous tick.
-        sample: The findings of the present tick; None before the first one.
+        sample: The inputs of the present tick; None before the first one.
         stop: Reason of a stop that a program requests at the next tick.
         release: Whether a program releases the stop at the next tick.
     """
@@ -67,7 +67,7 @@ class _Memory:
 
 
 class SafetySupervisor(LeafSystem):
-    """Passes the controller's commands while nothing is wrong, else stops.
+    """Passes on the controller's commands, or stops the robot after a fault.
 
     .. pydrake_system::
 

@@ -25,7 +25,7 @@ _SOLVER = 1e-3
 
 _ROUNDING = 1e-6
 """Errors of predicted positions that count as rounding [m, rad], since a
-robot's description may state delays without a tube."""
+robot's description may state delays without an error bound (tube)."""
 
 _TOUCH = 1e-6
 """Clearance below which the robot counts as touching the scene [m]."""
@@ -227,12 +227,12 @@ def _of_clearance(
 
 
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
-    """Returns the largest clearance since the robot was set going [m].
+    """Returns the largest clearance since the start of motion [m].
 
-    Before a start it is the present clearance. After a stop it is at least the
-    clearance of a touch, so a robot in contact is not released. When the
-    payload changes, it is the present clearance again, since the new payload
-    may be near the scene.
+    Before a start it is the present clearance. After a stop it is at least
+    `_TOUCH`, so a robot in contact is not released. When the payload changes,
+    it is the present clearance again, since the new payload may be near the
+    scene.
 
     Args:
         state: The supervisor's state after the previous tick.
@@ -262,7 +262,7 @@ def _of_target_and_map(
 def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     """Symptoms of stale movers, and of cameras without new images.
 
-    A stamp in the future is a symptom like an old one.
+    A time stamp in the future is a symptom, just like an old one.
     """
     if now.movers is None:
         return

@@ -22,9 +22,9 @@ class Aim:
             None. At least one entry is a target.
         u: Velocity reference of base and joints for control laws that track
             one, shape (n_u,) [m/s, rad/s]; None if only poses are given.
-        q: The configuration in which the targets are reached, shape (n_q,)
-            [rad, m]; only planned paths lead to it. None if any configuration
-            is good.
+        q: Configuration that the robot must have at the targets, shape (n_q,)
+            [rad, m]. Path planning leads to it; reactive control ignores it.
+            None if any configuration that reaches the targets will do.
 
     Raises:
         ValueError: There is no target at all.
@@ -43,7 +43,9 @@ class Aim:
 
     @staticmethod
     def of(wanted: "Aim | Target | RigidTransform | np.ndarray") -> "Aim":
-        """Returns an aim, or makes one from a target of the first end effector.
+        """Converts a target of the first end effector to an aim.
+
+        An aim is returned as it is.
 
         Args:
             wanted: An aim, a target, or the pose X_WT of a plain target.
@@ -111,12 +113,14 @@ class Aim:
     def farthest(
         self, X_WEs: np.ndarray, arrived: Callable[[PoseError], bool]
     ) -> tuple[int, Target]:
-        """Returns the farthest target and its end effector's index.
+        """Returns the target with the largest error, and its end effector.
+
+        End effectors that have not arrived come first.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Function that returns whether the error of a target to be
-                held is small enough.
+            arrived: Function that returns whether an error counts as arrival
+                at a target where the end effector stops.
         """
 
         def left(item: tuple[int, Target]) -> tuple[bool, float]:
@@ -132,8 +136,8 @@ class Aim:
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Function that returns whether the error of a target to be
-                held is small enough.
+            arrived: Function that returns whether an error counts as arrival
+                at a target where the end effector stops.
         """
         return self.is_reached_by(self.errors(X_WEs), arrived)
 
@@ -146,8 +150,8 @@ class Aim:
 
         Args:
             errors: The error of each target, as `errors` returns them.
-            arrived: Function that returns whether the error of a target to be
-                held is small enough.
+            arrived: Function that returns whether an error counts as arrival
+                at a target where the end effector stops.
         """
         return all(
             target.is_reached(error, arrived)

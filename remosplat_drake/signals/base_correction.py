@@ -23,8 +23,8 @@ class BaseCorrection:
     small steps. Copying returns the object itself.
 
     Attributes:
-        estimate: The base's estimate at the newest frame; None if nothing has
-            been corrected, so that W is O.
+        estimate: Estimate of the base's pose at the newest frame; None before
+        the first correction, while W and O coincide.
         drift: Drift model of the odometry.
         version: Number of the map that the estimate belongs to.
     """

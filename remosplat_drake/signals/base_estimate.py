@@ -17,10 +17,12 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of errors between two frames besides drift [m, rad]."""
+"""Standard deviations of the errors of x, y and yaw that each frame adds to
+drift [m, m, rad]."""
 
 OTHER_RUN = 30.0
-"""Duration of assumed drift between two runs [s]."""
+"""Time for which drift is assumed between two runs, as their clocks have no
+common origin [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -120,18 +122,19 @@ def moved(
     seconds: float,
     drift: Drift,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes the expected (b', v'), shape (6,), and its derivatives.
+    """Computes the expected pose b' and drift rate v' after a motion.
 
     Args:
         X_WB: The base's pose b, shape (3,) [m, rad].
         rate: The rate v, shape (3,) [m/s, rad/s].
-        X_OB: The pose o by odometry then, shape (3,) [m, rad].
+        X_OB: The pose o by odometry at the start, shape (3,) [m, rad].
         X_OB_after: The pose o' by odometry at the end, shape (3,) [m, rad].
         seconds: Time between the two [s].
         drift: Drift model, with the correlation time.
 
     Returns:
-        The state, and its Jacobian with respect to (b, v), shape (6, 6).
+        (b', v'), shape (6,), and its Jacobian with respect to (b, v), shape (6,
+        6).
     """
     a = np.exp(-seconds / drift.memory)
     reach = drift.memory * (1 - a)

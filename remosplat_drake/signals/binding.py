@@ -23,7 +23,7 @@ class BoundRow(NamedTuple):
     Attributes:
         name: Name of its set of rows, `BOUND` for a bound on the command.
         index: Its index in that set.
-        about: Its subject: names of links or joints, or a text.
+        about: The names of the links or joints that it constrains, or a text.
     """
 
     name: str
@@ -33,7 +33,7 @@ class BoundRow(NamedTuple):
 
 @dc.dataclass(frozen=True, eq=False)
 class Binding:
-    """The rows that hold with equality at the command, and the cost's push.
+    """The active rows at the command, and the cost's negative gradient.
 
     At the optimum, the push is the sum of the rows, each times a non-negative
     multiplier (Karush, Kuhn and Tucker). Rows with large multipliers limit the

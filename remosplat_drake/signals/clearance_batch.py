@@ -43,8 +43,8 @@ class ClearanceBatch:
         """Combines the clearances of c configurations.
 
         Args:
-            answers: For each configuration, sphere, distance and direction of
-                all rows, as in `Clearances`.
+            answers: For each of the c configurations the arrays `sphere`,
+            `distance` and `direction_W` of its rows, as in `Clearances`.
             n: Number of the robot's spheres.
         """
         counts = [np.bincount(row[0], minlength=n) for row in answers]

@@ -44,14 +44,14 @@ class Misplacement(NamedTuple):
 
 
 IN_PLACE = Misplacement(0.0, 0.0, 0.0, 0.0)
-"""The misplacement of a map with a certain pose."""
+"""No misplacement: the pose of the map is exact."""
 
 
 class Maps(NamedTuple):
     """Several maps, combined as one for kernels.
 
     Attributes:
-        parts: The named tuples of their arrays.
+        parts: One named tuple of arrays for each map.
     """
 
     parts: tuple
@@ -89,7 +89,7 @@ class PythonMap(NamedTuple):
 
     Attributes:
         is_lipschitz: `DistanceField.is_lipschitz`.
-        rows: Empty rows, for the type of a result.
+        rows: Empty rows, from which Numba infers the type of a result.
     """
 
     is_lipschitz: bool
@@ -100,8 +100,8 @@ _EPSILON = 2.0**-52
 """Relative spacing of double-precision numbers."""
 
 LOOK, ROWS = 0, 1
-"""Indices of the Python functions for clearances of spheres, and for all
-rows."""
+"""Indices among the map's `PythonCalls` of the function for clearances of
+spheres, and of that for all rows."""
 
 
 def ask(compiled, question, answer) -> None:
@@ -124,8 +124,9 @@ def ask(compiled, question, answer) -> None:
 def answers(kind: type, kernel: Callable) -> None:
     """Registers the kernel that `ask` calls for a kind of map.
 
-    All kernels that query maps contain it, and are compiled again when its file
-    changes. Changes in other files outside this package are not detected.
+    Each kernel that queries maps contains the code of this one, and is compiled
+    again when the file of this one changes. Changes in other files outside this
+    package are not detected.
 
     Args:
         kind: The named tuple of the map's arrays.

@@ -176,7 +176,7 @@ class DistanceField(ABC):
 
     @property
     def compiled(self) -> Packed | None:
-        """Returns the map for `compiled_map.ask`; None if there is none.
+        """Returns the map for kernels; None if only Python can query it.
 
         With a compiled map, planning is several times faster.
         """
@@ -208,7 +208,7 @@ class DistanceField(ABC):
                 small value makes the query cheaper.
 
         Returns:
-            The rows; a sphere may own none, one or several.
+            The rows; a sphere may have none, one or several.
         """
 
     def clearances_batch(

@@ -9,7 +9,7 @@ STILL = 0.002
 """Rate of the width below which fingers are at rest [m/s]."""
 
 SLIP = 0.005
-"""Tolerance of the width of a hand that still holds an object [m]."""
+"""Largest change of the width at which a hand still holds its object [m]."""
 
 
 @dc.dataclass(frozen=True)

@@ -11,8 +11,8 @@ from remosplat_drake.robot.payload import Payload
 class Load:
     """What a robot carries; copying returns the object itself.
 
-    `Load` wraps the payload, since some versions of Drake allow no None as the
-    value of a port.
+    `Load` wraps the payload, since in some versions of Drake the value of a
+    port must not be None.
 
     Attributes:
         payload: The payload; None for nothing.

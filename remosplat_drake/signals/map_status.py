@@ -30,7 +30,7 @@ class MapStatus:
 
     @property
     def news(self) -> str:
-        """A message to print once: the failure, or text but no progress."""
+        """A message to print once: the latest failure or else success."""
         if self.trouble:
             return self.trouble
         return "" if self.text.startswith(MAKING) else self.text

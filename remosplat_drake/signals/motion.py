@@ -62,10 +62,11 @@ def prompt_motion(n_u: int) -> Packed[MotionArrays]:
 
 @dc.dataclass(frozen=True, eq=False)
 class Motion:
-    """State of a robot between command and effect; copying returns the object.
+    """Predicted motion of a robot with delay; copies are the object itself.
 
-    Commands that have been sent are committed: they will be executed. A command
-    that is sent at `time` acts on the first axis at `start`.
+    Commands that have been sent are committed: the robot will execute them. The
+    axes have different delays; a command that is sent at `time` acts on the
+    fastest axis at `start`.
 
     Attributes:
         model: Model of how the axes (base and joints) follow their commands.
@@ -76,11 +77,11 @@ class Motion:
         q_start: Configuration at that time, predicted, shape (n_q,) [m, rad].
         v_start: Velocities at that time, predicted, shape (n_u,)
             [m/s, rad/s].
-        tube: Bound on the model's position errors: the time by which an axis'
-            speed is multiplied, shape (n_u,) [s].
-        q_planned: Configuration after all committed commands, each axis at its
-            own time, shape (n_q,) [m, rad]. With the next commands it moves
-            like a robot without delay.
+        tube: Bound on the model's position errors as a time, shape (n_u,) [s].
+        Multiplied by the speed of an axis, it bounds the error of that axis.
+        q_planned: Configuration after all committed commands have acted on all
+        axes, shape (n_q,) [m, rad]. Later commands move it like a robot without
+        delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
         way_measured: Distances travelled in the model from its beginning to the

@@ -9,12 +9,13 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance from a mover of surface points that it may cause [m]."""
+"""Largest distance from a mover at which a mapped surface may be its own
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class NearMovers:
-    """m pairs of a sphere and a mover; copying returns the object itself.
+    """m pairs of a robot sphere and a near mover; copies are the object itself.
 
     Attributes:
         sphere: Index of the sphere, shape (m,).

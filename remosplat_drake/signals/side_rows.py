@@ -123,7 +123,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
                 sphere, direction_W, count, i, n_W
             ):
                 continue
-            # Evaluates the tangent at the offset point in the sphere's centre.
+            # The tangent at the offset point, evaluated at the sphere's centre.
             beside = 0.0
             for c in range(3):
                 beside += n_W[c] * (question[side, c] - p_WS[i, c])

@@ -23,14 +23,14 @@ ENDED = "ended"
 """Kind: the run is over, and the target was not reached."""
 
 KINDS = (WAITING, MOVING, HELD, REACHED, STOPPING, STOPPED, ENDED)
-"""All kinds of standing."""
+"""All kinds of a robot's state."""
 
 CONSTRAINT = "constraint"
-"""Cause: another constraint of the program."""
+"""Cause: a constraint of the program that has no cause of its own here."""
 VERIFICATION = "verification"
 """Cause: no command towards the target leaves a way to stop."""
 NO_COMMAND = "no command"
-"""Cause: the controller has no command to give, and brakes."""
+"""Cause: the controller finds no feasible command, and brakes."""
 NOT_OBEYED = "not obeyed"
 """Cause: the robot does not follow its commands, as in shadow mode."""
 NOTHING = "nothing"
@@ -86,7 +86,7 @@ class Standing:
         return self
 
     def is_news_after(self, before: "Standing") -> bool:
-        """Returns whether the state differs in more than its numbers.
+        """Returns whether more than numbers differ from an earlier state.
 
         Args:
             before: The earlier state.

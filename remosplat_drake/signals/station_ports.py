@@ -85,8 +85,8 @@ def station_ports(
     """Lists the ports that every station of a robot has.
 
     Args:
-        description: The robot. Without a mobile base there are no `base` ports,
-            without a gripper no `hand` ports, with several those of each.
+        description: The robot. A robot without a mobile base has no `base`
+        ports. Each gripper has `hand` ports of its own.
         wrist_camera: Whether the station has a wrist camera.
     """
     n = len(description.arm.joints)

@@ -99,7 +99,7 @@ class Target:
             *directions: Names from `DIRECTIONS`.
 
         Raises:
-            ValueError: These cannot be free together.
+            ValueError: These directions cannot be free together.
         """
         free = [DIRECTIONS.index(name) for name in directions]
         weights = self.weights.copy()
@@ -199,8 +199,8 @@ class Target:
 
         Args:
             error: The target's error.
-            arrived: Function that returns whether the error of a target to be
-                held is small enough.
+            arrived: Function that returns whether an error counts as arrival
+                at a target where the end effector stops.
         """
         if self.passed_within is None:
             return arrived(error)

@@ -63,9 +63,9 @@ class TickReport:
             link and mover with the least margin; None without movers.
         payload: The object that the robot carried at this tick; its spheres
             follow the robot's in `clearances`. None for nothing.
-        timings: Wall-clock time of each phase [s]: guidance (of the period
-            before), oracle, solve (by one of Drake's solvers), tick (the rest
-            of it: kinematics, program, decision, verification), total.
+        timings: Wall-clock time of each phase [s]: guidance (in the previous
+            period), oracle, solve (only if one of Drake's solvers is used),
+            tick (kinematics, program, decision, verification), total.
     """
 
     time: float

@@ -28,12 +28,13 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure below which an active row does not hold the robot; smaller values
-are the solver's rounding."""
+"""Pressure (see `pressures`) below which an active row does not hold the robot;
+smaller values are the solver's rounding."""
 
 _SHARE = 0.5
-"""Fraction of the greatest pressure above which the row named last keeps its
-name. Otherwise two rows of similar pressure would alternate."""
+"""Fraction of the greatest pressure that suffices for the link named last to be
+named again. Otherwise the sentence would alternate between two rows of similar
+pressure."""
 
 _VETO = 0.5
 """Scale of the verified command below which verification holds the robot."""
@@ -51,7 +52,7 @@ class Hold:
 
     Attributes:
         cause: One of `standing.CAUSES`.
-        thing: Its name.
+        thing: Name of the obstacle, joint or constraint.
         link: Name of the link that is held; empty if none is.
         p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
             none.

@@ -111,8 +111,8 @@ class StandingSystem(LeafSystem):
             self._calc_standing,
             {self.abstract_state_ticket(self._memory_index)},
         )
-        # The event is at every tick, though most do nothing, since another
-        # period would add event times between the ticks.
+        # The event occurs at every tick, although it mostly does nothing: a
+        # longer period of its own would add event times between the ticks.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
 
     @staticmethod

@@ -32,8 +32,8 @@ class Stillness:
         q: Configuration from which the robot has not moved by `STILL`, shape
             (n_q,) [m, rad].
         there_since: Time at which it arrived at `q` [s].
-        since: Start of the present standstill [s]: the robot has since then
-            neither moved faster than creeping nor had a reason to rest.
+        since: Start of the present standstill [s]. Since then, the robot has at
+        most crept, and had no reason to rest.
         aim: The current aim.
         nearest: Least distance to the aim so far, summed over end effectors
             [m]. For a target of orientation only, it is the angle times a
