@@ -24,7 +24,7 @@ class BaseCorrection:
 
     Attributes:
         estimate: Estimate of the base's pose at the newest frame; None before
-        the first correction, while W and O coincide.
+            the first correction, while W and O coincide.
         drift: Drift model of the odometry.
         version: Number of the map that the estimate belongs to.
     """

@@ -44,7 +44,7 @@ class ClearanceBatch:
 
         Args:
             answers: For each of the c configurations the arrays `sphere`,
-            `distance` and `direction_W` of its rows, as in `Clearances`.
+                `distance` and `direction_W` of its rows, as in `Clearances`.
             n: Number of the robot's spheres.
         """
         counts = [np.bincount(row[0], minlength=n) for row in answers]

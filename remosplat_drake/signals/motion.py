@@ -78,10 +78,11 @@ class Motion:
         v_start: Velocities at that time, predicted, shape (n_u,)
             [m/s, rad/s].
         tube: Bound on the model's position errors as a time, shape (n_u,) [s].
-        Multiplied by the speed of an axis, it bounds the error of that axis.
+            Multiplied by the speed of an axis, it bounds the error of that
+            axis.
         q_planned: Configuration after all committed commands have acted on all
-        axes, shape (n_q,) [m, rad]. Later commands move it like a robot without
-        delay.
+            axes, shape (n_q,) [m, rad]. Later commands move it like a robot
+            without delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
         way_measured: Distances travelled in the model from its beginning to the

@@ -86,7 +86,7 @@ def station_ports(
 
     Args:
         description: The robot. A robot without a mobile base has no `base`
-        ports. Each gripper has `hand` ports of its own.
+            ports. Each gripper has `hand` ports of its own.
         wrist_camera: Whether the station has a wrist camera.
     """
     n = len(description.arm.joints)

@@ -33,7 +33,7 @@ class Stillness:
             (n_q,) [m, rad].
         there_since: Time at which it arrived at `q` [s].
         since: Start of the present standstill [s]. Since then, the robot has at
-        most crept, and had no reason to rest.
+            most crept, and had no reason to rest.
         aim: The current aim.
         nearest: Least distance to the aim so far, summed over end effectors
             [m]. For a target of orientation only, it is the angle times a

@@ -1,6 +1,8 @@
-"""The task: a sequence of target poses, and the rule of arrival.
+"""Tasks: sequences of targets, the rule of arrival, and jobs with objects.
 
-`TargetSequence` is the system that outputs them, `has_arrived` the success rule
-of the paper. `suggest_task` finds a first target in an unknown scene, on the
-grid of `HandPlaces`.
+The system `TargetSequence` outputs targets one after the other, and
+`has_arrived` is the success rule of the paper. `TaskSystem` leads a robot
+through the steps of a `Task`, such as picking and placing objects.
+`suggest_task` finds a first target in an unknown scene, on the grid of
+`HandPlaces`.
 """

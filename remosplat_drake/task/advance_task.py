@@ -2,9 +2,9 @@
 
 A step lasts until its end effector is at the goal and its hand has the
 commanded width. Then the arm comes to a standstill, and the next step begins.
-Contact rules and payload change only at a standstill, and only if the robot may
-stand there with them. A step that takes too long fails: the robot follows the
-step's way out, and the next way of the block is tried. If there is none, the
+Contact rules and payload change only at a standstill, and only if the distances
+there allow it. A step that takes too long fails: the robot executes the steps
+that undo it, and tries the next alternative of the block. If there is none, the
 task has failed.
 """
 
@@ -36,7 +36,7 @@ from remosplat_drake.task.step import (
 from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 
 WIDTH = 0.001
-"""Greatest difference between a hand's width and the one it is told [m]."""
+"""Greatest difference between a hand's measured and commanded width [m]."""
 
 AT_REST = 0.02
 """Measured speed of an axis below which the robot stands still [m/s, rad/s]."""
@@ -65,7 +65,7 @@ class Observation:
 
     @property
     def stands_still(self) -> bool:
-        """Whether the robot is commanded to rest, and rests."""
+        """Whether the robot has the command zero, and is at rest."""
         return not self.u.any() and bool(np.abs(self.v).max() < AT_REST)
 
 
@@ -105,11 +105,11 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
 def error_to(
     task: Task, state: TaskState, step: Step, q: np.ndarray
 ) -> PoseError:
-    """Returns the error from what a step moves to where that goes.
+    """Returns the pose error of the end effector or base that a step moves.
 
     Args:
         task: The task.
-        state: How far it is.
+        state: The progress of the task.
         step: The present step.
         q: The configuration, shape (n_q,) [rad, m].
     """
@@ -118,14 +118,14 @@ def error_to(
 
 
 def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
-    """The pose in W of what a step moves, shape (4, 4)."""
+    """Pose in W of the end effector or base that a step moves, (4, 4)."""
     if step.drives:
         return planar_pose.matrix(q[:3])
     return robot.end_effector_poses(q)[step.effector]
 
 
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
-    """Begins the present step, if the robot may stand where it is with it."""
+    """Begins the present step, if the distances at q allow that."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
     state = _with_held_object(state, X_WE)
     changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
@@ -159,7 +159,7 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
 
 
 def _with_held_object(state: TaskState, X_WE: np.ndarray) -> TaskState:
-    """The state with the carried object where it is now."""
+    """The state, with the present pose of the carried object."""
     if state.X_OE is None:
         return state
     X_WO = X_WE[state.holder] @ np.linalg.inv(state.X_OE)
@@ -183,14 +183,15 @@ def _attached(
         payload=payload,
         holder=step.effector,
         giver=state.holder if state.held else None,
-        # Pads give way: the hand's own width tells whether the object slips.
+        # The pads are compliant: the measured width is the reference by which
+        # the task later detects that the object slips.
         grip=None if step.grip is None or hand is None else hand.width,
         X_OE=np.linalg.solve(X_WO, X_WE[step.effector]),
     )
 
 
 def _holders(robot: RobotModel, state: TaskState, step: Step) -> frozenset[str]:
-    """The links that may touch what is carried while a step lasts."""
+    """The links that may touch the carried object during a step."""
     holders = hand_links(robot, state.holder)
     if state.giver is not None:
         holders |= hand_links(robot, state.giver)
@@ -201,7 +202,7 @@ def _holders(robot: RobotModel, state: TaskState, step: Step) -> frozenset[str]:
 
 
 def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
-    """The pose X_WT that a goal stands for, shape (4, 4)."""
+    """Converts a goal to the pose X_WT, shape (4, 4)."""
     if goal.kind == ON_OBJECT:
         return state.named(goal.object).X_WO.GetAsMatrix4() @ goal.X
     if goal.kind == OBJECT_TO:
@@ -230,7 +231,7 @@ def _is_done(
     if step.width is None or hand is None:
         return True
     is_there = abs(hand.width - step.width) < WIDTH
-    # A hand that closes on something stands still before it is there.
+    # A hand that closes on an object stops before the commanded width.
     is_late = now.time - state.since > 0.5
     return is_there or (is_late and hand.at_rest)
 
@@ -238,7 +239,7 @@ def _is_done(
 def _arm_errors(
     robot: RobotModel, state: TaskState, q: np.ndarray
 ) -> list[PoseError]:
-    """By how much end effectors have left their poses in the base."""
+    """Errors of the end effectors' poses in the base since the step began."""
     assert state.q_A is not None
     X_BE = [
         np.linalg.inv(planar_pose.matrix(x[:3])) @ robot.end_effector_poses(x)
@@ -248,7 +249,7 @@ def _arm_errors(
 
 
 def _next(task: Task, state: TaskState) -> TaskState:
-    """Goes on to the next step, the next block, or the next way."""
+    """Continues with the next step, the next block or the next alternative."""
     done = state.present(task)
     if done.goal is not None and done.effector == state.giver:
         state = dc.replace(state, giver=None)
@@ -267,7 +268,7 @@ def _next(task: Task, state: TaskState) -> TaskState:
 def _failed(
     task: Task, state: TaskState, now: Observation, reason: str
 ) -> TaskState:
-    """Goes the way out of the present step, and then another way."""
+    """Undoes the present step, and then tries the next alternative."""
     failures = (*state.failures, reason)
     undo = () if state.undoing else state.present(task).undo
     is_lost = bool(state.undoing) and not undo
@@ -280,7 +281,7 @@ def _failed(
 
 
 def _next_way(task: Task, state: TaskState) -> TaskState:
-    """Tries another way, which begins with what the block has begun with."""
+    """Tries the next alternative, if the load is that at the block's start."""
     is_left = state.way + 1 < len(task.blocks[state.block].ways)
     if is_left and state.load == state.carried:
         return dc.replace(state, way=state.way + 1, step=0)
@@ -288,7 +289,7 @@ def _next_way(task: Task, state: TaskState) -> TaskState:
 
 
 def _lost(state: TaskState, now: Observation) -> str:
-    """Says why what is carried may be lost; empty if the hand holds it."""
+    """Returns why the carried object may be lost; empty if it is held."""
     hand, name = now.hands.get(state.holder), state.held
     if not name or hand is None:
         return ""
@@ -302,7 +303,7 @@ def _lost(state: TaskState, now: Observation) -> str:
 def _off_the_hand(
     state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
 ) -> str:
-    """Says why an object is not in a hand; empty if it is."""
+    """Returns why an object is not in a hand; empty if it is."""
     is_given = state.held == step.object and step.effector != state.holder
     if state.held and not is_given:
         return f"{step.text}: the hand holds the {state.held}"

@@ -1,4 +1,4 @@
-"""Makes payloads of objects: their links, pieces and masses."""
+"""Makes payloads of objects: links that hold them, convex pieces, masses."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 
 
 def hull_pieces(solid: Solid) -> tuple[np.ndarray, ...]:
-    """Returns the vertices of convex pieces around a solid, in its frame.
+    """Returns the vertices of convex pieces that enclose a solid, in its frame.
 
     Args:
         solid: The solid.
@@ -32,7 +32,7 @@ def make_payload(
     q: np.ndarray,
     effector: int = 0,
 ) -> Payload:
-    """Makes a payload of an object, where it is now relative to the hand.
+    """Makes the payload of an object at its present pose in the hand.
 
     Args:
         robot: The robot, without a payload.

@@ -1,10 +1,10 @@
 """Finds grid points where a hand is near a surface, central ones first.
 
 A floor may be large, or seem so because of an outlier, and a grid over all of
-it has too many points to query all distances at once. So the grid is divided
-into boxes. Boxes without a surface nearby are skipped, since distances are
-1-Lipschitz. The other boxes are searched from the middle of the grid outwards,
-only as far as needed.
+it would have too many points for a query of all distances. So the grid is
+divided into boxes. Boxes without a surface nearby are skipped, since distances
+are 1-Lipschitz. The other boxes are searched from the middle of the grid
+outwards, only as far as needed.
 """
 
 import dataclasses as dc
@@ -21,8 +21,8 @@ _STEP = 0.1
 """Distance of neighbouring places along x and along y [m]."""
 
 _IN_A_BOX, _AT_ONCE = 64, 20_000
-"""Largest number of places in a box that is not divided further, and number of
-places per distance query."""
+"""Largest number of grid points in a box that is not divided further, and
+number of points per distance query."""
 
 _ROUNDING = 1e-9
 """Relative bound, and bound in metres, on rounding errors of lengths."""
@@ -33,7 +33,10 @@ _Box = tuple[tuple[int, int], ...]
 
 @dc.dataclass(frozen=True, eq=False)
 class HandPlaces:
-    """A grid of places for a hand in a map.
+    """A grid over a map, of which those points are places where a hand fits.
+
+    A place is a grid point with a clearance of the hand between `near` and
+    `far`: free, but close to a surface.
 
     Attributes:
         field: Distance field of the scene, 1-Lipschitz.
@@ -41,8 +44,8 @@ class HandPlaces:
         lower: Lower corner of the grid in W, shape (2,) [m].
         upper: Upper corner of the grid in W, shape (2,) [m].
         heights: Heights of the places in W, ascending, shape (h,) [m].
-        near: Clearance that the hand exceeds at a place [m].
-        far: Clearance that the hand does not reach at a place [m].
+        near: Lower bound on the hand's clearance at a place [m].
+        far: Upper bound on the hand's clearance at a place [m].
     """
 
     field: DistanceField
@@ -90,7 +93,7 @@ class HandPlaces:
             found = found[~is_next]
 
     def _whole(self) -> _Box:
-        """The box of all places, which may be empty."""
+        """The box of all grid points, which may be empty."""
         sides = (self.upper - self.lower).tolist()
         counts = [math.ceil(side / _STEP) for side in sides]
         x, y, z = ((0, max(0, n)) for n in (*counts, len(self.heights)))
@@ -162,7 +165,7 @@ class HandPlaces:
 
 
 def _size(box: _Box) -> int:
-    """Number of places in a box."""
+    """Number of grid points in a box."""
     return math.prod(end - start for start, end in box)
 
 

@@ -1,4 +1,4 @@
-"""`make_blocks`: from the steps of a scenario to those of a task."""
+"""`make_blocks`: converts the steps of a scenario to the blocks of a task."""
 
 import dataclasses as dc
 import math
@@ -29,7 +29,7 @@ from remosplat_drake.task.step import (
 from remosplat_drake.task.workshop import Workshop
 
 _ROUNDING = 0.001
-"""By how much shapes may overlap that touch [m]."""
+"""Overlap of two shapes in contact that counts as rounding [m]."""
 
 
 def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
@@ -49,15 +49,15 @@ def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
 def make_blocks(
     configs: Sequence[cfg.AnyStep], shop: Workshop
 ) -> tuple[Block, ...]:
-    """Makes the blocks of a task of a scenario's `tasks`.
+    """Makes the blocks of a task from a scenario's `tasks`.
 
     Args:
         configs: The steps, as the scenario has them.
-        shop: What they are made with.
+        shop: Properties of the robot and the objects, to check the steps.
 
     Raises:
-        FieldError: A step names what does not exist, asks for more than the
-            hand can do, or puts down what has not been taken.
+        FieldError: A step names something that does not exist, exceeds the
+            opening of the hand, or puts down an object that is not carried.
     """
     held, holder, blocks = "", 0, []
     for i, config in enumerate(configs):
@@ -136,7 +136,7 @@ class _Maker:
                     problem = unknown_name("link", link, sorted(links))
                     raise self._error(f"{field}.links", problem)
             if name == self.held and touch.stopping is not None:
-                problem = "leave it out: what is carried is touched or not"
+                problem = "leave it out: the links may touch the carried object"
                 raise self._error(f"{field}.stopping", problem)
             named = frozenset(touch.links) or self._hand
             rules.append(ContactRule(name, named, touch.stopping))
@@ -145,7 +145,8 @@ class _Maker:
     def _held_now(self) -> str:
         if not self.held:
             raise self._shop.error(
-                self._field, "nothing has been taken that could be put down"
+                self._field,
+                "no object is carried at this step; take one before",
             )
         if self._effector != self.holder:
             names = self._shop.robot.effectors
@@ -155,16 +156,16 @@ class _Maker:
         return self.held
 
     def _take(self, name: str) -> str:
-        """Notes that this end effector carries an object from now on."""
+        """Records that this end effector carries an object from now on."""
         is_given = name == self.held and self._effector != self.holder
         if self.held and not is_given:
-            problem = f"the {self.held} is still carried; put it down before"
+            problem = f"the {self.held} is still carried; put it down first"
             raise self._error("object", problem)
         self.held, self.holder = self._object(name), self._effector
         return self.held
 
     def _standing_on(self, support: str, thing: str) -> list[ContactRule]:
-        """A carried object may overlap with what it stands on, hardly."""
+        """Lets a carried object overlap slightly with the object below it."""
         if not support:
             return []
         overlap = self._shop.overhang[thing] + _ROUNDING
@@ -200,10 +201,10 @@ class _Maker:
 
     def _drive(self, config: cfg.DriveTo) -> Block:
         if not self._shop.robot.n_base:
-            problem = "the robot has no base that could drive"
+            problem = "needs a mobile base, and the robot has none"
             raise self._shop.error(self._field, problem)
         if not self._shop.plans:
-            problem = "needs the paths of controller.guidance.planning"
+            problem = "needs planned paths: set controller.guidance.planning"
             raise self._shop.error(self._field, problem)
         X_WB = planar_pose.matrix(np.array(config.base_pose))
         return _only(self._step("drives", goal=Goal(BASE_TO, X_WB)))
@@ -258,7 +259,7 @@ class _Maker:
     def _take_over(self, config: cfg.TakeOver) -> Block:
         giver, held = self.holder, self.held
         if not held or held != config.object or giver == self._effector:
-            problem = f"the {config.object} is in no other hand by then"
+            problem = f"no other hand holds the {config.object} at this step"
             raise self._error("object", problem)
         name = self._take(config.object)
         where = joined(self._field, "effector")
@@ -283,9 +284,9 @@ class _Maker:
         standing: Sequence[ContactRule],
         then: tuple[Step, ...],
     ) -> tuple[tuple[Step, ...], ...]:
-        """The ways to take an object, one for each grasp."""
+        """The steps that take an object, as one alternative for each grasp."""
         if not config.grasps:
-            raise self._error("grasps", "give one at least")
+            raise self._error("grasps", "give at least one")
         return tuple(
             (*self._grasp(config, name, standing, i), *then)
             for i in range(len(config.grasps))
@@ -346,7 +347,7 @@ class _Maker:
     def _place(self, config: cfg.Place) -> Block:
         name = self._held_now()
         if not config.places:
-            raise self._error("places", "give one at least")
+            raise self._error("places", "give at least one")
         ways = [self._put(config, name, i) for i in range(len(config.places))]
         self.held = ""
         return Block(f"place the {name}", tuple(ways))

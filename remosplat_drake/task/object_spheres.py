@@ -15,11 +15,12 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.task.carrying import hull_pieces
 
 BULGE = 0.005
-"""How far the spheres of a carried object may bulge [m]."""
+"""Distance by which the spheres of a carried object may exceed its surface
+[m]."""
 
 MOST_SPHERES = 24
-"""Largest number of spheres of a carried object; it bulges more where these do
-not suffice."""
+"""Largest number of spheres of a carried object. If more would be needed, the
+spheres exceed its surface by more than `BULGE`."""
 
 
 def fit_object(thing: SceneObject) -> LinkSpheres:

@@ -1,4 +1,4 @@
-"""`Step`: one thing that a hand does, as data; `Block`: ways to do a job."""
+"""`Step`: one action of a robot in a task; `Block`: alternatives for a job."""
 
 import dataclasses as dc
 
@@ -9,26 +9,26 @@ from remosplat_drake.oracle.contact_rules import ContactRule
 AT, ON_OBJECT, OBJECT_TO = "at", "on object", "object to"
 BY_WORLD, BY_HAND = "by world", "by hand"
 BASE_TO = "base to"
-"""How a `Goal` is meant."""
+"""Meanings of a `Goal`."""
 
 ATTACH, RELEASE = "attach", "release"
-"""What a step may do to an object, besides motion."""
+"""Changes of an object's state at the start of a step."""
 
 FORCE = 20.0
-"""Force with which a hand closes that is told none [N]."""
+"""Force of a hand that closes, if a step has none [N]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Goal:
-    """Where the end effector E of a step goes, or the base B.
+    """The goal of the end effector E or the base B in a step.
 
     Attributes:
-        kind: How `X` is meant: the pose X_WT itself (`AT`); the pose X_OT
-            relative to an object, where that is when the step begins
-            (`ON_OBJECT`); the pose X_WO to which the carried object is brought
-            (`OBJECT_TO`); a motion from where E is then, to the left of its
-            pose (`BY_WORLD`) or to the right (`BY_HAND`); or the pose X_WB of
-            the base (`BASE_TO`), which carries the arm along.
+        kind: Meaning of `X`. `AT`: X is X_WT. `ON_OBJECT`: X is X_OT, relative
+            to the object's pose at the start of the step. `OBJECT_TO`: X is
+            X_WO, the goal of the carried object. `BY_WORLD`: X is a motion in
+            W, so X_WT = X X_WE with the pose of E at the start of the step.
+            `BY_HAND`: X is a motion in E, so X_WT = X_WE X. `BASE_TO`: X is
+            X_WB; the arm moves with the base.
         X: The transform, shape (4, 4).
         object: The object of `ON_OBJECT`.
     """
@@ -43,23 +43,25 @@ class Step:
     """One step of a task.
 
     Attributes:
-        text: What the robot does, such as "approaches the can".
-        effector: Index of the end effector that does it.
-        goal: Where that goes, or the base; None where the arm stands still.
-        speed: Speed on the straight line that it follows [m/s]; None where the
-            way is free.
-        position: Distance at which it has arrived [m].
-        angle: Angle at which it has arrived [rad].
-        rules: What may come nearer than usual while the step lasts.
-        width: Opening to which the hand goes [m]; None where it stays.
-        force: Force with which it closes [N].
+        text: Description of the robot's action, such as "approaches the can".
+        effector: Index of the end effector that moves.
+        goal: The goal of the end effector or the base; None if both stand
+            still.
+        speed: Speed along a straight line to the goal [m/s]; None if any path
+            will do.
+        position: Distance to the goal that counts as arrival [m].
+        angle: Angle to the goal that counts as arrival [rad].
+        rules: Pairs of links and objects that may come nearer than usual during
+            the step.
+        width: Commanded opening of the hand [m]; None leaves it unchanged.
+        force: Force with which the hand closes [N].
         action: `ATTACH` or `RELEASE`, at the start of the step; empty for
             neither.
         object: The object that is attached or released.
-        grip: Opening of the hand around an object that is attached [m]; None
-            where that is not looked at.
-        patience: Time after which the step has failed [s].
-        undo: What leads out again where the step has failed.
+        grip: Opening of the hand around an object that is attached [m]; None if
+            it is not checked.
+        patience: Longest duration of the step, after which it has failed [s].
+        undo: Steps that move the robot back after this step has failed.
     """
 
     text: str
@@ -82,17 +84,18 @@ class Step:
 
     @property
     def drives(self) -> bool:
-        """Whether the base goes somewhere, and not an end effector."""
+        """Whether the base has a goal, instead of an end effector."""
         return self.goal is not None and self.goal.kind == BASE_TO
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Block:
-    """A job, and the ways in which it may be done.
+    """A job of a task, with alternative sequences of steps.
 
     Attributes:
-        text: What is done, such as "pick the can".
-        ways: The ways in the order in which they are tried, each as its steps.
+        text: Description of the job, such as "pick the can".
+        ways: The alternative sequences of steps. If one fails, the robot tries
+            the next.
     """
 
     text: str

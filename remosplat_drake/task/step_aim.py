@@ -1,4 +1,4 @@
-"""`aim_of`: from the present step of a task to the aim of the controller."""
+"""`aim_of`: converts the present step of a task to the controller's aim."""
 
 import numpy as np
 
@@ -8,16 +8,17 @@ from remosplat_drake.task.task import Task, TaskState
 
 
 def aim_of(task: Task, state: TaskState, q: np.ndarray) -> Aim:
-    """Returns where the present step goes; what it does not move stays.
+    """Returns the targets of all end effectors in the present step.
 
-    A step that drives names the configuration that it ends in: the present arm
-    on the base where that goes.
+    End effectors that the step does not move keep their poses. If the base
+    drives, the aim also contains the final configuration: the base at its goal,
+    and the arm as it was when the step began.
 
     Args:
         task: The task.
-        state: How far it is.
-        q: The configuration, shape (n_q,) [rad, m], the aim before the first
-            step.
+        state: The progress of the task.
+        q: The configuration, shape (n_q,) [rad, m]; the aim before the first
+            step is the pose in it.
     """
     step, robot = state.present(task), task.robot
     if state.X_WT is None or state.q_A is None:

@@ -1,4 +1,4 @@
-"""The steps of a task, as a scenario has them."""
+"""The steps of a task as settings, in a scenario's section `tasks`."""
 
 import dataclasses as dc
 import math
@@ -28,11 +28,11 @@ Force = Annotated[float, Interval(gt=0, le=1000)]
 
 @dc.dataclass
 class Touch(Config):
-    """How near some links may come to an object while a step lasts."""
+    """Distance that some links keep from an object during a step."""
 
     # Name of the object.
     object: str = ""
-    # Names of the links; empty: the hand's, its fingers and its palm.
+    # Names of the links; empty: those of the hand, fingers and palm.
     links: Annotated[list[str], Len(0, 100)] = dc.field(default_factory=list)
     # Distance that they keep from it; absent: they may touch it [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] | None = None
@@ -40,31 +40,32 @@ class Touch(Config):
 
 @dc.dataclass
 class StepConfig(Config):
-    """What all steps have."""
+    """Settings of every step."""
 
     # Name of the end effector; empty for the first or only one.
     effector: str = ""
-    # What may come nearer than the stopping distance while the step lasts.
+    # Links that may come nearer to an object than the stopping distance during
+    # the step.
     touch: Annotated[list[Touch], Len(0, 100)] = dc.field(default_factory=list)
-    # Time after which the step has failed [s].
+    # Longest duration of the step, after which it has failed [s].
     patience: Annotated[float, Interval(gt=0, le=1e5)] = 20.0
-    # Distance at which the end effector has arrived [m].
+    # Distance to the goal that counts as arrival of the end effector [m].
     position: Annotated[float, Interval(gt=0, le=0.1)] = 0.005
-    # Angle at which it has arrived [deg].
+    # Angle to the goal that counts as arrival [deg].
     angle: Annotated[float, Interval(gt=0, le=45)] = 1.0
 
 
 @dc.dataclass
 class ReachTo(StepConfig, PoseConfig):
-    """Brings the end effector to a pose, on a free way."""
+    """Moves the end effector to a pose, on any path."""
 
-    # Object relative to which the pose is meant; empty: it is in W.
+    # Object in whose frame the pose is given; empty: the frame is W.
     object: str = ""
 
 
 @dc.dataclass
 class Approach(StepConfig):
-    """Moves the end effector straight along a direction of its own."""
+    """Moves the end effector straight along a direction in its own frame."""
 
     # The direction in the end effector's frame; its length does not count.
     along: Annotated[
@@ -76,14 +77,14 @@ class Approach(StepConfig):
     speed: Speed = 0.1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that the direction is one.
+        """Checks that the direction is not zero.
 
         Yields:
             The name of a field and what is wrong with it.
         """
         yield from super().check()
         if not any(self.along):
-            yield "along", "is no direction: all three numbers are zero"
+            yield "along", "expected a direction, got three zeros"
 
 
 @dc.dataclass
@@ -98,7 +99,7 @@ class Retreat(Approach):
 
 @dc.dataclass
 class Lift(StepConfig):
-    """Moves the end effector straight, up by default."""
+    """Moves the end effector straight along a direction in W, up by default."""
 
     # How far it moves along the axes of W [m].
     by: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
@@ -108,14 +109,14 @@ class Lift(StepConfig):
 
 @dc.dataclass
 class DriveTo(StepConfig):
-    """Brings the base to a pose, on a free way.
+    """Moves the base to a pose, on any path.
 
-    The arm may move on the way, and ends as it was.
+    The arm may move during the drive, and returns to its joint positions.
     """
 
     # Pose x, y, yaw of the base in W [m, m, rad].
     base_pose: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Distance at which the base has arrived [m].
+    # Distance to the goal that counts as arrival of the base [m].
     position: Annotated[float, Interval(gt=0, le=0.5)] = 0.02
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -134,13 +135,13 @@ class DriveTo(StepConfig):
 class Open(StepConfig):
     """Opens the hand."""
 
-    # Its opening; absent: as wide as it goes [m].
+    # Its opening; absent: the greatest [m].
     width: Width | None = None
 
 
 @dc.dataclass
 class Close(StepConfig):
-    """Closes the hand, to a width or until something is in the way."""
+    """Closes the hand, to a width or until an object stops its fingers."""
 
     # Its opening [m].
     width: Width = 0.0
@@ -150,43 +151,44 @@ class Close(StepConfig):
 
 @dc.dataclass
 class Attach(StepConfig):
-    """Takes an object that is in the hand to be carried from now on."""
+    """Treats the object in the hand as carried from now on."""
 
     # Name of the object.
     object: str = ""
-    # Object that it stands on, which it may touch until it is lifted.
+    # Object that it stands on, and may touch until it is lifted.
     support: str = ""
 
 
 @dc.dataclass
 class MoveTo(StepConfig, PoseConfig):
-    """Brings the carried object to a pose X_WO, on a free way."""
+    """Moves the carried object to a pose X_WO, on any path."""
 
 
 @dc.dataclass
 class Release(StepConfig):
     """Leaves the carried object where it is, and opens the hand."""
 
-    # Opening of the hand; absent: as wide as it goes [m].
+    # Opening of the hand; absent: the greatest [m].
     width: Width | None = None
 
 
 @dc.dataclass
 class GraspConfig(PoseConfig):
-    """Where the end effector takes an object: its pose in the object's frame.
+    """A grasp: the pose X_OE of the end effector in the object's frame.
 
-    Its z axis points to the object, and its fingers close along y.
+    The end effector's z axis points to the object, and the fingers close along
+    y.
     """
 
     # Opening of the hand around the object [m].
     width: Width = 0.04
-    # Force with which the hand holds it; absent: that of the step [N].
+    # Force with which the hand holds it; absent: the `force` of the step [N].
     force: Force | None = None
 
 
 @dc.dataclass
 class Grasping(StepConfig):
-    """What taking an object has, wherever it is."""
+    """Settings common to the steps that grasp an object."""
 
     # Name of the object.
     object: str = ""
@@ -194,9 +196,9 @@ class Grasping(StepConfig):
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # How much narrower than the grasp the hand is commanded to be, so that it
-    # presses on what it holds. It does not count on a kinematic station, where
-    # nothing stops the fingers [m].
+    # Amount by which the hand's commanded width is less than the grasp's, so
+    # that it presses on the object [m]. It has no effect on a kinematic
+    # station, where the object does not stop the fingers.
     squeeze: Width = 0.01
     # Force with which the hand holds it [N].
     force: Force = 20.0
@@ -210,17 +212,17 @@ class Grasping(StepConfig):
 class Pick(Grasping):
     """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
 
-    # Object that it stands on; empty for none that is known.
+    # Object that it stands on; empty if that is not an object of the task.
     support: str = ""
-    # How far it is lifted, along the axes of W [m].
+    # Motion by which it is lifted, along the axes of W [m].
     lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
 
 
 @dc.dataclass
 class TakeOver(Grasping):
-    """Takes an object out of another hand, which then opens and retreats."""
+    """Takes an object from another hand, which then opens and retreats."""
 
-    # How far the other hand retreats straight [m].
+    # Distance by which the other hand retreats straight [m].
     retreat: Length = 0.1
 
 
@@ -228,15 +230,15 @@ class TakeOver(Grasping):
 class Place(StepConfig):
     """Puts the carried object down: moves over, lowers, releases, retreats."""
 
-    # Object that it is put on; empty for none that is known.
+    # Object that it is put on; empty if that is not an object of the task.
     support: str = ""
     # The poses X_WO that are tried, one after the other.
     places: Annotated[list[PoseConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # How far it is lowered straight [m].
+    # Distance by which it is lowered straight [m].
     lower: Length = 0.1
-    # How far the hand retreats straight [m].
+    # Distance by which the hand retreats straight [m].
     retreat: Length = 0.1
     # Speed on straight lines [m/s].
     speed: Speed = 0.1

@@ -21,14 +21,15 @@ _HEIGHTS = np.arange(0.35, 1.2, 0.05)
 """Heights of targets above the floor [m]."""
 
 _ON_A_TABLE = 0.25
-"""How much lower targets are for an arm on a fixed base, since it stands on its
-work surface [m]."""
+"""Decrease of the heights for an arm on a fixed base, which stands on its work
+surface [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order they are tried [m]."""
 
 _NEARER = (0.7, 0.5, 0.9)
-"""The same for an arm on a fixed base, as fractions of its reach."""
+"""Distances from a fixed base to the target, as fractions of the arm's reach,
+in the order they are tried."""
 
 _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
@@ -60,9 +61,9 @@ class Suggestion:
         base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad]; None
             for a robot without a mobile base, which stands at W's origin.
         X_WT: Target pose of the end effector, with the gripper down.
-        X_WG: Pose of the map's frame G, which was W during the search: the map
-            is moved so that a robot without a mobile base stands in a free
-            place; for others it stays.
+        X_WG: Pose of the map's frame G, which was W during the search. The
+            identity, unless the map must be moved so that a robot without a
+            mobile base stands in a free place.
     """
 
     base_pose: np.ndarray | None
@@ -82,10 +83,11 @@ def suggest_task(
 
     Near targets are preferred. The straight path from above the base to the
     target is clear, so that no wall is between them; the whole robot may still
-    be unable to follow it. Targets are searched from the middle of the space
-    outwards, at each point of the floor from the lowest to the highest, only as
-    far as needed. Of several starts, the one with most space known to be free
-    is chosen: space behind a wall is unknown.
+    be unable to follow it. The search for targets begins in the middle of the
+    space and proceeds outwards, at each point of the floor from the lowest
+    height to the greatest, until a target is found. Of several starts, the
+    result is the one where most of the robot is in space that is known to be
+    free: space behind a wall is unknown.
 
     Args:
         robot: The robot; without a mobile base, it stands at the origin.
@@ -164,7 +166,7 @@ def _from_the_origin(
     if field.clearances(start, _ROOM).minimum() < 0:
         raise RemoSplatError(
             f"{robot.description.name} would stand inside the scene at the"
-            " origin; scene.X_WG moves the map"
+            " origin; set scene.X_WG to move the map"
         )
     p_WA, reach = shoulder(robot, robot.home), _STRETCHED * arm_reach(robot)
     for targets in _free_ones(places.outwards(p_WA, reach), is_free):
@@ -173,12 +175,12 @@ def _from_the_origin(
             return Suggestion(None, _pointing_down(near[0]))
     raise RemoSplatError(
         f"{robot.description.name} reaches nothing from the origin;"
-        " scene.X_WG moves the map"
+        " set scene.X_WG to move the map"
     )
 
 
 def _at_the_origin(task: Suggestion) -> Suggestion:
-    """Moves the map so that the robot's place in it is W's origin."""
+    """Moves the map so that the robot's base is at W's origin."""
     assert task.base_pose is not None
     x, y, yaw = task.base_pose
     X_WG = RigidTransform(RollPitchYaw(0, 0, yaw), [x, y, 0]).inverse()
@@ -269,7 +271,7 @@ def _hand_places(
 
 
 def _hand_pointing_down(robot: RobotModel) -> Spheres:
-    """Returns the leading spheres with the end effector at the origin."""
+    """Returns the spheres of a hand that points down, with E at the origin."""
     q = robot.q_home
     spheres = robot.spheres_at(q).select(robot.leading_spheres)
     X_WE = robot.end_effector_pose(q)
@@ -284,7 +286,7 @@ def _hand_pointing_down(robot: RobotModel) -> Spheres:
 def _starts(
     targets: np.ndarray, distance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Base poses around the targets that face them: (k, 3) and (k, 3)."""
+    """Base poses that face targets, and these targets: (k, 3) and (k, 3)."""
     angle = np.linspace(-np.pi, np.pi, _DIRECTIONS, endpoint=False)
     offset = distance * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     p_WT = np.repeat(targets, _DIRECTIONS, axis=0)

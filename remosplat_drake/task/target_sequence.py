@@ -33,8 +33,9 @@ class TargetProgress:
     Attributes:
         index: Index of the present target; `count` when all are reached.
         count: Number of targets in the sequence.
-        doing: What the robot does at present, in words; empty: it moves.
-        failed: Why it has given up; empty if it has not.
+        doing: The robot's present action, in words; empty: it moves to the
+            target.
+        failed: Why the task has failed; empty if it has not.
     """
 
     index: int
@@ -56,10 +57,10 @@ class _Place:
     """Progress of end effectors in sequences; copies are the object itself.
 
     Attributes:
-        index: Index of each one's present target; their number when all are
-            reached.
-        X_WA: Pose of each when its present target became current, shape (4, 4);
-            None before the first update.
+        index: For each end effector, the index of its present target, or the
+            number of its targets when all are reached.
+        X_WA: For each end effector, its pose when its present target became
+            current, shape (4, 4); None before the first update.
     """
 
     index: tuple[int, ...]
@@ -85,11 +86,12 @@ class TargetSequence(LeafSystem):
     `configuration` takes the measured q, `aim` gives the present `Aim`,
     `target` the pose X_WT alone of its first target as a `RigidTransform`, and
     `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. After the last target, it keeps that one. Arrival is checked once
-    per period. A line starts at the pose of the end effector when its target
-    becomes current; a passed target gets the distance from there to the next
-    stop. Several end effectors do not wait for each other; the sequence is
-    finished when all are at their last targets at the same time.
+    effectors. After the last target has been reached, it remains the target.
+    Arrival is checked once per period. A line starts at the pose of the end
+    effector when its target becomes current. A passed target has the distance
+    from it to the next stop as its `onward`. Several end effectors do not wait
+    for each other; the sequence is finished when all are at their last targets
+    at the same time.
 
     Args:
         robot: The robot, for its kinematics.
@@ -192,7 +194,7 @@ class TargetSequence(LeafSystem):
         return context.get_abstract_state(int(self._place_index)).get_value()
 
     def _listed(self, place: _Place) -> Aim:
-        """Returns the present targets, with lines without a start."""
+        """Returns the present targets; their lines do not have starts yet."""
         return Aim(
             tuple(
                 listed[min(index, len(listed) - 1)] if listed else None
@@ -246,7 +248,7 @@ def _by_effector(
         if name not in names:
             raise RemoSplatError(unknown_name("end effector", name, names))
     if not any(map(len, wanted.values())):
-        raise RemoSplatError("a sequence needs a target")
+        raise RemoSplatError("a sequence needs at least one target")
     return [
         with_ways_onward([Target.of(x) for x in wanted.get(name, ())])
         for name in names

@@ -66,12 +66,12 @@ class Targets(Protocol):
 
 
 class TargetsMaker(Protocol):
-    """The settings of targets of another package."""
+    """The interface of settings that make a system of targets."""
 
     def make(
         self, robot: RobotModel, arrival: ArrivalConfig, period: float
     ) -> Targets:
-        """Makes the system.
+        """Makes the system that outputs the targets.
 
         Args:
             robot: The robot.
@@ -82,7 +82,7 @@ class TargetsMaker(Protocol):
 
 
 def target_port(targets: Targets) -> OutputPort:
-    """Returns the port with most information about the present target.
+    """Returns the port `aim` of a system of targets, or else `target`.
 
     Args:
         targets: The system.

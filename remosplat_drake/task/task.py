@@ -1,4 +1,4 @@
-"""`Task`: jobs with objects, and `TaskState`, the progress with them."""
+"""`Task`: jobs with objects; `TaskState`: the progress of a task."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -20,20 +20,21 @@ RUNNING, DONE, FAILED = "running", "done", "failed"
 """Outcomes of a task."""
 
 Permission = Callable[["TaskState", "TaskState", np.ndarray], str]
-"""Function that says why a robot must not stand at q when a task goes over from
-one state to another; empty if it may."""
+"""Function that checks a transition from one state of a task to another at the
+configuration q. It returns why the transition is not allowed; empty if it
+is."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Task:
-    """What a robot shall do.
+    """A task of a robot: jobs with objects.
 
     Attributes:
         robot: The robot, without a payload.
         blocks: The jobs, in their order.
-        objects: The objects where they are at the start.
-        spheres: Spheres around those that are carried, by name.
-        permission: Asked before anything becomes of an object or a rule.
+        objects: The objects, at their initial poses.
+        spheres: Spheres around the objects that are carried, by their names.
+        permission: Check before the payload or the contact rules change.
     """
 
     robot: RobotModel
@@ -45,32 +46,34 @@ class Task:
 
 @dc.dataclass(frozen=True, eq=False)
 class TaskState:
-    """How far a robot is with a task; copying returns the object itself.
+    """Progress of a robot in a task; copying returns the object itself.
 
     Attributes:
-        objects: All objects; a carried one where it was taken.
+        objects: All objects; a carried one at the pose where it was taken.
         block: Index of the present block.
-        way: Index of the way that is tried.
-        step: Index of the present step of it.
-        undoing: The steps that are left to undo a failed one; empty in general.
+        way: Index of the block's alternative that is tried.
+        step: Index of the present step of that alternative.
+        undoing: The remaining steps that undo a failed one; empty if none
+            failed.
         begun: Whether the present step has begun; if not, the arm first comes
             to a standstill.
         since: Time at which `begun` last changed [s].
-        X_WT: Goal of the end effector, or of the base if the step drives,
-            shape (4, 4); None before the first.
-        q_A: The configuration when the step began, shape (n_q,) [rad, m];
-            None before the first.
-        rules: The contact rules of the step that has begun last.
+        X_WT: Goal of the end effector, or of the base if that drives, shape (4,
+            4); None before the first step.
+        q_A: The configuration when the step began, shape (n_q,) [rad, m]; None
+            before the first step.
+        rules: The contact rules of the step that began last.
         payload: The carried object; None for none.
         holder: Index of the end effector that carries the payload.
         giver: Index of the end effector that has handed the payload over, until
             it has moved away; None otherwise.
         grip: Opening of the hand around the payload [m]; None if it is not
             checked.
-        X_OE: Pose of the holder in the payload's frame O, shape (4, 4).
+        X_OE: Pose of the end effector `holder` in the payload's frame O, shape
+            (4, 4); None without a payload.
         told: Commanded opening and force of each hand, by end effector [m, N].
         carried: The value of `load` when the block began.
-        failures: Why ways have failed, in words.
+        failures: Why steps have failed, in words.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """
 
@@ -98,7 +101,7 @@ class TaskState:
         return self
 
     def present(self, task: Task) -> Step:
-        """Returns the present step; the last one where all is over.
+        """Returns the present step; after the end of the task, the last one.
 
         Args:
             task: The task.
@@ -111,21 +114,21 @@ class TaskState:
 
     @property
     def held(self) -> str:
-        """Name of what is carried; empty for nothing."""
+        """Name of the carried object; empty if there is none."""
         return "" if self.payload is None else self.payload.name
 
     @property
     def load(self) -> tuple[str, int]:
-        """What is carried, and its holder; an empty name for nothing."""
+        """Name of the carried object, empty for none, and its end effector."""
         return (self.held, self.holder) if self.held else ("", 0)
 
     @property
     def in_map(self) -> tuple[SceneObject, ...]:
-        """The objects that stand somewhere, and are not carried."""
+        """The objects that are not carried."""
         return tuple(each for each in self.objects if each.name != self.held)
 
     def named(self, name: str) -> SceneObject:
-        """Returns an object where it is known to be.
+        """Returns an object, with its latest known pose.
 
         Args:
             name: Its name.
@@ -133,7 +136,7 @@ class TaskState:
         return find_object(self.objects, name)
 
     def moved(self, name: str, X_WO: np.ndarray) -> tuple[SceneObject, ...]:
-        """Returns all objects, one of them at another place.
+        """Returns all objects, one of them with another pose.
 
         Args:
             name: Its name.

@@ -1,4 +1,4 @@
-"""`TaskMap`: the map of a task, and where the robot may stand in it."""
+"""`TaskMap`: the map of a task; `StandingRule`: a check before each step."""
 
 from collections.abc import Sequence
 
@@ -14,8 +14,8 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.task import TaskState
 
 _MARGIN = 0.004
-"""How far below the stopping distance a step may begin [m]; less than the
-supervisor allows."""
+"""Distance below the stopping distance at which a step may still begin [m]. It
+is less than the supervisor's tolerance."""
 
 
 class TaskMap:
@@ -38,7 +38,7 @@ class TaskMap:
         """Returns the map with the contact rules of a state of the task.
 
         Args:
-            state: How far the task is.
+            state: The progress of the task.
         """
         key = state.in_map, state.rules, state.payload
         if self._latest is None or self._latest[0] != key:
@@ -58,11 +58,12 @@ class TaskMap:
 
 
 class StandingRule:
-    """Whether the robot may stand where it does when a step begins.
+    """Checks the distances of a robot at rest before a step begins.
 
-    A step may begin where all distances keep what verification will keep, or no
-    less than before the step. What is taken or put down may be as near to the
-    scene as it stands, but not in it.
+    A step may begin if, with its payload and contact rules, all distances are
+    at least the stopping distance, or at least as large as before the step. If
+    the step takes or puts down an object, the distances only need to be
+    positive, since the object stands on a surface.
 
     Args:
         law: The control law, of the robot without a payload.
@@ -75,11 +76,11 @@ class StandingRule:
     def __call__(
         self, before: TaskState, after: TaskState, q: np.ndarray
     ) -> str:
-        """Says why the robot may not stand somewhere; empty if it may.
+        """Returns why a step must not begin at q; empty if it may.
 
         Args:
-            before: The task before the step.
-            after: The task when it has begun.
+            before: The state of the task before the step.
+            after: The state of the task when the step has begun.
             q: The configuration, shape (n_q,) [rad, m].
         """
         least = self._map.stopping - _MARGIN
@@ -91,7 +92,7 @@ class StandingRule:
         return said
 
     def _room(self, state: TaskState, q: np.ndarray) -> tuple[float, str]:
-        """The least clearance [m], and which it is."""
+        """The least clearance [m], and a sentence that names its pair."""
         law, field = self._law.holding(state.payload), self._map.field(state)
         robot = law.robot
         rows = field.clearances(robot.spheres_at(q), law.collision.influence)

@@ -1,4 +1,4 @@
-"""`TaskSystem`: takes a task on, and tells the others what has changed."""
+"""`TaskSystem`: leads a robot through a task, as a Drake system."""
 
 from collections.abc import Mapping
 
@@ -29,7 +29,7 @@ from remosplat_drake.task.task_map import TaskMap
 
 
 class TaskSystem(LeafSystem):
-    """Leads a robot through a task: where to go, what may be touched.
+    """Outputs the targets, contact rules and hand commands of a task's steps.
 
     .. pydrake_system::
 
@@ -50,17 +50,18 @@ class TaskSystem(LeafSystem):
         - hand_command
         - task
 
-    `advance_task` decides. `aim`, `target` and `progress` are those of a
-    `TargetSequence`; blocks are counted. `distance_field` is the map with the
-    objects that stand in it and the contact rules of the present step,
-    `payload` what is carried, `objects` all objects where they stand, and
-    `hold` whether the arm shall stand still: map and payload change only while
-    it does. `hand_command` is the width and force of each hand [m, N],
-    `hand_state` the width, rate and force of each, and `task` the `TaskState`.
+    `advance_task` computes the progress once a period. `aim`, `target` and
+    `progress` are those of a `TargetSequence`, with blocks in place of targets.
+    `distance_field` is the map with the objects that are not carried and the
+    contact rules of the present step, `payload` the carried object, and
+    `objects` all objects at their poses. `hold` is true if the arm must stand
+    still: map and payload change only then. `hand_command` is the width and
+    force of each hand [m, N], `hand_state` the width, rate and force of each,
+    and `task` the `TaskState`.
 
     Args:
         task: The task.
-        map: Its map.
+        map: The map of the task.
         widths: Opening of each hand at the start, by end effector [m].
         period: Control period [s].
     """
@@ -116,7 +117,7 @@ class TaskSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
 
     def state(self, context: Context) -> TaskState:
-        """Returns how far the task is.
+        """Returns the progress of the task in detail.
 
         Args:
             context: The system's own context.
@@ -137,7 +138,7 @@ class TaskSystem(LeafSystem):
         return TargetProgress(state.block, count, step.text, failed)
 
     def error(self, context: Context) -> PoseError:
-        """Returns the error to where the present step goes.
+        """Returns the pose error to the goal of the present step.
 
         Args:
             context: The system's own context.

@@ -1,4 +1,4 @@
-"""`VelocityProfile`: hands out velocities of the axes, one row a period."""
+"""`VelocityProfile`: outputs given velocities of the axes, one row a period."""
 
 import dataclasses as dc
 import math
@@ -17,7 +17,7 @@ from remosplat_drake.task.arrival import ArrivalConfig
 from remosplat_drake.task.target_sequence import TargetProgress
 
 _ROUNDING = 1e-6
-"""Errors of times relative to a period."""
+"""Rounding error of a time, relative to a period."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class _Playing:
     """The present motion; copying returns the object itself.
 
     Attributes:
-        start: When its first row begins [s]; NaN while nothing is played.
+        start: Start of its first row [s]; NaN before the first profile.
         u: The rows, shape (k, n_u) [m/s, rad/s].
     """
 
@@ -37,7 +37,7 @@ class _Playing:
 
 
 class VelocityProfile(LeafSystem):
-    """Hands out velocities, for a law with `VelocityTracking`.
+    """Outputs velocities, for a control law with `VelocityTracking`.
 
     .. pydrake_system::
 
@@ -48,13 +48,13 @@ class VelocityProfile(LeafSystem):
         - target
         - aim
 
-    Before `play` and after the last row it commands rest. The pose of `target`
-    is that of the end effector, so a profile has no target of its own. `aim` is
-    that pose with the velocities of the period.
+    The system outputs zero velocity before `play` and after the last row.
+    `target` is the measured pose of the end effector, since a profile has no
+    target pose. `aim` is that pose, with the velocities of the present period.
 
     Args:
         robot: The robot.
-        period: Time for which a row counts [s].
+        period: Duration of a row [s].
     """
 
     def __init__(self, *, robot: RobotModel, period: float):
@@ -74,7 +74,7 @@ class VelocityProfile(LeafSystem):
         )
 
     def play(self, context: Context, u: np.ndarray) -> None:
-        """Begins a profile at the time of the context.
+        """Starts a profile at the present time of the context.
 
         Args:
             context: The system's own context, between two steps of a
@@ -85,7 +85,7 @@ class VelocityProfile(LeafSystem):
         value.set_value(_Playing(context.get_time(), np.array(u, float)))
 
     def progress(self, context: Context) -> TargetProgress:
-        """Returns whether the profile is over; it is the only target.
+        """Returns the progress, in which the profile counts as one target.
 
         Args:
             context: The system's own context.
@@ -94,7 +94,7 @@ class VelocityProfile(LeafSystem):
         return TargetProgress(int(0 < len(playing.u) <= row), 1)
 
     def error(self, context: Context) -> PoseError:
-        """Returns no error: the end effector is where it shall be.
+        """Returns the error zero, since a profile has no target pose.
 
         Args:
             context: The system's own context.
@@ -106,7 +106,7 @@ class VelocityProfile(LeafSystem):
         return context.get_abstract_state(self._cell).get_value()
 
     def _row(self, context: Context) -> float:
-        """Number of the row that counts now; NaN while nothing is played."""
+        """Number of the present row; NaN before the first profile."""
         elapsed = context.get_time() - self._playing(context).start
         row = elapsed / self._period + _ROUNDING
         return row if math.isnan(row) else math.floor(row)

@@ -9,18 +9,18 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass(frozen=True, eq=False)
 class Workshop:
-    """What the steps of a scenario are made with.
+    """Properties of the robot and the objects, to check and complete steps.
 
     Attributes:
         robot: The robot.
         objects: Names of the objects.
-        overhang: How far the spheres of carried objects reach beyond them, by
-            the objects' names [m].
+        overhang: Distances by which the spheres of carried objects exceed them,
+            by the objects' names [m].
         max_widths: Greatest openings of the hands by end effector [m].
-        is_stopped: Whether what is between the fingers stops them, which it
-            does not on a kinematic station.
-        where: The scenario that errors blame, as file and name.
-        plans: Whether paths are planned.
+        is_stopped: Whether an object between the fingers stops them; false on a
+            kinematic station.
+        where: File and name of the scenario, for errors.
+        plans: Whether the controller plans paths.
     """
 
     robot: RobotModel
@@ -36,7 +36,7 @@ class Workshop:
         return FieldError(self.where, field, problem)
 
     def object(self, name: str, field: str) -> str:
-        """Returns a name, if there is such an object.
+        """Returns the name of an object, after a check that it exists.
 
         Raises:
             FieldError: There is none.
@@ -46,10 +46,12 @@ class Workshop:
         return name
 
     def width(self, width: float | None, effector: int, field: str) -> float:
-        """Returns an opening that a hand has; None means the greatest.
+        """Returns a width, after a check that the hand can open so far.
+
+        None means the greatest opening of the hand.
 
         Raises:
-            FieldError: There is no hand, or one that opens less.
+            FieldError: There is no hand, or its greatest opening is less.
         """
         most = self.max_widths.get(effector)
         if most is None:

@@ -95,7 +95,7 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         ),
         (
             "{tasks: [!DriveTo {}], controller: {guidance: {budget: 0}}}",
-            "tasks.0.: needs the paths of controller.guidance.planning",
+            "tasks.0.: needs planned paths: set controller.guidance.planning",
         ),
         (
             "{targets: [{translation: [1, 0, 1]}]}",
