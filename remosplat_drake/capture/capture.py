@@ -7,13 +7,14 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 
 _ROTATION_TOLERANCE = 1e-3
-"""Bound on the rounding of rotations, which files print with few digits."""
+"""Largest rounding error of a rotation matrix; files store only few digits."""
 
 _LARGEST = 1e9
-"""Largest number of pixels or metres; its square does not overflow."""
+"""Largest valid entry of K [pixels] or of a pose [m]; its square does not
+overflow."""
 
 _MOTIONS = ("velocity_W", "acceleration_W")
-"""Fields of a capture with the motion of its cameras."""
+"""Fields of `Capture` that describe the motion of its cameras."""
 
 MIN_VIEWS = 2
 """Least number of views of a capture."""
@@ -36,14 +37,14 @@ class Capture:
         hidden: Pixels that do not show the scene (such as the robot), shape (n,
             h, w), bool; their depth is 0. None: every pixel shows the scene.
         names: Names of the n views, as their files have them; empty: unknown.
-        notes: Doubtful or omitted data, as the reader reports them, one
-            sentence each.
+        notes: The reader's remarks about doubtful or omitted data, one sentence
+            each.
         up_W: Unit vector against gravity, if the file says so; None: unknown.
         velocity_W: Angular velocity of each camera [rad/s], then the velocity
             of its centre [m/s], in W, while its image was taken, shape (n, 6);
             None: unknown.
-        acceleration_W: Derivative of these six numbers, shape (n, 6); None:
-            unknown.
+        acceleration_W: Time derivative of `velocity_W`, shape (n, 6) [rad/s^2,
+            m/s^2]; None: unknown.
 
     Raises:
         RemoSplatError: The arrays do not match, or a view's pose is not a rigid
@@ -145,7 +146,7 @@ class Capture:
     def with_depth(
         self, scale: float, offset: float, growth: float = 0.0
     ) -> "Capture":
-        """Returns the capture with depths scale z + offset + growth z^2 [m]."""
+        """Returns a copy with depths scale * z + offset + growth * z^2 [m]."""
         z = self.depth.astype(float)
         other = scale * z + offset + growth * z * z
         depth = np.where(z > 0, np.maximum(other, 0), 0)
@@ -210,7 +211,7 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
             not a rigid transform.
     """
     if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
-        raise RemoSplatError(f"{name}: its camera is not finite")
+        raise RemoSplatError(f"{name}: its camera or pose is not finite")
     if max(np.abs(K).max(), np.abs(X_WC).max()) > _LARGEST:
         raise RemoSplatError(f"{name}: its camera has numbers above 1e9")
     if not (K[0, 0] > 0 and K[1, 1] > 0):

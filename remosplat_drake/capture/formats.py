@@ -1,8 +1,8 @@
 """`read_capture`: posed RGB-D images from files of all supported formats.
 
-A format consists of a description, a function that recognises a path, one that
-reads poses and images, and one that reports omissions. To add a format, write a
-module and add a line here.
+A format consists of a description, and of functions that recognise a path, read
+poses and images, and report omissions. To add a format, write a module with
+these, and add a line to `FORMATS`.
 """
 
 import dataclasses as dc
@@ -49,10 +49,12 @@ class Format:
         looks_for: Description of the files of the format.
         recognises: Function that returns whether a path is of this format, by
             its content.
-        open_recording: Function that reads the poses of a path.
-        notes: Function that reports omissions of the frames of a path.
+        open_recording: Function that reads the poses of a capture's files, but
+            not yet its images.
+        notes: Function that reports which frames of the files cannot be used,
+            and why.
         up_W: Unit vector against gravity in the world of all captures of this
-            format; None if it documents none.
+            format; None if the format does not document it.
     """
 
     looks_for: str
@@ -90,9 +92,9 @@ class ReadingConfig:
     """Settings for reading a capture.
 
     Attributes:
-        stride: Step between frames that are considered.
-        keyframes: Largest number of frames that are read in full; of more than
-            these, `choose_keyframes` chooses. 0 reads all.
+        stride: Only every n-th frame is considered, n being this number.
+        keyframes: Largest number of frames that are read in full. If there are
+            more, `choose_keyframes` selects. 0 means all.
         max_depth: Largest depth that is trusted; deeper pixels become unknown
             [m].
         max_size: Largest width or height; larger images are shrunk to it
@@ -129,7 +131,7 @@ def read_capture(
     """Reads a capture: undistorted images of one size, in metres.
 
     If colour and depth differ in size, the larger image is reduced: colours are
-    averaged over areas, depths are picked.
+    averaged over areas, depths are taken from the nearest pixel.
 
     Args:
         path: A file or folder.
@@ -160,7 +162,7 @@ def read_keyframes(
     report: Report = lambda what, done, total: None,
     stages: KeptStages = NOTHING_KEPT,
 ) -> tuple[Capture, Keyframes | None]:
-    """Reads the frames of a capture that show all of it.
+    """Reads a selection of frames that shows the same surfaces as all frames.
 
     The poses of all frames are read first. The depth images, which are small,
     are read once for the selection of frames; only selected frames are read in
@@ -169,9 +171,9 @@ def read_keyframes(
     Args:
         path: A file or folder.
         format: A name of `FORMATS`; None detects it by the content.
-        config: Which frames are considered, how many are read, and how.
+        config: Number of frames, and limits of depth and image size.
         report: Called with the progress, see `Report`.
-        stages: Storage for the selection.
+        stages: Storage that keeps the selection for later runs.
 
     Returns:
         The capture as `read_capture` describes it, and the selection of its

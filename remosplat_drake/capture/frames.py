@@ -1,8 +1,9 @@
 """`Frame`: one posed RGB-D image of a file, and the assembly of captures.
 
 Phones measure depth on a coarser grid than colour. All images of a capture have
-one size, so both get the size of the smaller: colours are averaged over areas,
-depths are sampled. No depth is interpolated between two surfaces.
+one size, so colour and depth both get the size of the smaller one. Colours are
+averaged over areas. Depths are taken from the nearest pixel, because an
+interpolated depth between two surfaces belongs to neither.
 """
 
 import dataclasses as dc
@@ -17,12 +18,13 @@ from remosplat_drake.capture.images import shrink_colors
 from remosplat_drake.capture.undistortion import Distortion, undistort
 
 _ASPECT_TOLERANCE = 0.02
-"""Images of the same view may differ so much in width over height."""
+"""Largest relative difference between the aspect ratios of two images of the
+same view."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Frame:
-    """One RGB-D image of a camera C in a world frame W, as a file has it.
+    """One RGB-D image of a camera C in a world frame W, as read from a file.
 
     Attributes:
         name: Name of the frame, for errors.
@@ -95,8 +97,8 @@ def assemble(
             [pixels].
 
     Raises:
-        RemoSplatError: A frame has no usable camera, its images do not match
-            each other or those of earlier frames, or there is no frame.
+        RemoSplatError: There is no frame, a frame has no usable camera, or its
+            images match neither each other nor those of earlier frames.
     """
     fitted: list[Frame] = []
     for frame in frames:

@@ -1,10 +1,11 @@
 """`choose_keyframes`: selects a few frames that cover a long capture.
 
 A hand-held camera sees each surface dozens of times from almost the same place.
-Here surfaces are divided into voxels, and frames are selected one by one: each
-is the frame that adds most to the voxels seen so far (the greedy covering of
-Nemhauser, Wolsey and Fisher, 1978). A voxel's first views add most, and views
-from new directions more than others. Blurred frames have a lower weight.
+So space is divided into voxels, and frames are selected one by one. The next
+frame is the one with the greatest gain (the greedy covering of Nemhauser,
+Wolsey and Fisher, 1978). A frame gains most from voxels that few selected
+frames show, and from voxels that none shows from its direction. Blurred frames
+have a lower weight.
 """
 
 import dataclasses as dc
@@ -27,15 +28,15 @@ _COARSE = 64
 """Largest width and height of the depth images that are evaluated [pixels]."""
 
 _WORTH = 0.5
-"""Ratio of the gains of successive views of a voxel; the first view adds 1.
-Many views average noise, but the first few matter most."""
+"""Ratio of the gains of successive views of a voxel; the first view gains 1.
+More views average the noise, but the first few matter most."""
 
 _BLURRED_WORTH = 0.1
-"""Weight of a completely blurred image: a sharp image of the same surface is
-preferred, but a surface is not omitted because of blur."""
+"""Weight of a completely blurred image. A sharp image of the same surface is
+preferred, but a surface that only blurred images show is still selected."""
 
 _DIRECTION_WORTH = 0.5
-"""Weight of the first view of a voxel from a direction."""
+"""Factor of the gain for the first view of a voxel from a new direction."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
 """A pair of voxel and viewing direction is one integer: three indices and a
@@ -44,14 +45,14 @@ direction."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Keyframes:
-    """The selected frames, and the share that the others would add.
+    """The selected frames, and the fraction of the scene that they do not show.
 
     Attributes:
-        chosen: Their positions among all frames, ascending, shape (k,).
+        chosen: Indices of the selected frames, ascending, shape (k,).
         frames: Number of all frames.
-        missed: Fraction of all seen voxels that no selected frame has seen, nor
-            any of their 26 neighbours, since noise moves a surface between
-            voxels.
+        missed: Fraction of all voxels with surfaces that no selected frame
+            shows. A voxel counts as shown if one of its 26 neighbours is, since
+            noise moves surfaces between voxels.
     """
 
     chosen: np.ndarray
@@ -78,8 +79,9 @@ def looks_of_view(
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
 
     Returns:
-        Numbers of voxel and direction, ascending, each once. The direction is
-        one of 24: its largest component, and the signs of all three.
+        Numbers that encode voxel and viewing direction, ascending, each once.
+            There are 24 directions: by the largest component and the three
+            signs.
     """
     height, width = depth.shape
     shrink = max(height, width, _COARSE) / _COARSE
@@ -107,8 +109,8 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
         depth: Typical depth in the image [m].
 
     Returns:
-        1 for a still or unknown camera, 1/2 for a blur of one pixel, and less
-        with the square of it.
+        Sharpness: 1 for a camera at rest or of unknown motion, 1/2 for a blur
+            of one pixel, falling with the square of the blur.
     """
     turning, moving = np.linalg.norm(velocity_W.reshape(2, 3), axis=1)
     blur = EXPOSURE * focal * (turning + moving / depth)
@@ -122,7 +124,7 @@ def choose_keyframes(
 
     Args:
         looks: Results of `looks_of_view` for each of n frames.
-        sharp: Results of `sharpness` for each, shape (n,).
+        sharp: Results of `sharpness` for each frame, shape (n,).
         most: Largest number of frames that are chosen.
     """
     n = len(looks)

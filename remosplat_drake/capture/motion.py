@@ -4,10 +4,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 LONGEST_STEP = 0.2
-"""Time between neighbouring frames above which the velocity is unknown [s]."""
+"""Longest time between neighbouring frames for a known velocity [s]."""
 
 ACCELERATION_SPAN = 0.1
-"""Time to either side by which velocities are compared [s]."""
+"""Accelerations are differences of velocities this long before and after
+[s]."""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
@@ -51,8 +52,9 @@ def camera_accelerations(
 ) -> np.ndarray:
     """Computes a camera's accelerations.
 
-    Differences are taken over `ACCELERATION_SPAN` to either side: over single
-    frames, the jitter of poses would dominate.
+    They are differences of velocities `ACCELERATION_SPAN` before and after each
+    frame. In differences between neighbouring frames, the jitter of poses would
+    dominate.
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].

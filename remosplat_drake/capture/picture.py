@@ -1,4 +1,4 @@
-"""A capture at a glance: its frames, and a map of its cameras from above."""
+"""Draws an overview of a capture: its frames, and its cameras from above."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -19,10 +19,10 @@ _POINTS = 60_000
 """Number of points in the view from above."""
 
 _ABOVE = 0.5
-"""Height above all cameras of hidden points, such as ceilings [m]."""
+"""Points this far above all cameras, such as ceilings, are not drawn [m]."""
 
 _LOOK = 0.15
-"""Length of the strokes in the cameras' viewing directions [m]."""
+"""Length of the lines that show the cameras' viewing directions [m]."""
 
 _INK, _FAINT, _UNKNOWN, _WRONG = "#1d2430", "#7a8494", "#e9ecf1", "#ff3b30"
 _CAMERA = "#0a7cff"
@@ -82,9 +82,9 @@ def draw_capture(
 
 
 def up_axis(capture: Capture) -> tuple[int, float]:
-    """Finds the world axis that is most nearly up for the cameras.
+    """Finds the world axis that is closest to the cameras' upward direction.
 
-    Most cameras are held upright, and files differ in which axis is up.
+    Files differ in which axis points up, but most cameras are held upright.
 
     Returns:
         Index of the axis, and its sign: 1.0 if it points up, else -1.0.
@@ -130,7 +130,7 @@ def _draw_map(axes: Axes, capture: Capture, wrong_frames: np.ndarray):
     names = "xyz"
     axes.set_title(
         f"from above ({'-' if sign < 0 else ''}{names[up]} is up):"
-        " cameras, where they look, and what they measured",
+        " cameras, their viewing directions, and measured points",
         size=12,
         color=_INK,
     )

@@ -10,7 +10,7 @@ from remosplat_drake.capture.frames import Frame, scale_intrinsics
 
 @dc.dataclass(frozen=True, eq=False)
 class DepthImage:
-    """A frame's depth image without its colours, as a file has it.
+    """A frame's depth image without its colours, as read from a file.
 
     Attributes:
         name: Name of the frame, for errors.
@@ -30,7 +30,7 @@ class DepthImage:
         color_size: tuple[float, float],
         depth: np.ndarray,
     ) -> "DepthImage":
-        """Makes a depth image with the camera of the colour image of its frame.
+        """Makes a depth image from the intrinsics of its frame's colour image.
 
         Args:
             name: Name of the frame.
@@ -46,9 +46,9 @@ class DepthImage:
 class Recording:
     """n posed RGB-D images in files, and the functions that read them.
 
-    Both functions take ascending indices of frames. They yield each frame's
-    index with what was read, in this order, and may end early: a video may be
-    shorter than the list of its poses.
+    Both functions take ascending indices of frames, and yield pairs of an index
+    and the data of this frame, in the same order. They may end early, since a
+    video may be shorter than the list of its poses.
 
     Attributes:
         X_WC: Camera poses (OpenCV axes), shape (n, 4, 4), as the files have

@@ -1,4 +1,4 @@
-"""Undistortion: turns images of lenses into those of pinhole cameras.
+"""Undistortion: converts images with lens distortion to pinhole images.
 
 The model is the Brown-Conrady polynomial of OpenCV and nerfstudio: a ray
 through (x, y) on the plane z = 1 reaches the sensor at (x_d, y_d),

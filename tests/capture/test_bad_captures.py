@@ -109,7 +109,7 @@ BAD_SEVEN_SCENES = [
     (pose(DOUBLE), "frame-000002: its pose is scaled by 2"),
     (pose(SHEAR), "frame-000002: its pose has no rotation matrix"),
     (pose(MOVED.T), "frame-000002: the last row of its pose must be 0 0 0 1"),
-    (pose(NAN), "frame-000002: its camera is not finite"),
+    (pose(NAN), "frame-000002: its camera or pose is not finite"),
     (pose(np.eye(3)), r"pose\.txt: expected a 4x4 matrix"),
     (pose([["a"] * 4] * 4), r"pose\.txt: expected numbers"),
     (replace("camera-intrinsics.txt", None), "no intrinsics; expected"),
@@ -166,7 +166,7 @@ BAD_STRAY_SCANNER = [
     ),
     (
         replace("odometry.csv", "frame,x,y,z,qx,qy,qz,qw\n0,1,2,3,0,0,nan,0"),
-        "frame 000000: its camera is not finite",
+        "frame 000000: its camera or pose is not finite",
     ),
 ]
 BAD = [

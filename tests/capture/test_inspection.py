@@ -63,7 +63,7 @@ def test_intrinsics_of_turned_images(scene_capture):
     K = scene_capture.K.copy()
     K[:, [0, 1], 2] = K[:, [1, 0], 2]
     text = warnings_of(scene_capture, K=K)
-    assert "that of images turned by 90 degrees is: exchange c_x" in text
+    assert "images turned by 90 degrees: exchange c_x" in text
 
 
 def test_a_principal_point_that_nothing_explains(scene_capture):

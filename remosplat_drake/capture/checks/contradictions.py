@@ -1,4 +1,4 @@
-"""Finds points that other views look through: wrong frames and motion."""
+"""Finds wrong frames and motion: surfaces in other views' free space."""
 
 import dataclasses as dc
 
@@ -14,31 +14,32 @@ from remosplat_drake.capture.checks.findings import (
 from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 
 _WRONG = 0.5
-"""A frame is wrong if other frames look through at least this fraction of its
-points."""
+"""A frame is wrong if other frames show free space at this fraction of its
+points, or more."""
 
 _MOVING = 0.08
-"""Least such fraction of a frame with motion, or least fraction of other
-frames' points that this frame looks through. In rendered captures of static
-rooms, noisy or with pose errors up to 30 mm, it is at most 0.03."""
+"""A frame shows motion if at least this fraction of its points is in other
+frames' free space, or of other frames' points in its own free space. In
+rendered captures of static rooms, noisy or with pose errors up to 30 mm, the
+fraction is at most 0.03."""
 
 _MOVED = 0.005
-"""An object has moved in the capture if frames look through at least this
-fraction of all frames' points."""
+"""An object has moved in the capture if at least this fraction of all points is
+in other frames' free space."""
 
 _MIN_JUDGED = 30
 """Least number of points for a decision about a frame."""
 
 
 def contradicting_frames(wide: WideBaselines) -> np.ndarray:
-    """Finds frames with most points in space that others see as empty.
+    """Finds frames with most of their points in other frames' free space.
 
-    The frame that contradicts the most others is removed first, with its
-    contradictions: of two frames that contradict each other, the others decide
-    which one is right.
+    If two frames contradict each other, either may be wrong. So the frame that
+    contradicts the most others is removed first, its contradictions no longer
+    count, and the search is repeated.
 
     Returns:
-        Their indices, ascending.
+        Indices of these frames, ascending.
     """
     wrong: list[int] = []
     while True:
@@ -53,9 +54,10 @@ def contradicting_frames(wide: WideBaselines) -> np.ndarray:
 def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """Judges whether something in front of the cameras has moved.
 
-    It reports frames with surfaces that others look through; if there are none,
-    those that look through others' surfaces. A mirror or a pane that few frames
-    see through is a small part of each of the others.
+    It reports frames with surfaces in other frames' free space. If there are
+    none, it reports frames with other frames' surfaces in their own free space.
+    The second test finds a mirror or a pane of glass that few frames see
+    through, since it is a small part of each other frame.
 
     Args:
         capture: The capture.
@@ -63,10 +65,10 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """
     looking = dc.replace(wide, pairs=wide.pairs[:, ::-1])
     for sides, words in (
-        (wide, "other views look through up to {} % of what {} frames show"),
+        (wide, "up to {} % of what {} frames show is free space in others"),
         (
             looking,
-            "up to {} % of what others show is looked through by {} frames",
+            "up to {} % of what others show is free space in {} frames",
         ),
     ):
         judged, through = _counts(sides, [])

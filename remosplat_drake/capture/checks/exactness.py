@@ -29,7 +29,7 @@ _SHIFTED_PAIRS = 60
 """Largest number of pairs for the test of a shift by one frame."""
 
 _LEAST_OFFSET = 5e-4
-"""Smaller disagreement is within the resolution of depth files, which are in
+"""Disagreement below this is within the resolution of depth files, which store
 whole millimetres [m]."""
 
 _TIMES_NOISE = 3.0
@@ -37,14 +37,16 @@ _TIMES_NOISE = 3.0
 without noise, it is at most 1.5 for disagreements above `_LEAST_OFFSET`."""
 
 _FRAME_OFF = 3e-3
-"""A frame that disagrees with all others by more has a wrong pose [m]."""
+"""A frame that disagrees with all others by more than this has a wrong pose
+[m]."""
 
 _EXPLAINED = 0.5
 """Largest remaining fraction of a disagreement after correction of its
 cause."""
 
 _LEAST_SCALE = 0.002
-"""Smaller errors of the scale cannot be distinguished from others."""
+"""Least detectable error of the depth's scale, as a fraction; smaller ones
+cannot be distinguished from errors of poses."""
 
 
 @dc.dataclass(frozen=True)
@@ -93,7 +95,7 @@ class Disagreement:
 
 
 def disagreement(wide: WideBaselines) -> Disagreement | None:
-    """Summarises how views disagree; None if too few can be compared."""
+    """Summarises the views' disagreement; None if too few can be compared."""
     compared = np.flatnonzero(wide.compared)
     if len(compared) < _MIN_PAIRS:
         return None

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from remosplat_drake.capture.capture import Capture
 
 DEFECT, WARNING = "defect", "warning"
-"""A defect makes a wrong map; a warning makes one that is less complete or less
-exact than its capture suggests."""
+"""A defect causes a wrong map. After a warning, the map may be less complete or
+less exact than the capture suggests."""
 
 INTRINSICS = "intrinsics"
 NO_DEPTH = "no-depth"

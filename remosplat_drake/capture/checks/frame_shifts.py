@@ -1,7 +1,7 @@
-"""Finds images paired with other images or poses of another frame.
+"""Finds images that are paired with data of another frame.
 
-A recorder shifts all pairs by one if it drops its first depth image, or if it
-counts one kind of data from one and another from zero.
+A recorder pairs all images with data of the next frame if it drops its first
+depth image, or if it numbers depths from one but colours or poses from zero.
 """
 
 import dataclasses as dc
@@ -14,7 +14,7 @@ from remosplat_drake.capture.checks.registration import edge_correlation
 
 @dc.dataclass(frozen=True)
 class FrameShift:
-    """A wrong pairing of images and poses by index, with its correction.
+    """A shift of images against poses by one frame, with its correction.
 
     Attributes:
         step: Frame i has data that belong to frame i - step.
@@ -28,7 +28,7 @@ class FrameShift:
 
     @property
     def words(self) -> str:
-        """Description of the capture, as part of a warning."""
+        """Description of the wrong pairing, as part of a warning."""
         what = {
             (True, True): "images look as if paired with the poses",
             (True, False): "depth images look as if paired with colours and"
@@ -41,7 +41,7 @@ class FrameShift:
 
     @property
     def remedy(self) -> str:
-        """Description of `undo`."""
+        """Description of the correction that `undo` makes, for a report."""
         what = {
             (True, True): "images",
             (True, False): "depth images",
@@ -75,7 +75,7 @@ SHIFTS = tuple(
 
 
 def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:
-    """Returns a shift of depths, or of colours with them if that fits better.
+    """Adds a shift of colours to one of depths if edges then match better.
 
     Args:
         shift: A shift of depths against poses.

@@ -32,28 +32,28 @@ _MAX_OFF_CENTRE = 0.15
 fraction of the image's size."""
 
 _ALIKE = 0.1
-"""Relative difference of numbers with the same cause."""
+"""Largest relative difference of two numbers that count as equal."""
 
 _SQUARE = 0.1
-"""Logarithm of the ratio of sides below which an image counts as square."""
+"""An image is square if the logarithm of width over height is below this."""
 
 _DEPTH_RANGE = (0.1, 10.0)
 """Plausible median depths in a robot's workspace [m]."""
 
 _GOOD_CORRELATION = 0.3
-"""Correlation above which edges belong to the same frame."""
+"""Edges of depths and colours belong to one frame above this correlation."""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
-"""Least ratio and difference by which edges match better with colours of
-another frame."""
+"""Colours belong to another frame if their correlation with its depths exceeds
+that with their own depths by this ratio, plus this difference."""
 
 _PLANE, _ON_PLANE = 0.02, 0.95
-"""Distance from a plane [m], and the fraction of points within it in a capture
-that shows only one plane."""
+"""A capture shows only one plane if at least this fraction of its points
+(second number) is within this distance of a plane (first number [m])."""
 
 _MAX_EMPTY = 0.2
-"""Largest fraction of empty depth images: a camera may have been too close to
-everything in view."""
+"""Largest fraction of empty depth images without a warning. A few are normal,
+since a camera may come too close to everything in view."""
 
 _UNITS = (
     (1e3, "millimetres read as metres"),
@@ -111,10 +111,10 @@ def _judge_centre(center: np.ndarray, size: np.ndarray, off: float) -> Finding:
     scales = 2 * center / size
     scale = float(scales.mean())
     if np.abs(scales - scale).max() < _ALIKE * abs(scale):
-        problem += f", where that of images about {scale:.2g} times as large is"
+        problem += f", as in images about {scale:.2g} times as large"
     elif np.abs(2 * center / size[::-1] - 1).max() < _ALIKE:
         problem += (
-            ", where that of images turned by 90 degrees is: exchange c_x and"
+            ", as in images turned by 90 degrees: exchange c_x and"
             " c_y, and f_x and f_y, in the file"
         )
         return Finding(INTRINSICS, problem)
@@ -242,7 +242,7 @@ def judge_shape(capture: Capture) -> list[Finding]:
 
 
 def without(capture: Capture, frames: np.ndarray) -> Capture:
-    """Returns the capture without some frames, given by their indices."""
+    """Returns the capture without the frames of the given indices."""
     kept = np.ones(len(capture), bool)
     kept[frames] = False
     return capture.select(kept)

@@ -59,8 +59,8 @@ class CaptureInspection:
         extent: Sides of the box around the camera's positions, shape (3,) [m].
         registration: Registration of colour and depth; None if there is too
             little data.
-        overlap: Agreement of neighbouring frames about depth.
-        wide: Agreement of frames near and far, in millimetres.
+        overlap: Agreement between the depths of neighbouring frames.
+        wide: Disagreement of near and distant frames about shared surfaces.
         wrong_frames: Indices of the frames that disagree with all of their
             neighbours.
         findings: All problems, defects first.
@@ -109,7 +109,8 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     )
     pose_findings = judge_overlap(capture, overlap, wrong)
     if not pose_findings:
-        # The checks below would only repeat that poses are wrong.
+        # With wrong poses, the checks below could only report the same problem
+        # again.
         pose_findings = _judge_shared_surfaces(capture, overlap, wide)
     mended = any(finding.mend for finding in pose_findings)
     findings = (

@@ -1,8 +1,8 @@
 """Depth consistency between overlapping views of a capture.
 
-Points of one view are projected into another one, whose depth image must
-contain them. A point behind the other view's surface may be occluded; a point
-in front of it is a contradiction, since that view has looked through it.
+Points of one view are projected into another view and compared with its depth
+image. A point behind the measured surface may be occluded. A point in front of
+it is a contradiction, since the other view measured free space there.
 """
 
 import dataclasses as dc
@@ -17,8 +17,8 @@ TOLERANCE = 0.02
 
 _SAMPLES = 400
 _COARSE = 40
-"""Numbers of points of a view for comparisons, and for the search for
-neighbours."""
+"""Number of points of a view that are compared, and number of points that the
+search for neighbouring views uses."""
 
 _NEIGHBOURS = 4
 _MIN_OVERLAP = 0.3
@@ -40,14 +40,14 @@ class Overlap:
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Number of points of either view that the other one confirms
+        agreeing: Number of points of both views with the other view's depth,
             within the tolerance, shape (m,).
-        contradicting: Number of points that the other one looks through, shape
-            (m,).
+        contradicting: Number of points in front of the other view's surface,
+            shape (m,).
         differences: Absolute differences between the depths of all compared
             points and the other view's surface, over all pairs [m].
-        supported: Fraction of all the views' points that agree with a
-            neighbour's.
+        supported: Fraction of all the views' points that agree with some
+            neighbour's depth.
     """
 
     pairs: np.ndarray
@@ -61,26 +61,26 @@ class Overlap:
 
     @property
     def agreement(self) -> float:
-        """Fraction of all judged points that agree; NaN without any."""
+        """Fraction of compared points that agree; NaN if none was compared."""
         judged = int(self.agreeing.sum() + self.contradicting.sum())
         return int(self.agreeing.sum()) / judged if judged else np.nan
 
     @property
     def agreements(self) -> np.ndarray:
-        """Agreement of each pair, (m,); NaN of pairs that share little."""
+        """Agreement of each pair, shape (m,); NaN for few shared points."""
         judged = self.agreeing + self.contradicting
         shares = judged >= _MIN_JUDGED
         return np.where(shares, self.agreeing / np.maximum(judged, 1), np.nan)
 
     @property
     def median(self) -> float:
-        """Median absolute difference of depths [m]; NaN if none was judged."""
+        """Median absolute difference of depths [m]; NaN without any points."""
         if not len(self.differences):
             return np.nan
         return float(np.median(self.differences))
 
     def within(self, distance: float) -> float:
-        """Returns the fraction of points that differ by < distance [m]."""
+        """Returns the fraction of points with differences < distance [m]."""
         if not len(self.differences):
             return np.nan
         return float((self.differences < distance).mean())
@@ -124,7 +124,7 @@ def measure_overlap(
 def supported_fractions(
     capture: Capture, seed: int = 0, tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """Computes the fraction of each view's points that any other one shows.
+    """Computes the fraction of each view's points that another view shows, too.
 
     Args:
         capture: The n views.
@@ -132,7 +132,7 @@ def supported_fractions(
         tolerance: Fraction of a depth by which agreeing depths may differ.
 
     Returns:
-        Fractions of the views' points, shape (n,); 0 for one without depth.
+        Fractions of the views' points, shape (n,); 0 for a view without depth.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     supported = np.zeros(p_C.shape[:2], bool)
@@ -145,10 +145,10 @@ def supported_fractions(
 def wrong_frames(overlap: Overlap) -> np.ndarray:
     """Finds views that disagree with all of their neighbours.
 
-    A view without neighbours is not among them, since nothing contradicts it.
+    Views without neighbours are not included, since nothing contradicts them.
 
     Returns:
-        Their indices, ascending.
+        Indices of these views, ascending.
     """
     agreements = overlap.agreements
     views = np.unique(overlap.pairs[np.isfinite(agreements)])
@@ -175,7 +175,7 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
 
 
 def shared_fractions(capture: Capture, p_C: np.ndarray) -> np.ndarray:
-    """Computes the fractions of points of two views that are in both images.
+    """Computes the fraction of points that each pair of views shares.
 
     Occlusion is ignored.
 
@@ -184,8 +184,9 @@ def shared_fractions(capture: Capture, p_C: np.ndarray) -> np.ndarray:
         p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
 
     Returns:
-        The smaller one of each two views' fractions, shape (n, n); 0 on the
-        diagonal.
+        For each pair of views, the fraction of one view's points that project
+        into the other's image; the smaller of both directions. Shape (n, n); 0
+        on the diagonal.
     """
     n = len(capture)
     seen = np.zeros((n, n))

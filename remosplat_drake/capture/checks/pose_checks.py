@@ -1,4 +1,4 @@
-"""Checks of a capture's poses: whether its views confirm each other."""
+"""Checks of a capture's poses, by comparison of its views."""
 
 import numpy as np
 
@@ -34,13 +34,15 @@ from remosplat_drake.capture.checks.pose_conventions import (
 )
 
 _ROUGHLY = 0.08
-"""Relative agreement of depths from which refinement may correct poses."""
+"""Tolerance of depths, as a fraction: if views agree within it, refinement of
+poses may correct the remaining errors."""
 
 _MIN_SUPPORTED = 0.05
-"""Fraction of confirmed points below which views show different places."""
+"""If less than this fraction of points is confirmed by another view, the views
+show different places."""
 
 _MIN_PATH = 0.05
-"""Least path of a camera to see things from different sides [m]."""
+"""Least motion of a camera that shows things from different sides [m]."""
 
 
 def judge_path(extent: float) -> list[Finding]:
@@ -61,7 +63,7 @@ def judge_path(extent: float) -> list[Finding]:
 def judge_overlap(
     capture: Capture, overlap: Overlap, wrong: np.ndarray
 ) -> list[Finding]:
-    """Judges whether neighbouring views agree, and finds the cause if not.
+    """Judges whether neighbouring views agree; finds the cause if they do not.
 
     Args:
         capture: The capture.

@@ -1,9 +1,9 @@
 """Finds common mistakes about camera poses in a capture.
 
-Every reader of captures must know whether poses go from the camera to the
-world, how the camera's axes point (OpenCV or OpenGL), the order of a
-quaternion's numbers (xyzw or wxyz) and the unit of lengths. With one of these
-wrong the views contradict each other; with the mistake undone they agree.
+A reader of captures must assume whether poses are camera-to-world, the
+directions of the camera's axes (OpenCV or OpenGL), the order of a quaternion's
+numbers (xyzw or wxyz) and the unit of lengths. If one assumption is wrong, the
+views contradict each other. They agree after its correction.
 """
 
 import dataclasses as dc
@@ -18,7 +18,7 @@ from remosplat_drake.capture.checks.overlap import Overlap, measure_overlap
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
 
 GOOD_AGREEMENT = 0.8
-"""Agreement that neighbouring views with the right poses exceed."""
+"""Least agreement of neighbouring views whose poses are right."""
 
 _LEFT = 0.5
 """Largest remaining fraction of the disagreement after a correction."""
@@ -29,8 +29,8 @@ class Mistake:
     """A wrong assumption about poses, and its correction.
 
     Attributes:
-        words: Description of the poses, as part of a warning.
-        remedy: Description of `undo`.
+        words: Description of the wrong poses, as part of a warning.
+        remedy: Description of the correction, for a report.
         undo_poses: Function from the wrong poses to the right poses X_WC, both
             of shape (n, 4, 4).
     """
@@ -54,7 +54,8 @@ def find_mistake(
         overlap: Overlap with the unchanged poses.
 
     Returns:
-        The mistake and the overlap without it; None when none fits.
+        The mistake, and the overlap after its correction; None if no mistake
+        explains the disagreement.
     """
     disagreement = 1 - np.nan_to_num(overlap.agreement)
     best, supported = None, overlap.supported
@@ -146,5 +147,6 @@ MISTAKES = (
 )
 """All mistakes that are tried.
 
-Turning the axes before poses are inverted as well would only turn W.
+There is no correction that turns the axes before it inverts the poses: it would
+only turn the world frame W.
 """

@@ -1,8 +1,7 @@
 """Registration of colour to depth: checks whether their edges coincide.
 
-Where a surface ends, both its depth and, often, its colour change. So the
-edges of the two images match best when they are not shifted against each
-other.
+At the outline of a surface depth changes, and often colour, too. So the edges
+of correctly registered images match best without a shift.
 """
 
 import dataclasses as dc
@@ -12,8 +11,8 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
-"""Views for finding a shift, and for a given one; and the width of the
-latter [pixels]."""
+"""Number of views that determine an unknown shift; number of views, and their
+width [pixels], that evaluate a given one."""
 _MIN_JUMP = 0.05
 """Depths of neighbouring pixels differ by more than this across an edge."""
 
@@ -30,14 +29,16 @@ _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
 _TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
-"""Shifts up to this fraction of the image's width, or this number of pixels,
-may be chance."""
+"""Shifts up to this fraction of the image's width, or up to this number of
+pixels, are not significant."""
 
 _MUCH_WORSE = 0.8
-"""Largest ratio of the correlation without shift to the best one."""
+"""Colours are shifted if their correlation without a shift is below this
+multiple of the best correlation."""
 
 _WIDTH = 2.0
-"""Edges are blurred by this [pixels], for they are never sharp."""
+"""Standard deviation by which edges are blurred, as they are never sharp
+[pixels]."""
 
 
 @dc.dataclass(frozen=True)
@@ -90,7 +91,7 @@ def measure_registration(capture: Capture) -> Registration | None:
 
 
 def edge_correlation(capture: Capture, step: int = 0) -> float:
-    """Computes how well edges of depths and colours match without a shift.
+    """Computes the correlation of the edges of depths and colours, unshifted.
 
     Args:
         capture: Views, of which up to a dozen are used.
@@ -140,10 +141,10 @@ def color_edges(rgb: np.ndarray) -> np.ndarray:
 
 
 def depth_edges(depth: np.ndarray) -> np.ndarray:
-    """Marks pixels at which a surface ends, (h, w) to float (h, w), 0 or 1.
+    """Marks pixels at a surface's outline with 1, others with 0, shape (h, w).
 
-    Only the nearer side of a jump between known depths counts, since the
-    outline belongs to it.
+    Of two neighbouring pixels with a jump of known depth, only the nearer one
+    is marked, since the outline belongs to the nearer surface.
     """
     edges = np.zeros(depth.shape)
     for axis in (0, 1):

@@ -28,9 +28,9 @@ class Repair:
 def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
     """Corrects all findings with a remedy, one after the other.
 
-    After each, the capture is inspected again, since one mistake may look like
-    two: with depths in another unit, poses seem wrong as well. Each remedy is
-    tried once.
+    After each correction the capture is inspected again, since one mistake may
+    cause several findings: if depths are in a wrong unit, poses seem wrong,
+    too. Each remedy is tried once.
 
     Args:
         capture: A capture.

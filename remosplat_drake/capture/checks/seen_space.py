@@ -1,8 +1,8 @@
 """`SeenSpaceField`: distance to the surfaces in depth images.
 
-Scenes from mesh files have no signed distance: a mesh may be open, and its
-inside undefined. Depth images determine free space: everything between a camera
-and the surfaces in view.
+Scenes from mesh files have no signed distance, since the inside of an open mesh
+is undefined. Depth images determine free space: everything between a camera and
+the surfaces in its view.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ _AZIMUTHS = np.arange(8) * np.pi / 4
 
 
 class SeenSpaceField(DistanceField):
-    """Distances to the points of depth images; negative in unseen space.
+    """Distances to the points of depth images; negative in unobserved space.
 
     Args:
         K: Intrinsic matrix that all images share, shape (3, 3) [pixels].
@@ -68,7 +68,7 @@ class SeenSpaceField(DistanceField):
         ).within(max_distance)
 
     def is_seen(self, p_WS: np.ndarray) -> np.ndarray:
-        """Returns which points lie in front of the surfaces in some image.
+        """Returns which points are in front of the surfaces of some image.
 
         Args:
             p_WS: Points in W, shape (n, 3) [m].

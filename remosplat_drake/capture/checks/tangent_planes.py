@@ -1,8 +1,8 @@
 """Planes fitted to small windows of depth images: smooth depth, and normals.
 
-1 / z is linear in the image of a plane: a x + b y + c with x and y at unit
-depth, and then a X + b Y + c Z = 1 is the plane. Its normal (a, b, c) points
-away from the camera.
+In the image of a plane a X + b Y + c Z = 1, the inverse depth is linear: 1 / Z
+= a x + b y + c, with x = X / Z and y = Y / Z. The plane's normal (a, b, c)
+points away from the camera.
 """
 
 import dataclasses as dc
@@ -13,13 +13,14 @@ from remosplat_drake.capture.capture import Capture
 
 _WINDOW, _HALF_SIDE = 0.012, 3
 """Half the side of a window, as a fraction of the image's width, and the number
-of pixels along a side that are used."""
+of pixels that are used in this half side."""
 
 _MIN_COSINE = 0.35
 """Least cosine of the angle of incidence."""
 
 _LEAST_ROUGHNESS = 1e-3
-"""Windows whose depths are flat to this relative residual contain no edge."""
+"""A window contains no edge if the residual of its plane, relative to the
+depth, is below this."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -28,10 +29,10 @@ class TangentPlanes:
 
     Attributes:
         plane: The planes (a, b, c), shape (n, 3) [1/m]; NaN where a window
-            leaves the image, has unknown pixels, holds an edge, or is seen too
-            slantingly.
-        p_C: Their points under the pixels' centres, shape (n, 3) [m]; NaN as
-            well.
+            leaves the image, has unknown pixels, contains an edge, or is seen
+            at a grazing angle.
+        p_C: Points of the planes at the pixels' centres, shape (n, 3) [m]; NaN
+            where the plane is NaN.
     """
 
     plane: np.ndarray
@@ -49,12 +50,12 @@ class TangentPlanes:
 
 
 def planes_under(capture: Capture, view: int, p_C: np.ndarray) -> TangentPlanes:
-    """Fits planes under the pixels in which a view has some points.
+    """Fits planes at the pixels into which points of a view project.
 
     Args:
         capture: The views.
         view: Index of the view.
-        p_C: Points in its camera frame, shape (n, 3) [m], or NaN.
+        p_C: Points in the view's camera frame, shape (n, 3) [m], or NaN.
     """
     K = capture.K[view]
     z = np.where(p_C[:, 2] > 0, p_C[:, 2], np.nan)
@@ -91,19 +92,19 @@ def fit_planes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fits planes to the windows around some pixels, by least squares.
 
-    A plane goes through the middle of the paraboloid that fits the window best:
-    the mean over a curved surface would lie inside it.
+    A plane goes through the centre of the paraboloid that fits the window best.
+    A plane through the mean of the window would lie inside a curved surface.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
         depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
         row: Rows of the windows' centres, shape (n,).
-        column: Their columns, shape (n,).
+        column: Columns of the windows' centres, shape (n,).
 
     Returns:
         The planes (a, b, c), shape (n, 3) [1/m], NaN where a window leaves the
-        image or has unknown pixels; and the root mean square of what the fit
-        leaves, as a fraction of the depth, shape (n,).
+        image or has unknown pixels; and the root mean square residual of the
+        fit, as a fraction of the depth, shape (n,).
     """
     height, width = depth.shape
     stride = max(1, round(_WINDOW * width / _HALF_SIDE))

@@ -19,12 +19,13 @@ from remosplat_drake.capture.checks.overlap import (
 from remosplat_drake.capture.checks.wide_baselines import share_surfaces
 
 _GROUP, _PART = 5, 0.2
-"""Least size of a group: a number of frames, and a fraction of all frames that
-share surfaces."""
+"""A group has at least this number of frames, and at least this fraction of all
+frames that share surfaces."""
 
 _COARSE, _MIN_SHARED = 40, 0.1
-"""Number of points of a view that are projected into others, and the least
-fraction of them in another's image for the pair to be compared."""
+"""Number of points of a view that are projected into other views, and the
+fraction of them that must project into a view's image before the two views are
+compared."""
 
 _TRIED = 60
 """Largest number of pairs that are tried to join two groups."""
@@ -35,8 +36,8 @@ def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
 
     Args:
         capture: The capture of n views.
-        pairs: Indices of views that share surfaces, shape (m, 2); of many
-            views not all pairs need be known.
+        pairs: Indices of views that share surfaces, shape (m, 2); some pairs
+            may be missing.
     """
     n = len(capture)
     pairs = _joined(capture, pairs, np.zeros(0, int))
@@ -66,7 +67,7 @@ def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
 
 
 def view_groups(pairs: np.ndarray, n: int) -> list[np.ndarray]:
-    """Finds the large groups of views that are connected by pairs.
+    """Finds the large connected components of the graph of views and pairs.
 
     Args:
         pairs: Indices of views that share surfaces, shape (m, 2).

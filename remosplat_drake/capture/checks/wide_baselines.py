@@ -1,11 +1,14 @@
 """Measures the disagreement of distant views about shared surfaces.
 
-Noise differs from pixel to pixel; an error of a pose, or of the depth's scale,
-moves all points of a view. So a small motion is fitted that aligns one view's
-points with the other's surfaces (point to plane), and its displacement is
-compared with the one that the remaining scatter would explain. With every depth
-too long by a fraction s, views a and b are moved against each other by s (p_WB
-- p_WA): this distinguishes an error of the scale from errors of poses.
+Noise differs from pixel to pixel, but an error of a pose or of the depth's
+scale moves all points of a view. So for each pair of views, the rigid motion is
+fitted that aligns one view's points with the other's surfaces (point to plane).
+Its displacement is compared with the displacement that the remaining scatter
+would cause.
+
+If every depth is too long by a fraction s, views at p_WA and p_WB are displaced
+against each other by s (p_WB - p_WA). This distinguishes an error of the scale
+from errors of poses.
 """
 
 import dataclasses as dc
@@ -25,33 +28,36 @@ from remosplat_drake.capture.checks.tangent_planes import (
 )
 
 _SAMPLES, _COARSE = 300, 40
-"""Numbers of points of a view: for comparisons, and to find other views."""
+"""Number of points of a view that are compared, and number of points that the
+search for overlapping views uses."""
 
 _PAIRS = 300
-"""Usual greatest number of pairs of views that are compared."""
+"""Default for the greatest number of pairs of views that are compared."""
 
 _MIN_SHARED = 0.15
-"""Pairs share at least this fraction of their points."""
+"""Two views form a pair if they share at least this fraction of their
+points."""
 
 _MIN_POINTS = 40
-"""Least number of points to determine six degrees of freedom."""
+"""Least number of shared points for a fit of six degrees of freedom."""
 
 _REACH = 0.1
 """Surfaces farther apart than this are two surfaces [m]."""
 
 _THROUGH, _THROUGH_FAR = 0.05, 0.03
-"""A view looks through a point if its depth there is greater by more than this
-[m], plus this fraction of the depth."""
+"""A view shows free space at a point if the depth that it measured in this
+direction exceeds the point's depth by this [m], plus this fraction of the
+depth."""
 
 _TIMES_OFFSET = 5.0
-"""Least margin of `_THROUGH`, as a multiple of the median disagreement of
+"""The margin `_THROUGH` is at least this multiple of the median disagreement of
 views."""
 
 _SAME_NORMAL = 0.85
 """Least cosine between the normals that two views have for the same surface."""
 
 _ITERATIONS = 6
-"""Rounds of reweighting; motions settle after four."""
+"""Number of iterations of the reweighted fit; fits converge after four."""
 
 _LEAST_SCATTER = 1e-5
 """Least assumed residual of a fit [m]."""
@@ -70,10 +76,12 @@ class WideBaselines:
             little.
         noise: Displacement that noise alone would have caused, shape (m,) [m].
         scale: Fraction by which depths are too long for the poses.
-        unscaled: The offsets that are left without it, shape (m,) [m].
+        unscaled: Offsets that remain after a correction of the scale, shape
+            (m,) [m].
         judged: Number of points of a, and of b, that the other view confirms or
             contradicts, shape (m, 2).
-        through: Number of those that it looks through, shape (m, 2).
+        through: Number of these points that are in the other view's free space,
+            shape (m, 2).
     """
 
     frames: int
@@ -124,7 +132,7 @@ class _Matches:
 def measure_wide_baselines(
     capture: Capture, seed: int = 0, most: int = _PAIRS
 ) -> WideBaselines:
-    """Compares views with others near and far that share surfaces with them.
+    """Measures the disagreement of views, near and distant, on shared surfaces.
 
     Args:
         capture: Posed RGB-D images, in any order.
@@ -170,7 +178,7 @@ def measure_wide_baselines(
 
 
 def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
-    """Returns whether two views show enough of the same surfaces to compare.
+    """Returns whether two views share enough surfaces for a comparison.
 
     Args:
         capture: The views.

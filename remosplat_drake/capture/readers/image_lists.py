@@ -5,19 +5,19 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 _MOST_LEFT_OUT = 0.2
-"""Fraction of images without a pose above which a note is made."""
+"""A note is made if more than this fraction of the images is not used."""
 
 IMAGES = {".png", ".jpg", ".jpeg"}
 """Suffixes of image files."""
 
 
 def in_natural_order(paths: Collection[Path]) -> list[Path]:
-    """Sorts files as they were counted: 2 comes before 10, padded or not."""
+    """Sorts files by the numbers in their names, so that 2 comes before 10."""
     return sorted(paths, key=_natural_key)
 
 
 def images_in(folder: Path) -> list[Path]:
-    """Lists the images of a folder in their natural order; [] without it."""
+    """Lists a folder's images in natural order; [] for a missing folder."""
     if not folder.is_dir():
         return []
     files = [f for f in folder.iterdir() if f.suffix.lower() in IMAGES]
@@ -32,7 +32,8 @@ def note_left_out(
     Args:
         images: Names of all images.
         used: Names of those that are used.
-        lacking: The missing part of the others, such as "a pose".
+        lacking: Reason why images are not used: the missing part, such as "a
+            pose".
 
     Returns:
         One sentence, or nothing.

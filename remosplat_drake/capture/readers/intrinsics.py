@@ -1,4 +1,4 @@
-"""Camera files that lie beside the images of a capture.
+"""Reads the camera files that are beside the images of a capture.
 
 Such files follow OpenCV: the centre of the first pixel is (0, 0). Here it is
 (0.5, 0.5), so half a pixel is added to the principal point.
@@ -43,7 +43,7 @@ def find_intrinsics(*folders: Path) -> np.ndarray:
 
 
 def from_opencv(K: np.ndarray) -> np.ndarray:
-    """Moves OpenCV's principal point to pixels with centres at a half."""
+    """Adds half a pixel to a principal point in OpenCV's convention."""
     return K + np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 
 

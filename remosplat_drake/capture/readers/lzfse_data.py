@@ -1,8 +1,9 @@
 """Unpacking of LZFSE data (Apple's compression) with a bound on its size.
 
-A block of a few bytes can stand for megabytes. Blocks say how long they are
-packed and unpacked, so the whole length is known before any is unpacked (see
-the header structures in lzfse_internal.h of Apple's reference, BSD licence).
+A block of a few bytes can unpack to megabytes. Each block's header contains its
+packed and unpacked size, so the whole size is checked before anything is
+unpacked. For the headers see lzfse_internal.h of Apple's reference (BSD
+licence).
 """
 
 import struct
@@ -15,7 +16,7 @@ MAX_BYTES = 4 * MAX_PIXELS
 
 
 _MIN_HEADER = 32
-"""Least size of a block of kind 2, so that reading always advances [bytes]."""
+"""Least size of a block of kind 2; with it, reading always advances [bytes]."""
 
 
 def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
@@ -52,7 +53,7 @@ def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
 
 
 def unpacked_size(packed: bytes) -> int:
-    """Adds up the sizes that all blocks claim to unpack to [bytes].
+    """Adds up the unpacked sizes that the headers of all blocks state [bytes].
 
     Raises:
         ValueError: A block is of no known kind, or the last one is missing.

@@ -2,15 +2,16 @@
 
 A folder holds `transforms.json` and images. Its cameras look along their -z
 axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the first
-pixel at (0.5, 0.5). A frame's own camera fields override the document's. Files
-may be outside the folder; they are only read.
+pixel at (0.5, 0.5). Camera fields of a frame override those of the document.
+Paths in the document may point outside the folder, since files are only read.
 
 Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (by default a
 millimetre) for `depth_file_path`, nerfstudio's name, and of
 `integer_depth_scale` for `depth_path`, instant-ngp's.
 
-The world is the file's. Poses that `applied_scale` shrank are brought back
-to metres; `applied_transform` only turned the world, so it is left alone.
+The world frame is the file's. Positions are divided by `applied_scale`, so that
+they are in metres. `applied_transform` is not undone, since it only turned the
+world frame.
 """
 
 import dataclasses as dc
@@ -50,12 +51,13 @@ from remosplat_drake.capture.undistortion import Distortion
 DEPTH_UNIT = 1e-3
 """Length of one step of the depth images that we write [m].
 
-Nerfstudio gets the unit from its command line, by default a millimetre, so
-other units are unsafe.
+It is a millimetre, the default of Nerfstudio, which reads the unit from its
+command line and not from the file.
 """
 
 _PNG_LEVEL = 3
-"""Level of compression: twice as fast as the usual 6, for a sixth more bytes.
+"""Level of PNG compression: compared with the usual 6, writing is twice as
+fast, and files are a sixth larger.
 """
 
 TRANSFORMS = "transforms.json"
@@ -73,7 +75,8 @@ _CAMERA_MODELS = (
 )
 _DEPTH_UNITS = (1e-9, 1e3)
 _FOCAL_LENGTHS, _FARTHEST = (1e-3, 1e7), 1e7
-"""Focal lengths, and principal points from the image's corner [pixels]."""
+"""Camera fields of a document: focal lengths, and the principal point from the
+image's corner [pixels]."""
 _SUFFIXES = ("", ".png", ".jpg", ".jpeg")
 _MAX_STEPS = 65535
 
@@ -129,7 +132,7 @@ def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a folder; reads no frames."""
+    """Returns notes on unused data of a folder; does not read frames."""
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
     # Frames that were not read may hold anything.

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Turns OpenGL's camera (looks along -z, y up) into OpenCV's and back.
+"""Turns the axes of an OpenGL camera (looks along -z, y up) to OpenCV's.
 
 X_WC = X_WC_gl @ OPENGL_FROM_OPENCV.
 """
@@ -25,7 +25,7 @@ def shortened(quaternions: np.ndarray) -> np.ndarray:
 def poses_from_quaternions(
     quaternions_xyzw: np.ndarray, translations: np.ndarray
 ) -> np.ndarray:
-    """Makes poses X, shape (n, 4, 4), of quaternions and translations.
+    """Makes poses, shape (n, 4, 4), from quaternions and translations.
 
     Values that are not finite stay so, and a later check reports them.
 

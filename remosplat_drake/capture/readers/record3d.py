@@ -4,14 +4,15 @@
 or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy, cx,
 cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is the
 colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
-confidence, both packed with LZFSE. Files are read from the archive one by one
-and never unpacked to disk; a folder with the unpacked files is read, too.
+confidence, both packed with LZFSE. Files are read from the archive one by one,
+and not unpacked to disk. The reader also accepts a folder with the unpacked
+files.
 
 The app's "EXR + JPG" export is a folder with the same metadata in
 `metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
 
-The world is the first camera's frame, in any orientation, as the app's author
-says: unlike ARKit's world, it is not aligned with gravity.
+According to the app's author, the world is the frame of the first camera, in
+any orientation. Unlike ARKit's world, it is not aligned with gravity.
 """
 
 import dataclasses as dc
@@ -149,7 +150,7 @@ def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a capture; reads no frames."""
+    """Returns notes on unused data of a capture; does not read frames."""
     with _opened(path) as (root, layout):
         count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
         folder, pattern = layout.color.split("/")

@@ -2,8 +2,9 @@
 
 Files `frame-XXXXXX.color.png` (or .jpg), `.depth.png` and `.pose.txt` lie in
 one folder; `camera-intrinsics.txt` in that one or the one above. Poses are
-camera-to-world (OpenCV axes). Depth is in millimetres, 0 or 65535 where there
-is none, and has to be registered to colour: the camera is that of both.
+camera-to-world (OpenCV axes). Depth is in millimetres, and 0 or 65535 where
+unknown. It must be registered to colour, since both images use the one camera
+of the file.
 """
 
 from collections.abc import Iterator, Sequence
@@ -73,7 +74,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a folder; reads no frames."""
+    """Returns notes on unused data of a folder; does not read frames."""
     names = [pose.name.removesuffix(_POSE) for pose in _poses(path)]
     colors = in_natural_order(
         [*path.glob("frame-*.color.png"), *path.glob("frame-*.color.jpg")]

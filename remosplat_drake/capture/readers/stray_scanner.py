@@ -40,7 +40,7 @@ VIDEO = "rgb.mp4"
 ODOMETRY = "odometry.csv"
 """Name of the table of camera poses."""
 UP_W = (0.0, 1.0, 0.0)
-"""ARKit's world has its y axis against gravity."""
+"""Unit vector against gravity: the y axis of ARKit's world."""
 
 LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
 """Description of the files that `recognises` accepts."""
@@ -57,8 +57,8 @@ def recognises(path: Path) -> bool:
 def open_recording(path: Path) -> Recording:
     """Reads the poses of a folder.
 
-    The app may stop its video a few frames before its odometry; those are
-    left out.
+    The app may stop its video a few frames before its odometry. Frames without
+    an image are left out.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -113,7 +113,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a folder; reads no frames."""
+    """Returns notes on unused data of a folder; does not read frames."""
     rows = _read_odometry(path / ODOMETRY)
     numbers = _columns(path / ODOMETRY, rows, ("frame",))[:, 0].astype(int)
     used = {f"{number:06d}" for number in numbers.tolist()}

@@ -9,7 +9,8 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json_object
 
 MAX_BYTES = 256_000_000
-"""Largest size of a text file [bytes]; a larger one is something else."""
+"""Largest size of a text file [bytes]; a larger file is not the expected
+one."""
 
 
 def read_text(path: Path | zipfile.Path) -> str:
@@ -39,7 +40,7 @@ def read_json(path: Path | zipfile.Path) -> dict:
 
 
 def read_rows(path: Path) -> list[list[str]]:
-    """Reads the words of a file's lines, without comments (#) and empty lines.
+    """Splits a file's lines into words; skips comments (#) and empty lines.
 
     Raises:
         FileError: The file is missing, or is not text.

@@ -1,9 +1,10 @@
 """Captures with a trajectory.log, as Redwood and Open3D write them.
 
-The log gives each frame a line of three numbers, the first of which is the
-frame's, and a 4x4 camera-to-world pose (OpenCV axes). Images lie in folders
-of their own and are counted in the order of their numbers. Depth is in
-millimetres. A camera file lies beside (Open3D's JSON or a 3x3 matrix).
+For each frame, the log has a line of three numbers, the first of which is the
+frame's number, and a 4x4 camera-to-world pose (OpenCV axes). Colour and depth
+images are in folders of their own, and frame i is the i-th image of each
+folder, in the order of the numbers in their names. Depth is in millimetres. The
+capture's folder also contains a camera file (Open3D's JSON or a 3x3 matrix).
 """
 
 from collections.abc import Iterator, Sequence
@@ -89,7 +90,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a folder; reads no frames."""
+    """Returns notes on unused data of a folder; does not read frames."""
     colors = _images(path, _COLOR_FOLDERS)
     used = {colors[i].name for i, _ in read_log(_log(path))}
     return note_left_out([f.name for f in colors], used, "a pose")

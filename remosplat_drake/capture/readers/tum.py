@@ -1,13 +1,14 @@
 """Captures in the layout of the TUM RGB-D benchmark.
 
-`rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` lists
-`time tx ty tz qx qy qz qw`: camera poses in OpenCV axes, from a tracking
-system with a clock of its own. Depth is in steps of 1/5000 m. The pose is
-taken at the depth image's time, as that is where geometry comes from.
+`rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` lists `time tx ty
+tz qx qy qz qw`: camera poses in OpenCV axes, from a tracking system with a
+clock of its own. Depth is in steps of 1/5000 m. Poses are interpolated to the
+time of the depth image, since geometry comes from depth.
 
-The data sets carry no camera file. Three cameras are known by their names in
-the folder's (Sturm et al., IROS 2012, and the benchmark's web page); others
-need a file beside the lists.
+The data sets contain no camera file. If the folder's name contains the name of
+one of the benchmark's three cameras, its intrinsics are known (Sturm et al.,
+IROS 2012, and the benchmark's web page). Other cameras need a file beside the
+lists.
 """
 
 import re
@@ -107,7 +108,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns notes on omissions of a folder; reads no frames."""
+    """Returns notes on unused data of a folder; does not read frames."""
     _, colors = _read_list(path / "rgb.txt")
     used = {colors[i] for i, _ in _pairs(path)}
     lacking = f"a depth image with a pose within {TOLERANCE} s"
@@ -147,7 +148,7 @@ def associate(
 def interpolate_poses(
     times: np.ndarray, poses: np.ndarray, wanted: np.ndarray
 ) -> np.ndarray:
-    """Interpolates a trajectory; before and after it, the pose is constant.
+    """Interpolates a trajectory; poses are constant before and after it.
 
     Args:
         times: Sorted times of the rows, shape (n,) [s].

@@ -15,8 +15,7 @@ CLEARANCE = 0.12
 
 _CANDIDATES = 12
 _MAX_REJECTED = 300
-"""Number of consecutive candidates without a free one after which the search
-fails."""
+"""The search fails after this number of consecutive occupied candidates."""
 
 
 def look_at(p_WC: np.ndarray, p_WT: np.ndarray) -> RigidTransform:

@@ -25,7 +25,7 @@ from remosplat_drake.capture.rendering.solid_texture import brightness
 from remosplat_drake.capture.rendering.solids import Solid
 
 FIELD_OF_VIEW = 1.0
-"""Vertical field of view of rendered captures unless asked otherwise [rad]."""
+"""Default vertical field of view of rendered captures [rad]."""
 
 NEAR, FAR = 0.05, 10.0
 """Clipping planes: nearer or farther surfaces are not rendered [m]."""
@@ -42,7 +42,7 @@ _LIGHTS_W = (
 def steady_light() -> RenderEngineVtkParams:
     """Makes lights that are fixed in W, on a black background.
 
-    They give a surface the same colour in every view, as a splat of
+    With them a surface has the same colour in every view, which a splat of
     spherical-harmonics degree 0 requires.
     """
     lights = [

@@ -60,11 +60,15 @@ def draw_robot(robot: RobotModel, q: np.ndarray) -> np.ndarray:
 
 
 def framing(spheres: Spheres) -> RigidTransform:
-    """Computes the camera's pose X_WC from which spheres fill a picture.
+    """Computes the camera pose X_WC at which spheres fill the picture.
 
-    A sphere at (x, y, z) in a camera with these axes, but at the origin, is
-    inside the sides of a view from (x_C, y_C, -d) if |x - x_C| + r / cos(h) <=
-    (z + d) tan(h), h being half the field of view: linear in x_C and d.
+    In the camera's axes, let a sphere of radius r be at (x, y, z), and the
+    camera at (x_C, y_C, -d). With half the field of view h, the sphere is
+    inside the left and right sides of the view if
+
+        |x - x_C| + r / cos(h) <= (z + d) tan(h),
+
+    which is linear in x_C and d. The same holds for y.
 
     Args:
         spheres: The spheres; there is one at least.

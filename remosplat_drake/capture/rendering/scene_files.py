@@ -1,8 +1,8 @@
 """Reading of scenes from model files (URDF, SDF, MJCF) and mesh files.
 
-Drake draws .obj and .gltf meshes itself; trimesh (extra `meshes`) converts
-the other formats. Files of the glTF family are y-up, as that format has it,
-and are turned upright; all others are taken as they are.
+Drake draws .obj and .gltf meshes itself; trimesh (extra `meshes`) converts the
+other formats. In glTF files, y points up, so they are turned until z points up.
+Files of other formats are not turned.
 """
 
 import importlib.util

@@ -1,10 +1,10 @@
 """`SensorNoise`: a noise model of real RGB-D cameras.
 
-Depth noise grows with the square of the distance, as for triangulation; depth
-has steps of disparity; outlines are shifted and frayed; surfaces seen at a
-grazing angle return nothing. The form is that of Nguyen, Izadi and Lovell,
-"Modeling Kinect sensor noise for improved 3D reconstruction and tracking"
-(3DIMPVT 2012).
+Depth noise grows with the square of the distance, as for triangulation. Depth
+is rounded to steps of disparity, outlines are shifted and frayed, and surfaces
+at a grazing angle have no depth. The formula is that of Nguyen, Izadi and
+Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
+tracking" (3DIMPVT 2012).
 """
 
 import dataclasses as dc
@@ -17,8 +17,8 @@ from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.capture.capture import Capture, back_project
 
 _OUTLINE_JUMP = 0.02
-"""Relative difference of depths above which neighbours lie on both sides of an
-outline, unless the surface between them is merely steep."""
+"""Two neighbouring pixels are at an outline if their depths differ by more than
+this fraction, and the difference is not that of a steep plane."""
 
 _OUTLINE_REACH = 2
 """Distance from an outline within which pixels are disturbed [pixels]."""
@@ -26,11 +26,12 @@ _OUTLINE_REACH = 2
 
 @dc.dataclass(frozen=True)
 class SensorNoise:
-    """The imperfections of an RGB-D camera; the default has none.
+    """The imperfections of an RGB-D camera; by default, it has none.
 
-    At depth z and angle of incidence theta the depth's standard deviation is
-    axial_floor + axial_growth (z - axial_start)^2
-    + axial_grazing theta^2 / (sqrt(z) (pi/2 - theta)^2).
+    At depth z and angle of incidence theta, the standard deviation of depth is
+
+        axial_floor + axial_growth (z - axial_start)^2
+        + axial_grazing theta^2 / (sqrt(z) (pi/2 - theta)^2).
 
     Attributes:
         axial_floor: Least standard deviation of depth [m].
@@ -38,8 +39,8 @@ class SensorNoise:
         axial_start: Depth at which the growth starts [m].
         axial_grazing: Growth of the depth noise with the angle of incidence
             [m^1.5].
-        inverse_depth_step: Step of 1/z between two disparities [1/m]; 0 for
-            none.
+        inverse_depth_step: Step of 1/z between two disparities [1/m]; 0: no
+            rounding.
         outline_jitter: Standard deviation of shifts of outlines [pixels].
         outline_loss: Probability that a pixel at an outline has no depth.
         dropout: Probability that any other pixel has no depth.
@@ -204,8 +205,8 @@ def _incidence(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
 def near_outline(depth: np.ndarray) -> np.ndarray:
     """Finds the pixels that are near a jump of the depth.
 
-    On a plane 1/z is linear in the pixel, however steep the plane; a jump
-    shows as a second difference.
+    On a plane of any slope, 1/z is linear in the pixel. So second differences
+    of 1/z show jumps.
 
     Args:
         depth: Depth z, shape (h, w) [m]; 0 where unknown.

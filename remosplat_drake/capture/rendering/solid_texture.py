@@ -1,7 +1,7 @@
 """A texture that fills space, so that plain solids have features to match.
 
-It depends only on the point in W, so it looks the same from everywhere: a mean
-of plane waves of wavelengths from 7 to 80 cm.
+It is the mean of plane waves with wavelengths from 7 to 80 cm. It depends only
+on the point in W, so it looks the same from everywhere.
 """
 
 import math
@@ -29,7 +29,7 @@ _WAVES_W = _wave_vectors()
 def brightness_reference(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Computes the same as `brightness`, point by point in W."""
+    """Computes the same as `brightness`, for tests, from points in W."""
     p_W = np.nan_to_num(back_project(K, depth, X_WC))
     return _MEAN + _CONTRAST * np.sin(p_W @ _WAVES_W.T).mean(axis=-1)
 

@@ -51,7 +51,7 @@ def painted(rgba: Iterable[float]) -> PerceptionProperties:
 
 
 def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
-    """Makes solids of primitives: wooden boxes, cylinders in many hues."""
+    """Makes solids of primitives: boxes like wood, cylinders of many hues."""
     return tuple(
         Solid(primitive.X_WP, drake_shape(primitive), _look(primitive, i))
         for i, primitive in enumerate(scene.primitives)
@@ -68,8 +68,8 @@ def drake_shape(primitive: Box | Cylinder) -> Shape:
 def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
     """Computes a box of W that holds all solids.
 
-    The box may be too large because of the boxes of tilted solids. Half-spaces
-    are infinite and are ignored.
+    The box may be larger than necessary, since it contains a box around each
+    tilted solid. Half-spaces are infinite and are ignored.
 
     Returns:
         Lower and upper corner, both of shape (3,) [m].

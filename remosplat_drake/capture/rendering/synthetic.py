@@ -1,7 +1,7 @@
 """Synthetic RGB-D captures of primitive scenes, with exact depth.
 
-The geometry is known exactly, so errors of a splat trained on such a capture
-come from the reconstruction: the primitives are its ground truth.
+The primitives are the ground truth, so all errors of a splat that is trained on
+such a capture come from the reconstruction.
 """
 
 from collections.abc import Sequence
@@ -20,8 +20,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 _LOWEST = 0.1
-"""Scenes stand on a floor at z = 0, whether it is among the solids or not
-[m]."""
+"""Height of the floor of every scene [m]; the floor need not be a solid."""
 
 
 def render_capture(
