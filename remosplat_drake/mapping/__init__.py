@@ -1,4 +1,4 @@
-"""The live map: frames of the wrist camera become maps for the oracle.
+"""The live map: makes maps for the oracle from frames of the wrist camera.
 
 `LiveMap` is the system in the diagram. It passes requests to a
 `MappingProcess`, swaps in the resulting maps, and never waits for it. In that

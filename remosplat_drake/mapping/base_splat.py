@@ -1,4 +1,4 @@
-"""Updates a splat from before a run with live frames."""
+"""Updates a splat that was made before a run with live frames."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ _COVERED = 0.01
 """Distance to an old disc within which a surface is not new [m]."""
 
 _SAMPLES = 400
-"""Number of points of a frame that are compared with the base."""
+"""Number of points of a frame that are compared with the earlier splat."""
 
 
 def updated(
@@ -42,7 +42,7 @@ def updated(
 
 
 def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
-    """Finds the points on surfaces that the base contains, too.
+    """Finds the points whose surfaces an earlier splat already contains.
 
     Args:
         base: The splat from before the run, in W.
@@ -52,7 +52,7 @@ def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
         A mask of the points, shape (n,).
     """
     covered = np.zeros(len(p_WQ), bool)
-    # Two standard deviations reach over the gaps between discs.
+    # Discs of two standard deviations leave no gaps between each other.
     surfaces = base.with_uncertainty(None)
     field = SphereToEllipsoidField(surfaces, n_sigma=2.0)
     near = field.clearances(Spheres.at(p_WQ.reshape(-1, 3)), _COVERED)
@@ -61,14 +61,15 @@ def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
 
 
 def shares_of(base: GaussianSplat, capture: Capture) -> np.ndarray:
-    """Computes which fraction of each live frame's surfaces the base contains.
+    """Computes the fraction of each frame's surfaces that an earlier splat has.
 
     Args:
         base: The splat from before the run, in W.
         capture: The n live frames.
 
     Returns:
-        Fractions of the frames' surfaces, shape (n,); 0 for one without depth.
+        Fractions of the frames' surfaces, shape (n,); 0 for a frame without
+        depth.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(0))
     shares = np.zeros(len(capture))

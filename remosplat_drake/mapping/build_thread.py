@@ -22,11 +22,11 @@ class BuildThread(Generic[Result]):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a job was started whose result has not been fetched."""
+        """Whether the result of a started job has not been fetched yet."""
         return self._thread is not None
 
     def start(self, job: Callable[[Report], Result]) -> None:
-        """Starts a job; there must be none.
+        """Starts a job; the thread must not be busy.
 
         Args:
             job: A function; its argument is the callback for progress.
@@ -50,11 +50,12 @@ class BuildThread(Generic[Result]):
     def fetch(self) -> Result | Exception | None:
         """Fetches the result of a job that has ended.
 
-        Its last progress report is discarded, so that none follows the result.
+        Progress that the job reported last is discarded, so that `progress`
+        returns nothing after the result.
 
         Returns:
-            The result, or the exception of the job; None while it runs, if it
-            was dropped, or if there is no job.
+            The result, or the exception of the job; None if the job still runs
+            or was dropped, or if there is no job.
         """
         if self._thread is None or self._thread.is_alive():
             return None

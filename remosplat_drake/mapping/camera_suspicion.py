@@ -1,8 +1,9 @@
 """`judge_camera`: estimates errors of the camera's calibration from frames.
 
-A robot's joints give the pose of its hand to fractions of a millimetre. So if
-frames disagree, the camera is suspected first: its pose on the hand, its lens
-and its depth. Estimated errors of these are corrected before a map is built.
+The pose of a robot's hand is known from its joints to fractions of a
+millimetre. So if frames disagree, the most probable cause is the calibration of
+the camera: its pose on the hand, its lens or its depth. These errors are
+estimated and corrected before a map is built.
 """
 
 import dataclasses as dc
@@ -31,11 +32,11 @@ from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
 
 LEAST_FRAMES = 5
-"""Least number of frames to separate errors of the camera from those of
-frames."""
+"""Least number of frames for an estimate; with fewer, errors of the camera
+cannot be distinguished from errors of single poses."""
 
 _MOST_FRAMES = 16
-"""Largest number of frames; more add little information, and take longer."""
+"""Largest number of frames for an estimate; more add little information."""
 
 _PRIOR = CameraPrior(
     growth=0.01,
@@ -80,11 +81,12 @@ class Judgement:
     def holds_for(self, names: tuple[str, ...]) -> bool:
         """Returns whether the judgement is valid for other frames, too.
 
-        It is not if half of them are new, or if there was a problem and any of
-        them is new.
+        It is invalid if the frames that only one of both sets contains are at
+        least half as many as the other frames. A judgement with a problem is
+        valid only for the same frames.
 
         Args:
-            names: Names of the frames.
+            names: Names of the other frames.
         """
         others = self.names.symmetric_difference(names)
         if self.problem:
@@ -107,7 +109,7 @@ def judge_camera(
     Args:
         capture: The frames, with poses from the robot; fewer than
             `LEAST_FRAMES` give no estimate.
-        names: Their names.
+        names: Names of the frames.
         drifts: Whether the robot's base drifts; the errors of its poses
             are then estimated from the frames, too.
         report: Called with the progress.
@@ -152,7 +154,8 @@ def _problem(apart: float, freely: float) -> str:
     """Returns why frames with differing surfaces are rejected.
 
     Args:
-        apart: Distance of their surfaces if only the camera has errors [m].
+        apart: Distance of the frames' surfaces if only the camera has errors
+            [m].
         freely: Distance if each frame's pose is free, too [m].
     """
     problem = (

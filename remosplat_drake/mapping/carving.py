@@ -8,29 +8,31 @@ from remosplat_drake.reconstruction.measured_cells import THINNEST
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
-"""Least distance from all remaining surfaces of at least one part of a vanished
-object [m]; edges about which views disagree slightly are nearer."""
+"""At least one part of a vanished object is this far from all remaining
+surfaces [m]. Parts that are nearer may be edges about which views slightly
+disagree."""
 
 _AROUND = 0.1
-"""Largest distance of the rest of a vanished object from its vanished discs
-[m]."""
+"""Remaining discs of a vanished object are at most this far from its vanished
+discs [m]."""
 
 _PAST = 0.01
-"""A disc near a vanished object is removed, too, if views see past it by this
-distance [m]."""
+"""A disc near a vanished object is removed, too, if a view measures a surface
+at least this far behind it [m]."""
 
 _NEIGHBORS = 8
 _MOST = 0.6
-"""An unseen disc is removed if this fraction of its neighbours is: frayed
-outlines and pixels without depth leave such remnants."""
+"""A disc near a vanished object is removed, too, if at least this fraction of
+its neighbours is. Such remnants come from frayed outlines and from pixels
+without depth."""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
-    """Finds the discs of things that views look through.
+    """Finds the discs of vanished things: views measure surfaces behind them.
 
-    The foot of a thing is removed with it: it is close to the supporting
-    surface, so views look past it only slightly. For a thin thing, only views
-    with fine pixels count: others may look past it on both sides.
+    The foot of a thing is found with it, though it is so close to the
+    supporting surface that views measure little distance behind it. For a thin
+    thing, only views with fine pixels count, since a coarse pixel may miss it.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
@@ -76,7 +78,7 @@ def _widths(p_W: np.ndarray) -> np.ndarray:
 def find_rest(
     p_WK: np.ndarray, gone_W: np.ndarray, capture: Capture
 ) -> np.ndarray:
-    """Finds the discs around vanished ones that must be removed with them.
+    """Finds the discs that must be removed together with vanished discs nearby.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].

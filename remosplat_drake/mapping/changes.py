@@ -1,9 +1,11 @@
-"""Finds changes between frames: the newest view of a place counts.
+"""Finds changes of the scene between frames.
 
-An older frame can be outdated in two ways. It shows a thing that has vanished
-if a newer frame looks through it. And it looks through a new thing if a newer
-frame measures a surface on its rays. Depth noise and silhouettes cause both in
-single pixels, so only regions of some width count.
+If two frames contradict each other, the newer one is right. A pixel of an older
+frame is outdated in two cases. Either a newer frame measures a surface behind
+its point, so that the point's object has vanished; or a newer frame measures a
+surface on the pixel's ray, in front of its point, which is a new object. Depth
+noise and silhouettes cause both in single pixels, so only regions of some width
+count.
 """
 
 import dataclasses as dc
@@ -25,14 +27,16 @@ from remosplat_drake.reconstruction.measured_space import (
 )
 
 _WIDE = 0.012
-"""Half the least width of a region at its widest place, as a fraction of the
-image's: 2.4 % of the width are 2.5 cm at 1 m for a camera with 55 degrees."""
+"""A region counts if its widest place is at least twice this fraction of the
+image's width. This is 2.5 cm at a depth of 1 m, for a field of view of 55
+degrees."""
 
 _BORDER = 2
-"""Width of a border around a region in which pixels are mixed [pixels]."""
+"""Width of the border around a region in which pixels may show both the object
+and its background [pixels]."""
 
 _STRIDE = 2
-"""Every second row and column is compared: regions are wider."""
+"""Step between compared rows and columns; regions are wider than this."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -41,7 +45,7 @@ class Changes:
 
     Attributes:
         gone: Pixels that show vanished things.
-        hidden_now: Pixels that look through things that are there now.
+        hidden_now: Pixels with points behind new objects.
         come: Pixels that show new objects.
     """
 
@@ -64,10 +68,10 @@ def find_changes(
 
     Args:
         capture: Views, oldest first.
-        confirmed: Which of them may make others outdated, shape (n,) bool; None
-            for all.
-        margin: Difference of depths below which views agree [m]; beyond 2 m
-            it grows with the square of the depth.
+        confirmed: Views that may make older ones outdated, shape (n,) bool;
+            None for all.
+        margin: Difference of depths below which views agree [m]; beyond a depth
+            of 2 m the margin grows with the square of the depth.
     """
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
@@ -113,8 +117,8 @@ def seen_at(
         view: Index of the view.
 
     Returns:
-        For each of the m points in the image its index in `p_W`, its pixel's
-        row and column, and its depth z [m], shape (m,) each.
+        Indices into `p_W` of the m points in the image, rows and columns of
+        their pixels, and their depths z [m], each of shape (m,).
     """
     p_C = to_camera(capture, p_W, view)
     index = np.flatnonzero(p_C[:, 2] > 0)
@@ -142,7 +146,7 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
 
 
 def coherent(pixels: np.ndarray) -> np.ndarray:
-    """Keeps the complete regions of a mask (h, w) with a wide place."""
+    """Keeps the regions of a mask (h, w) that have at least one wide place."""
     radius = max(1, round(_WIDE * pixels.shape[1]))
     core = binary_erosion(pixels, np.ones((2 * radius + 1,) * 2))
     if not core.any():

@@ -8,16 +8,17 @@ from scipy.ndimage import convolve, minimum_filter
 from remosplat_drake.capture.capture import Capture
 
 _KNOWN_AROUND = 5
-"""Least number of known neighbours, of eight, of an unknown pixel in a small
-gap."""
+"""An unknown pixel is in a small gap if at least this number of its eight
+neighbours is known."""
 
 
 def without_specks(capture: Capture) -> Capture:
     """Fills small gaps with the depth of the nearest neighbouring point.
 
-    One unknown pixel prevents the view from counting as free around it, so that
-    dropouts would preserve vanished things. The result is for free space, not
-    for surfaces. Masked pixels, of the robot for example, stay unknown.
+    Around an unknown pixel no space counts as free, so a few missing pixels
+    would preserve vanished things in the map. The result is for the computation
+    of free space, not of surfaces. Masked pixels, for example of the robot,
+    stay unknown.
     """
     return dc.replace(
         capture, depth=np.stack([_filled(depth) for depth in capture.depth])

@@ -16,19 +16,21 @@ from remosplat_drake.mapping.base_splat import shares_of
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SAME_POSITION = 0.01
-"""Distance of two cameras below which they may see the same [m]."""
+"""Distance of two camera positions below which their frames may show the same
+[m]."""
 
 SAME_ROTATION = np.deg2rad(2.0)
-"""Angle between two cameras below which they may see the same [rad]."""
+"""Angle between two cameras below which their frames may show the same
+[rad]."""
 
 _HIDDEN_SHARE = 0.01
-"""Largest share of an older frame's pixels that a newer one may mask and still
-replace it."""
+"""A newer frame replaces an older one from the same pose only if it masks at
+most this fraction of the older one's pixels with depth."""
 
 _MIN_SHARE = 0.2
-"""Least share of a frame's surfaces in other frames that confirms it. For
-rendered tables, it is at least 0.58 for a correct frame, and 0 for a misplaced
-one."""
+"""A frame is confirmed if other frames show at least this fraction of its
+surfaces. For rendered tables, the fraction is at least 0.58 for a correct
+frame, and 0 for a misplaced one."""
 
 
 def hides_view_of(newer: Frame, older: Frame) -> bool:
@@ -50,8 +52,9 @@ def frames_to_keep(
 ) -> np.ndarray:
     """Selects frames from different poses, and the newest ones.
 
-    Of nearly equal poses it keeps the newest frame, and older ones with
-    surfaces that it masks; of too many frames, the newest ones.
+    Of frames with nearly equal poses, it keeps the newest one, and older ones
+    with surfaces that the newest one masks. If more than `most` frames remain,
+    it keeps the newest ones.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
@@ -76,7 +79,7 @@ def frames_to_keep(
 
 
 def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
-    """Finds new frames that contradict the others: their poses are wrong.
+    """Finds new frames with wrong poses: they contradict the other frames.
 
     Args:
         capture: Frames that are in a map already, then new ones.
@@ -101,14 +104,14 @@ def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
 def confirmed_frames(
     capture: Capture, base: GaussianSplat | None = None
 ) -> np.ndarray:
-    """Finds the frames that others, or the earlier map, confirm.
+    """Finds the frames that other frames or the earlier map confirm.
 
-    The pose of an unconfirmed frame may be wrong: there may be an obstacle
-    where it seems to look through.
+    The pose of an unconfirmed frame may be wrong, so there may be an obstacle
+    where the frame seems to show free space.
 
     Args:
         capture: The frames.
-        base: The splat from before them, in W; None for none.
+        base: The splat that was made before the frames, in W; None for none.
 
     Returns:
         A mask of the frames, shape (n,).
@@ -123,8 +126,8 @@ def contradiction(residual: float) -> str:
     """Returns the reason for the rejection of a frame that contradicts others.
 
     Args:
-        residual: Median distance of its surfaces from theirs [m]; NaN if not
-            measured.
+        residual: Median distance of the frame's surfaces from those of the
+            others [m]; NaN if not measured.
     """
     problem = "contradicts the others: its pose is wrong"
     if np.isfinite(residual):

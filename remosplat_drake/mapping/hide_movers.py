@@ -21,21 +21,20 @@ def hide_movers(
 ) -> Frame:
     """Masks the pixels of a frame that may show a mover.
 
-    Otherwise the map would contain a ghost until a later frame looks through
-    it.
+    Otherwise the mover would stay in the map as an obstacle until a later frame
+    shows free space there.
 
     Args:
         frame: The frame, with colours, depths and hidden pixels of one size, as
-            `CameraMount.frame` makes it; one without a time was taken at the
-            movers' stamp.
+            `CameraMount.frame` makes it; a frame without a time is assumed to
+            be taken at the movers' time stamp.
         movers: The movers in W, with velocities and bounds.
         X_WO: Pose of the odometry's frame, in which the frame is posed, in W,
             shape (3,) [m, rad].
 
     Returns:
-        A frame without depth where a mover may have been when it was taken,
-        and with these pixels among the hidden ones; the frame itself where
-        there are none.
+        A frame in which the pixels that may show a mover have no depth and are
+        hidden; the same frame if there are no such pixels.
     """
     if not len(movers):
         return frame

@@ -33,7 +33,7 @@ from remosplat_drake.signals.coverage import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
-"""Assumed largest depth of things on tables [m]."""
+"""Assumed largest size of things on tables, along a camera's ray [m]."""
 
 
 def known_space(
@@ -47,16 +47,17 @@ def known_space(
 ) -> Coverage:
     """Classifies the voxels of the mapped box as surface, free or unseen.
 
-    Space that was seen before stays known, except behind new things. A cell
+    Space that was seen before remains known, except behind new things. A voxel
     with a measured point is not free, unless the robot itself was there.
 
     Args:
-        capture: The frames that may clear space, without their outdated parts.
+        capture: The frames that may mark space as free, without their outdated
+            parts.
         come: Pixels of the frames that show things that were not in older ones,
             shape (n, h, w) bool.
-        measured: Cells that hold measured points, see `measured_in_box`.
+        measured: Voxels that contain measured points, see `measured_in_box`.
         splat_W: All surfaces, in W.
-        robot_free: The robot's spheres where it was when frames were taken;
+        robot_free: The robot's spheres at the poses at which frames were taken;
             None for none.
         config: The box, its voxels and the margin around the robot.
         before: The space seen before the frames, in the same voxels, as
@@ -84,8 +85,9 @@ def measured_in_box(
 
     Args:
         frames: All frames as they were taken.
-        changes: Their outdated parts.
-        capture: The frames that may clear space, without their outdated parts.
+        changes: The outdated parts of these frames.
+        capture: The frames that may mark space as free, without their outdated
+            parts.
         config: The box and its voxels.
 
     Returns:

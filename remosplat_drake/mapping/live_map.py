@@ -43,7 +43,7 @@ from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
-"""Largest lead of a camera's clock [s]."""
+"""Largest accepted lead of a camera's clock over the control clock [s]."""
 
 _TRACKING_PERIOD = 0.2
 """Time between two localisations of the base [s]."""
@@ -71,21 +71,24 @@ class LiveMap(LeafSystem):
         - correction
         - hold
 
-    This system never waits for the process: a new map is a file that is mapped
-    into memory at a tick, and takes effect from the next one on. If
-    `velocity_executed` provides the command u, map and base pose change
-    together, half-way between the two ticks, and only if `objection` returns
-    none; otherwise `hold` outputs its reason, for a supervisor that stops the
-    robot, and `objection` is called again at every tick. `configuration` is the
-    measured q, `requests` takes the `MapRequests` of operators and `settled`
-    those for things that have settled, `passing` the `Movers` that have not,
-    which are masked in frames. `distance_field` gives the map's
-    `DistanceField`, `map_status` a `MapStatus` and `correction` the newest
-    `BaseCorrection` that any map brought. `map_age` is the age of the newest
-    frame of the map [s]; 0 before the first one.
+    This system never waits for the process: it maps the file of a new map into
+    memory at a tick, and the map takes effect from the next tick on.
 
-    With a fixed latency, simulated maps take effect exactly that long after
-    their request; the simulation waits if necessary.
+    The input `velocity_executed` is the command u. If it is connected, the map
+    and the base pose are replaced at the same instant, half-way between two
+    ticks, and only if `objection` returns no reason against it. Otherwise
+    `hold` outputs this reason for a supervisor, which stops the robot, and
+    `objection` is called again at every tick.
+
+    The other inputs are the measured `configuration` q, the `MapRequests` of
+    operators (`requests`), the `MapRequests` for movers that have come to rest
+    (`settled`), and the `Movers` that still move (`passing`), which are masked
+    in frames. The outputs are the map's `DistanceField`, a `MapStatus`, the
+    newest `BaseCorrection` of any map, and `map_age`, the age of the map's
+    newest frame [s]; 0 before the first frame.
+
+    With a fixed latency, maps of simulations take effect exactly this time
+    after their request; the simulation waits for them if necessary.
 
     Args:
         process: The process that takes the pictures and builds the maps.
@@ -96,8 +99,9 @@ class LiveMap(LeafSystem):
         latency: The fixed latency [s]; None: maps take effect as soon as they
             are built.
         tracking: Whether the base is localised continuously.
-        objection: Returns why a field must not take effect while the robot is
-            at q and executes u, given the three; None permits every field.
+        objection: Function of a field, q and u that returns the reason why the
+            field must not take effect while the robot is at q and executes u,
+            or an empty string. None permits every field.
         n_u: Length of a command.
     """
 
@@ -191,11 +195,12 @@ class LiveMap(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
-            settled: Further `MapRequests`, for settled things; None for none.
-            passing: The `Movers` that have not settled; None for none.
+            settled: `MapRequests` for movers that have come to rest; None for
+                none.
+            passing: The `Movers` that still move; None for none.
             oracle: The distance oracle, which is connected to the live map.
-            supervisor: The safety supervisor, which receives the map's age and
-                the reason why a new map waits; None for none.
+            supervisor: The safety supervisor, which receives the map's age, and
+                the reason why a new map does not take effect; None for none.
             executed: The command u of the station; None if maps take effect
                 without a check.
             localization: The system that corrects the base's odometry; None for

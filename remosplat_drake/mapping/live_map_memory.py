@@ -22,20 +22,20 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 @dc.dataclass(frozen=True, eq=False)
 class LiveMapMemory:
-    """State between two ticks; copying returns the object itself.
+    """State between two ticks; a deep copy is the object itself.
 
     Attributes:
         status: The displayed status.
         known: The requests that have been passed on.
-        due: Times at which answers take effect: triples (time [s], number of
-            requests answered by then, whether they make a map); only with a
-            fixed latency.
+        due: Times at which answers take effect, only with a fixed latency:
+            triples of the time [s], the number of requests that must be
+            answered by then, and whether the answer is a map.
         correction: The newest correction of the base's odometry.
         tracked: Time of the latest localisation of the base [s].
-        candidate: A map that waits to take effect, and the pose of the odometry
-            in it; None for none.
-        hold: Reason for which the candidate waits, and the robot is stopped;
-            empty for none.
+        candidate: A map that does not have effect yet, and the pose of the
+            odometry in it; None for none.
+        hold: Reason why the candidate must not take effect and the robot is
+            stopped; empty for none.
     """
 
     status: MapStatus
@@ -53,7 +53,8 @@ class LiveMapMemory:
 def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
     """Records the pose of the odometry in the newest map.
 
-    While that map waits, the pose in the map in use does not change.
+    Until that map takes effect, the pose of the odometry in the map in use does
+    not change.
 
     Args:
         memory: The state before.
@@ -69,7 +70,7 @@ def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
 
 
 def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
-    """Discards the waiting map; the robot is no longer held for it.
+    """Discards the map that waits to take effect, and the reason for a stop.
 
     Args:
         memory: The state before.

@@ -38,12 +38,12 @@ from remosplat_drake.splat.surfel_tiles import make_tiles
 
 QUICK, FULL = "quick", "full"
 EFFORTS = (QUICK, FULL)
-"""Efforts of a map: quick, while the operator waits, or full, with training if
-the device allows it."""
+"""Ways to build a map: quick, while the operator waits, or full, with training
+if the device allows it."""
 
 _QUICK_SWEEPS = 2
 _QUICK_DISCS = 20_000
-"""Refinement sweeps and greatest number of discs of a quick map."""
+"""Number of refinement sweeps, and greatest number of discs, of a quick map."""
 
 
 def build_map(
@@ -65,27 +65,28 @@ def build_map(
 ) -> SceneMap:
     """Builds a map from frames; in contradictions, the newest counts.
 
-    Surfaces of an unconfirmed frame are part of the map, too, but the frame
-    clears no space, since its pose may be wrong.
+    The map contains the surfaces of unconfirmed frames, too. But such a frame
+    does not mark space as free, since its pose may be wrong.
 
     Args:
         capture: The frames, oldest first, with the robot hidden.
         config: Settings of the live map.
-        version: Number that the map gets.
+        version: Number of the new map.
         parent: Number of the previous map; None for none.
         frames: Names of the frames.
         time: When the newest frame was taken [s].
-        make_field: Makes the oracle's distance field of a splat.
+        make_field: Function that makes the oracle's distance field from a
+            splat.
         effort: `QUICK` or `FULL`.
         base: An earlier splat that the frames update; None starts empty.
         base_seen: The seen space of that splat, as `in_box` returns it; None if
             unknown.
         unseen_is_solid: Whether unseen space is part of the map.
-        robot_free: The robot's spheres where it was when frames were taken:
-            these places are free. None for none.
+        robot_free: The robot's spheres at the poses at which frames were taken;
+            they mark space as free. None for none.
         camera: Description of the corrected camera errors.
-        report: Called with the stage, its number of steps that are done, and
-            its number of steps.
+        report: Called with the name of the stage, its number of completed
+            steps, and its total number of steps.
 
     Raises:
         RemoSplatError: The frames show too little, or a setting is invalid.

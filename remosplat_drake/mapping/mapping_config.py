@@ -11,7 +11,7 @@ from remosplat_drake.base.ranges import Config, OneOf, Position
 from remosplat_drake.reconstruction.devices import DEVICES
 
 MOST_VOXELS = 2e7
-"""Greatest number of voxels: more would take many seconds for each map."""
+"""Greatest number of voxels; with more, each map would take many seconds."""
 
 
 @dc.dataclass
@@ -61,7 +61,7 @@ class MappingConfig(Config):
 
     @property
     def corrects_base(self) -> bool:
-        """Whether the odometry of a mobile base is corrected by the map."""
+        """Whether the map corrects the odometry of a mobile base."""
         return self.odometry_drift > 0 or self.odometry_turn > 0
 
     def check(self) -> Iterator[tuple[str, str]]:

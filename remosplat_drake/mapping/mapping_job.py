@@ -1,4 +1,4 @@
-"""`MappingJob`: the inputs of a mapping process, and how it builds a map."""
+"""`MappingJob`: the inputs of a mapping process; the next map of a session."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -30,7 +30,8 @@ class WrittenMap:
 
     Attributes:
         version: The session's record of it.
-        seal: The file's seal, as `write_map` returned it.
+        seal: Seal with which the control process opens the file without checks;
+            the result of `write_map`.
     """
 
     version: Version
@@ -39,19 +40,21 @@ class WrittenMap:
 
 @dc.dataclass(frozen=True, eq=False)
 class MappingJob:
-    """All that a mapping process needs; it can be sent to that process.
+    """The inputs of a mapping process; they can be pickled.
 
     Attributes:
         session: Folder of the session.
         config: Settings of the live map.
         robot: The robot that carries the camera.
-        make_camera: Makes the camera; called inside of the process.
-        make_field: Makes the oracle's distance field of a splat.
+        make_camera: Function that makes the camera; called in the mapping
+            process.
+        make_field: Function that makes the oracle's distance field from a
+            splat.
         q0: Configuration at the start, shape (n_q,); an operator has checked
             the space around it, see `MappingConfig.start_margin`.
         base: The splat that the scenario begins with; None for none.
-        base_seen: The seen space of its capture, as `in_box` returns it; None
-            if unknown.
+        base_seen: The seen space of the capture of `base`, as `in_box` returns
+            it; None if unknown.
         unseen_is_solid: Whether unseen space is part of the maps.
     """
 
@@ -96,11 +99,11 @@ class UsableFrames:
 def next_judgement(
     job: MappingJob, frames: UsableFrames
 ) -> Callable[[Report], Judgement]:
-    """Prepares to judge the camera from unchanged frames.
+    """Prepares an estimate of the camera's errors from unchanged frames.
 
     Returns:
-        A function that does it without access to the session, so that it can
-        run in a thread.
+        A function that computes the estimate without access to the session, so
+        that it can run in a thread.
     """
     return lambda report: judge_camera(
         within(frames.capture, job.config.max_depth),
@@ -166,13 +169,13 @@ def _make(
 
 
 def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
-    """Returns balls of free space, where the robot has been.
+    """Returns balls of free space at the places where the robot has been.
 
-    At the start they are larger, so that space that the robot itself occludes
-    does not become an obstacle with the first map.
+    The balls at the start configuration are larger, so that space that the
+    robot itself occludes does not become an obstacle in the first map.
 
     Args:
-        job: The robot, where it started, and its margins.
+        job: The robot, its start configuration, and margins.
         q: Later configurations of the robot, shape (n, n_q).
     """
     start = job.robot.spheres_at(job.q0)

@@ -23,15 +23,15 @@ DIED = "the mapping process has died; the next request starts it again"
 BUSY = "the mapping process is busy: a request was dropped"
 
 MOST_UNANSWERED = 100
-"""Greatest number of unanswered requests: more could fill the pipe, and the
+"""Greatest number of unanswered requests. More could fill the pipe, so that the
 sender would have to wait."""
 
 PATIENCE = 600.0
 """Longest time that `wait` waits [s]."""
 
 _NICENESS = 5
-"""Niceness of the process: control has precedence, and on two busy cores the
-process still gets a quarter of one."""
+"""Niceness of the process: control has priority, and on two busy cores the
+process still gets a quarter of a core."""
 
 _log = logging.getLogger(__name__)
 
@@ -39,9 +39,9 @@ _log = logging.getLogger(__name__)
 class MappingProcess:
     """Takes pictures and builds maps in a process of lower priority (nice 5).
 
-    Nothing waits for the process, neither for its start nor for its answers.
-    All its state is in its session's folder: if it dies, `poll` reports that
-    once, and the next request starts another one, which continues there.
+    The control process waits neither for its start nor for its answers. All its
+    state is in the session's folder. If it dies, `poll` reports this once, and
+    the next request starts a new process, which continues with this folder.
 
     Attributes:
         sent: Number of requests so far.
@@ -61,8 +61,8 @@ class MappingProcess:
         self._scene: ShowScene | None = None
         self._outbox: deque[Request] = deque()
         self._own_events: deque[Event] = deque()
-        # With a fixed latency, control waits for it, and niceness would make
-        # that long.
+        # With a fixed latency, control waits for the process, which niceness
+        # would delay.
         niceness = _NICENESS if job.config.latency is None else 0
         self._child = ChildProcess(serve, "mapping", niceness)
         self.close = weakref.finalize(self, ChildProcess.end, self._child)
@@ -70,7 +70,7 @@ class MappingProcess:
 
     @property
     def process(self) -> BaseProcess | None:
-        """The process; None while none is running, or one is being started."""
+        """The process; None before it has started, or after it has died."""
         return self._child.process
 
     def request(self, request: Request) -> None:
@@ -88,8 +88,8 @@ class MappingProcess:
     def track(self, request: Track) -> None:
         """Sends a request to localise the base, if the previous one is done.
 
-        It does not count among those that `wait` waits for, and starts no
-        process.
+        `wait` does not wait for this request. If the process has died, the
+        request does not start a new one.
         """
         if not self._is_tracking and not self._child.is_down:
             self._is_tracking = True
@@ -106,8 +106,8 @@ class MappingProcess:
         """Waits until requests are answered, ten minutes at most.
 
         Args:
-            count: Number of requests that must be answered, of all that were
-                sent.
+            count: Number of requests, since the beginning, that must be
+                answered.
 
         Returns:
             The events so far.

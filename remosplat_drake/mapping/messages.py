@@ -1,7 +1,8 @@
 """Messages between control process and mapping process.
 
-Requests go one way, events the other. All are small, so that neither side waits
-for the other: images and maps are passed as files of the session.
+The control process sends requests, the mapping process events. All messages are
+small, so that neither process waits for the other. Images and maps are passed
+as files of the session.
 """
 
 import dataclasses as dc
@@ -57,7 +58,7 @@ class Build:
 
 @dc.dataclass(frozen=True)
 class Undo:
-    """Request: discard the frames that are in no map yet, else the last map."""
+    """Request: discard frames that are in no map yet; if none, the last map."""
 
 
 @dc.dataclass(frozen=True)
@@ -110,7 +111,7 @@ class Located:
     """Event: pose of the base in the newest announced map.
 
     Attributes:
-        correction: Pose of its odometry.
+        correction: Pose of the base's odometry in the map.
     """
 
     correction: BaseCorrection
@@ -138,7 +139,8 @@ class MapReady:
     Attributes:
         path: The map's file; None for the map that the scenario began with.
         version: Number of the map.
-        seal: Seal of the file, which the mapping process itself has written.
+        seal: Seal with which the control process opens the file without checks,
+            since the mapping process has written it.
         correction: Pose of the base's odometry in this map; None if it is not
             corrected.
     """

@@ -1,7 +1,7 @@
 """The code of the mapping process.
 
-It owns the camera and the session's folder and has no other state, so that
-another process can continue after it was killed.
+The process owns the camera and the session's folder. It has no other state, so
+that a new process can continue after it was killed.
 """
 
 import dataclasses as dc
@@ -83,11 +83,11 @@ _log = logging.getLogger(__name__)
 def serve(connection: Connection, job: MappingJob) -> None:
     """Runs the mapping process until the other end of its pipe is closed.
 
-    It ends by `os._exit`: a map under construction is abandoned.
+    It then ends by `os._exit`, which abandons a map under construction.
 
     Args:
-        connection: Pipe that brings requests and takes events; see
-            `messages`.
+        connection: Pipe from which requests are read and to which events are
+            written; see `messages`.
         job: All that the process needs.
     """
     try:

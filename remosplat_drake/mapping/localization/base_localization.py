@@ -1,4 +1,4 @@
-"""`BaseLocalization`: transforms the measured configuration to the map."""
+"""`BaseLocalization`: transforms the measured configuration into the map."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,7 +20,7 @@ from remosplat_drake.robot.planar_pose import (
 from remosplat_drake.signals.base_correction import BaseCorrection
 
 SIGMAS = 3.0
-"""Number of standard deviations in the bound of the base's error."""
+"""The bound of the base's error is this number of standard deviations."""
 
 
 class BaseLocalization(LeafSystem):
@@ -38,14 +38,16 @@ class BaseLocalization(LeafSystem):
         - base_uncertainty
 
     The input is the measured q, whose base is in the odometry's frame O, the
-    output is q in the map's frame W. `correction` takes a `BaseCorrection`; the
-    correction in effect follows it slowly, so that a controller is not
-    disturbed. With a new version of the map, its pose takes effect at once: map
-    and base move together. Commands are velocities in the base's own frame, the
-    same in both. `base_uncertainty` bounds the error of the base's pose, shift
-    and turn [m, rad]: on the input, that of the measured pose; on the output,
-    with the correction's covariance, which grows between frames, and with the
-    remaining correction.
+    output is q in the map's frame W. `correction` is a `BaseCorrection`. The
+    applied correction follows it slowly, so that the controller is not
+    disturbed. But the correction of a new map takes effect at once, because map
+    and base then move together. Commands need no correction, since they are
+    velocities in the base's own frame.
+
+    `base_uncertainty` bounds the error of the base's pose, shift and turn [m,
+    rad]. The input bounds the error of the measured pose. The output adds two
+    parts: a bound from the correction's covariance, which grows between frames,
+    and the part of the correction that is not applied yet.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):

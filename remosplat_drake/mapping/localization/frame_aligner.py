@@ -41,25 +41,26 @@ _MOST_DEVIATIONS = 4.0
 rejected."""
 
 _TRUSTED, _USEFUL = 0.004, 0.015
-"""Largest standard deviation of a base's position for frames in a map, and for
-frames used to place others [m]."""
+"""Largest standard deviation of the base's position for frames in a map, and
+for frames to which others are aligned [m]."""
 
 _LEAST_SIDES = 6.0
-"""Least number of points on upright surfaces that a first frame must have for
-each horizontal direction."""
+"""The first frame must constrain each horizontal direction by at least this
+number of points on upright surfaces."""
 
 _BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
-"""Median distance of a frame's surfaces from the others' that exceeds noise
-[m].
-"""
+"""A frame does not fit if the median distance of its surfaces from those of the
+others exceeds this, since noise does not [m]."""
 
 _LEAST_SHARED = 0.1
-"""A frame that shares less of its points with others is not aligned to them."""
+"""A frame that shares less than this fraction of its points with others is not
+aligned to them."""
 
 _NEW = 0.7
-"""A frame that shares less with others becomes a keyframe."""
+"""A frame that shares less than this fraction of its points with others becomes
+a keyframe."""
 
 _MOST_KEYFRAMES = 120
 """Largest number of keyframes in addition to those of maps."""
@@ -75,7 +76,7 @@ class Tracked:
     Attributes:
         estimate: The base's pose, with its uncertainty.
         residual: Median distance of the frame's surfaces from those of the
-            others [m]; NaN where it shares none.
+            others [m]; NaN if it shares none.
         problem: Why the frame cannot be used in a map; empty if it can.
     """
 
@@ -98,14 +99,16 @@ class Graph:
 
     Attributes:
         kept: The n keyframes.
-        reference: Index of the newest keyframe with a certain pose before and
-            after the alignment.
-        before: The base's previous poses at all of them, shape (n, 3) [m, rad].
-        X_WB: The base's poses in the map, shape (n, 3) [m, rad].
-        covariance: Their covariances, shape (n, 3, 3).
+        reference: Index of the newest keyframe whose pose is certain both
+            before and after the alignment.
+        before: The base's poses at the keyframes before the alignment, shape
+            (n, 3) [m, rad].
+        X_WB: The base's poses at the keyframes, in the map, shape (n, 3) [m,
+            rad].
+        covariance: Covariances of these poses, shape (n, 3, 3).
         X_WC: Poses of the cameras in the map (OpenCV axes), shape (n, 4, 4).
-        residual: Median distance of their surfaces from those of the others,
-            shape (n,) [m]; NaN where they share none.
+        residual: Median distance of each keyframe's surfaces from those of the
+            others, shape (n,) [m]; NaN for keyframes that share none.
     """
 
     kept: tuple[_Keyframe, ...]
@@ -157,7 +160,7 @@ def one_frame(image: Frame, X_OB: np.ndarray, time: float) -> Keyframes:
 
 
 class FrameAligner:
-    """Aligns frames within the uncertainty of the odometry and its drift.
+    """Aligns frames to keyframes, within the uncertainty of odometry and drift.
 
     Args:
         drift: Drift model of the odometry.
@@ -176,7 +179,8 @@ class FrameAligner:
 
         Args:
             frame: The frame, one row.
-            key: Its name, if it may be part of a map.
+            key: Name and time of the frame; None if it must not be part of a
+                map.
         """
         X_OB, time = frame.X_OB[0], float(frame.time[0])
         if self._latest is None:
@@ -224,7 +228,7 @@ class FrameAligner:
         return key in [kept.key for kept in self._kept]
 
     def forget(self, names: set[str]) -> None:
-        """Drops keyframes that must not be part of maps.
+        """Removes the keyframes of some frames, which must not be part of maps.
 
         Args:
             names: The frames' names.
@@ -241,9 +245,9 @@ class FrameAligner:
             self._frames = self._frames.select(np.array(rows, int))
 
     def align(self) -> Graph:
-        """Refines the poses of all keyframes, for a map of some of them.
+        """Refines the poses of all keyframes before a map is built.
 
-        The aligner does not change before `adopt`: until the map is built,
+        The aligner itself changes only in `adopt`. Until the map is built,
         tracking continues in the map in use.
         """
         assert self._frames is not None
@@ -270,12 +274,12 @@ class FrameAligner:
         """Moves keyframes, and the base with them, to their poses in a map.
 
         Args:
-            graph: The result of `align`. Younger keyframes move with its
-                reference.
+            graph: The result of `align`. Keyframes that were added since then
+                move with the graph's reference keyframe.
 
         Returns:
-            Poses of the base in the map at named frames, by name, shape (3,)
-            each [m, rad].
+            Poses of the base in the map at the frames with a name, by name,
+            each of shape (3,) [m, rad].
         """
         assert self._latest is not None
         index = {id(kept): i for i, kept in enumerate(graph.kept)}
@@ -302,7 +306,7 @@ class FrameAligner:
 
         Args:
             frame: The frame, one row.
-            key: Its name.
+            key: Name and time of the frame.
             X_WB: Pose of the base in a map, shape (3,) [m, rad]; None if it is
                 in no map.
         """
@@ -332,8 +336,8 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
     """Returns why a frame's placement is implausible; empty if it is plausible.
 
     Args:
-        placed: Its placement from shared surfaces.
-        expected: Its prediction from odometry and drift.
+        placed: The frame's pose from shared surfaces.
+        expected: The frame's pose that odometry and its drift predict.
     """
     most = _MOST_DEVIATIONS * expected.deviations
     allowed = f"{1e3 * most[:2].max():.0f} mm and {np.rad2deg(most[2]):.1f} deg"
@@ -348,18 +352,19 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
     if (off > most).any():
         shift, turn = 1e3 * np.hypot(*off[:2]), np.rad2deg(off[2])
         return (
-            f"does not fit: {shift:.0f} mm and {turn:.1f} deg from where"
-            f" odometry, good to {allowed}, has it"
+            f"does not fit: {shift:.0f} mm and {turn:.1f} deg from the pose by"
+            f" odometry, whose error is at most {allowed}"
         )
     return ""
 
 
 def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
-    """Returns the reason why an uncertain pose is rejected; empty if it is not.
+    """Returns why a pose is too uncertain for a map; empty if it is not.
 
     Args:
-        covariance: Covariance of the base's x, y and more.
-        most: Largest acceptable standard deviation of its position [m].
+        covariance: Covariance matrix of the base's pose, whose first rows are x
+            and y [m].
+        most: Largest acceptable standard deviation of the base's position [m].
     """
     vague = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
     if vague <= most:

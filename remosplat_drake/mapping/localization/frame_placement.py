@@ -1,9 +1,9 @@
 """Localises the base at one frame, relative to fixed keyframes.
 
-The frame is compared with keyframes whose images may contain its points for any
-base pose within the uncertainty, so loops are closed as early as possible.
-Point-to-plane equations and the prediction from odometry and drift are then
-solved together.
+The frame is compared with all keyframes whose images may contain its points, at
+any base pose within the uncertainty, so that loops are closed as early as
+possible. The pose is the least-squares solution of point-to-plane equations and
+of the prediction from odometry and drift.
 """
 
 import dataclasses as dc
@@ -29,40 +29,44 @@ _POINTS = 40
 """Number of points of a frame that are compared with other views."""
 
 _DEVIATIONS = 3.0
-"""Number of standard deviations of the base's position by which images are
-extended beyond their edges."""
+"""For the search for overlapping views, images are extended beyond their edges
+by this number of standard deviations of the base's position."""
 
 _LEAST_OVERLAP = 0.15
-"""Views with fewer of the frame's points are not compared with it."""
+"""A view is compared with the frame if it shows at least this fraction of the
+frame's points."""
 
 _NEAR, _OLD = 5, 3
-"""Views that a frame is compared with: those with most of its points, and also
-the oldest ones."""
+"""A frame is compared with this number of views that show most of its points,
+and with this number of the oldest views."""
 
 _CLOSE = 0.012
-"""Standard deviation of the prediction up to which no search is needed [m].
-"""
+"""No search for a start is needed if the standard deviation of the prediction
+is at most this [m]."""
 
 _SEARCH = Level(0.03, 0.01, 0.8, 1)
 _SEARCH_STEP = 0.04
 _SEARCH_STRIDE = 6
 _FARTHEST = 0.25
-"""Search for a start: distance that counts as a hit and step [m], stride of
-tested points, and radius around the prediction [m]."""
+"""Parameters of the search for a start: limits within which a point matches a
+surface, step between tried positions [m], stride of tested points, and radius
+around the prediction [m]."""
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
-"""Cosine of the angle between normal and vertical below which a surface is
-upright, and least number of points on such surfaces to measure their fit."""
+"""A surface is upright if the cosine of the angle between its normal and the
+vertical is below this; their fit is measured from at least this number of
+points."""
 
 _WIDE = LEVELS[0]
-"""Limits for the same surface when the fit of a frame is computed."""
+"""Limits within which points of two frames belong to the same surface, when a
+frame's fit is computed."""
 
 _SLIPPERY = 0.03
-"""Ratio of the information on two directions below which the weaker one is
-ignored."""
+"""The information on one horizontal direction is ignored if it is less than
+this fraction of that on the other one."""
 
 _CONVERGED = 1e-5
-"""Smaller steps end a level [m, rad]."""
+"""A stage of the refinement ends when its steps are below this [m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -71,9 +75,9 @@ class Placed:
 
     Attributes:
         estimate: Estimate of the base's pose.
-        residual: Median distance of the frame's points from the others'
-            surfaces [m]; NaN where they share none.
-        shared: Fraction of its points that other keyframes see, too.
+        residual: Median distance of the frame's points from the surfaces of
+            other keyframes [m]; NaN if they share none.
+        shared: Fraction of the frame's points that other keyframes show, too.
     """
 
     estimate: BaseEstimate
@@ -179,15 +183,18 @@ def updated(
 ) -> BaseEstimate:
     """Returns the estimate after the placement of a frame.
 
-    Errors of the keyframes are common to all frames that are aligned with them,
-    and do not average out. So their covariance is added, unless the previous
-    estimate was better.
+    All frames that are aligned to the same keyframes have the errors of these
+    in common, so these errors do not average out. The covariance of the
+    keyframes is therefore added. If the result is worse than the previous
+    covariance, the previous one is kept.
 
     Args:
         expected: The previous estimate.
         X_WB: The most likely pose of the base, shape (3,) [m, rad].
-        information: Information of the frame about it, shape (3, 3).
-        theirs: Covariance of the keyframes that provided it, shape (3, 3).
+        information: Information matrix of this pose from the frame, shape (3,
+            3).
+        theirs: Covariance of the keyframes to which the frame was aligned,
+            shape (3, 3).
     """
     P = expected.covariance
     gain = P[3:, :3] @ np.linalg.inv(P[:3, :3])
@@ -206,12 +213,12 @@ def without_slips(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Drops the information on a direction in which the base can slide.
 
-    A floor and one wall constrain a base in one direction; the little
-    information on the other one comes from noise and is wrong.
+    A floor and one wall constrain a base in only one horizontal direction. The
+    little information on the other direction comes from noise, and is removed.
 
     Args:
-        H: Information of surfaces about x, y and yaw, shape (3, 3).
-        g: The gradient, shape (3,).
+        H: Information matrix of x, y and yaw from surfaces, shape (3, 3).
+        g: The gradient of the squared residuals, shape (3,).
     """
     turn = H[2, 2]
     if turn <= 0:
@@ -225,7 +232,7 @@ def without_slips(
         return H, g
     keep = np.eye(3)
     keep[:2, :2] = np.outer(vectors[:, 1], vectors[:, 1])
-    # H = T diag(shift, turn) T^T; the slip is removed from the middle.
+    # H = T diag(shift, turn) T^T; the weak direction is removed from `shift`.
     middle = np.zeros((3, 3))
     middle[:2, :2], middle[2, 2] = shift, turn
     inner = np.linalg.solve(T, g)
@@ -235,12 +242,12 @@ def without_slips(
 def best_start(
     keyframes: Keyframes, X_WB: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Finds the best start for the refinement of the last keyframe.
+    """Finds a start for the refinement of the last keyframe's pose.
 
-    From a poor start, upright surfaces are matched with those of other objects,
-    and a table top looks the same after a translation. So among many positions
-    around the prediction, the one with the most points on others' surfaces is
-    chosen.
+    From a poor start, the refinement would match upright surfaces with those of
+    other objects. So among many positions around the prediction, the one is
+    chosen at which the most points of the keyframe are on surfaces of the
+    others.
 
     Args:
         keyframes: The keyframes.
@@ -248,7 +255,7 @@ def best_start(
         reach: Largest distance from the prediction [m].
 
     Returns:
-        The assumed pose of the base, shape (3,) [m, rad].
+        The pose of the base at the start, shape (3,) [m, rad].
     """
     last = len(keyframes) - 1
     pairs = np.array([(other, last) for other in range(last)])
@@ -283,10 +290,11 @@ def fit(
         pairs: Indices (other, last), shape (m, 2).
 
     Returns:
-        The median distance of its points from the others' surfaces [m]; NaN if
-        they share none. If it is larger, the median over points on upright
-        surfaces, as only these reveal a horizontal shift. And the fraction of
-        its points that other keyframes see.
+        Distance and overlap. The distance is the median distance of the last
+        keyframe's points from the others' surfaces [m], or the same median over
+        points on upright surfaces if it is larger, since only these show a
+        horizontal shift; NaN if they share no surface. The overlap is the
+        fraction of its points that other keyframes show.
     """
     stack, level = keyframes.stack, _WIDE
     values = np.empty((len(pairs), 2, stack.point.shape[1], 2))

@@ -1,11 +1,12 @@
 r"""Keyframe graph: estimates base poses from shared surfaces and motions.
 
-Unknown is the base's pose b = (x, y, yaw) in W at each keyframe; the camera's
-pose on the base is known from the arm. Two terms are minimised by Gauss-Newton:
-distances of one view's points from the planes of others (`pair_kernel`), and,
-for consecutive keyframes, differences between their motion and the motion
-tracked frame by frame, (b_i^-1 b_j) - (t_i^-1 t_j), in deviations of both
-tracked poses t.
+The unknowns are the base's poses b = (x, y, yaw) in W at all keyframes. The
+camera's pose on the base is known from the arm's joints. Gauss-Newton minimises
+the sum of two kinds of squared residuals. The first are distances of one view's
+points from the planes of others (`pair_kernel`). The second are, for
+consecutive keyframes i and j, the differences (b_i^-1 b_j) - (t_i^-1 t_j)
+between their motion and the motion of the tracked poses t, divided by its
+standard deviations.
 """
 
 import dataclasses as dc
@@ -32,23 +33,23 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 LEVELS = (*COARSE, *FINE)
-"""Stages from coarse to fine for new frames."""
+"""Stages of the refinement, from coarse to fine, for new frames."""
 
 REFINING = LEVELS[3:]
-"""Stages for frames with errors below a centimetre."""
+"""Stages of the refinement for frames with errors below a centimetre."""
 
 _PARTNERS = 12
 """Approximate number of views that each view is compared with."""
 
 _CORRELATION = 10.0
-"""Number of residuals with the information of one; see
-`estimate_correlation`."""
+"""Neighbouring residuals are correlated: this number of them has the
+information of one independent residual; see `estimate_correlation`."""
 
 _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2
 """Least covariance of tracked motions [m^2, rad^2]."""
 
 _CONVERGED = 1e-5
-"""Smaller steps end a level [m, rad]."""
+"""A stage of the refinement ends when its steps are below this [m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -56,10 +57,10 @@ class Keyframes:
     """n keyframes in the order in which they were taken.
 
     Attributes:
-        stack: Their images as planes and points.
+        stack: Images of the keyframes, as planes and points.
         X_BC: The camera's poses on the base, shape (n, 4, 4).
         X_OB: The base's poses by odometry, shape (n, 3) [m, rad].
-        time: Their times, shape (n,) [s].
+        time: Times of the images, shape (n,) [s].
     """
 
     stack: ViewStack
@@ -91,7 +92,7 @@ class Keyframes:
 
     @staticmethod
     def joined(parts: "Sequence[Keyframes]") -> "Keyframes":
-        """Returns all keyframes of some parts, in their order."""
+        """Concatenates several parts, in their order."""
         stacks = [part.stack for part in parts]
         rows = {
             name: np.concatenate([getattr(stack, name) for stack in stacks])
@@ -113,7 +114,7 @@ class Solution:
 
     Attributes:
         X_WB: The base's poses, shape (n, 3) [m, rad].
-        covariance: Their covariances, shape (n, 3, 3); 0 for the first.
+        covariance: Covariances of the poses, shape (n, 3, 3); 0 for the first.
         residual: Median distance of each keyframe's points from the others'
             surfaces, shape (n,) [m]; NaN for those that share none.
     """
@@ -175,13 +176,13 @@ def surface_equations(
     level: Level,
     spread: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (3n, 3n) and gradient (3n,) of shared surfaces.
+    """Returns Hessian (3n, 3n) and gradient (3n,) of shared surfaces.
 
     Args:
         keyframes: The keyframes.
         X_WB: Poses of the base, shape (n, 3) [m, rad].
         pairs: Indices of the keyframes that are compared, shape (m, 2).
-        level: Thresholds of the residuals in use.
+        level: Limits beyond which residuals are ignored.
         spread: The result of `residual_spread`.
     """
     state = State(keyframes.camera_poses(X_WB))
@@ -193,7 +194,7 @@ def surface_equations(
 def motion_equations(
     X_WB: np.ndarray, tracked: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (3n, 3n) and gradient (3n,) of tracked motions.
+    """Returns Hessian (3n, 3n) and gradient (3n,) of tracked motions.
 
     Args:
         X_WB: Poses of the base, shape (n, 3) [m, rad].

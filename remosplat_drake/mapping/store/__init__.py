@@ -16,10 +16,10 @@
 | `runs/0001/events.jsonl`   | `recording.TrajectoryLog`  | each event        |
 | `runs/0001/map_knowledge.json` | `remosplat teleop`     | each run on a map |
 
-The mapping process, which holds the lock, writes all files except two things:
-`app.teleop_session` creates the session, and `runs/` belongs to the control
-process. Each file is replaced atomically or only grows, so that a killed
-process loses only what it was writing.
+`app.teleop_session` creates the session. Then the mapping process, which holds
+the lock, writes all files except those in `runs/`, which the control process
+writes. Each file is either replaced atomically or only extended, so that a
+killed process loses only the data that it was writing.
 
 `app.teleop_session` opens a session to continue it; `app.recorded_run` reads a
 run with its maps for `remosplat replay`.

@@ -1,7 +1,7 @@
 """`FrameStore`: a session's frames, as a growing capture.
 
-The folder is one that `remosplat reconstruct` reads. Images are written before
-`transforms.json` names them, and that file is replaced atomically: an
+`remosplat reconstruct` can read the folder. Images are written before
+`transforms.json` lists them, and this file is replaced atomically. So an
 interruption loses only the frame that was being added.
 """
 
@@ -88,7 +88,7 @@ class FrameStore:
 
         Raises:
             RemoSplatError: The frame is invalid or cannot be written; nothing
-                has changed then.
+                is saved then.
         """
         view = assemble(self._path.parent, [frame])
         last = self.names[-1] if self._index else "frame 0"
@@ -110,7 +110,7 @@ class FrameStore:
         return entry["name"]
 
     def leave_out(self, names: set[str]) -> None:
-        """Removes frames from the capture; later ones may get their names.
+        """Removes frames from the capture; new frames may reuse their names.
 
         Raises:
             FileError: `transforms.json` cannot be written.
@@ -127,10 +127,11 @@ class FrameStore:
         self._document = document
 
     def load(self, names: tuple[str, ...]) -> dict[str, str]:
-        """Reads frames into memory, and drops all others.
+        """Reads frames into memory, and removes all others from memory.
 
         Returns:
-            Why frames cannot be used, by their names; empty if all can.
+            Reasons why frames cannot be used, by the frames' names; empty if
+            all can.
         """
         before, self._cache = self._cache, {}
         problems = {}

@@ -1,10 +1,10 @@
 """Maps as files, `*.rsmap`: `write_map` and `open_map`.
 
 A control process loads a new map with its hierarchy in about a millisecond: it
-receives the seal of the file from the mapping process, which has just written
-it, and maps the file into memory. A map from any other source, or from another
-run of the program, is read, checked and prepared again; `array_file` and
-`map_parts` say how.
+receives the file's seal from the mapping process, which has just written the
+file, and maps the file into memory. A file from another source or from another
+run of the program is read, checked and prepared again, as `array_file` and
+`map_parts` describe.
 """
 
 from pathlib import Path
@@ -35,13 +35,13 @@ def write_map(path: str | Path, scene_map: SceneMap) -> str:
         scene_map: The map.
 
     Returns:
-        The file's seal, with which this run of the program may open it at
-        once.
+        The file's seal, with which this run of the program may open the file
+        without checks.
 
     Raises:
-        FileError: The file cannot be written, because the disk is full for
-            example, or the map contains something that a file cannot hold: a
-            field on a GPU.
+        FileError: The file cannot be written, for example because the disk is
+            full, or the map contains a field on a GPU, which a file cannot
+            store.
     """
     path = Path(path)
     try:
@@ -56,16 +56,16 @@ def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
 
     Args:
         path: The file.
-        seal: The return value of `write_map` in this run of the program: the
-            file opens in about a millisecond, and arrays are views of the file,
-            which may be deleted or replaced meanwhile, but not modified. None
-            checks and prepares the whole content, which takes some hundredths
-            of a second.
+        seal: The return value of `write_map` in this run of the program. With
+            it the file opens in about a millisecond, and arrays are views of
+            the file, which may be deleted or replaced afterwards, but not
+            modified. Without it the whole content is checked and prepared,
+            which takes some hundredths of a second.
 
     Raises:
         VersionError: The file has an unsupported version of the format.
         FileError: The file is missing, not a map, truncated or damaged.
-        FieldError: A field in it is invalid.
+        FieldError: A field of the file's document is invalid.
     """
     path = Path(path)
     file = open_arrays(path, KIND, seal)

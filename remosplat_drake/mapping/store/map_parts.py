@@ -1,10 +1,10 @@
 """Converts a `SceneMap` to a document and arrays, and back.
 
-A map is described by its inputs: the splat, the seen space around it, and the
-settings of its fields. Prepared data, such as hierarchies, are stored with it,
-for readers that trust the writer. All others compute them again: kernels follow
-the links of a hierarchy without checks, so an untrusted file must not provide
-them.
+The document and arrays contain the map's inputs: the splat, the seen space
+around it, and the settings of its fields. They also contain prepared data, such
+as hierarchies, for readers that trust the writer. Other readers compute these
+data again, because kernels follow the links of a hierarchy without checks, and
+links of an untrusted file could be invalid.
 """
 
 import dataclasses as dc
@@ -53,10 +53,11 @@ _OfSplat = (
 )
 
 _MOST_PARTS = 8
-"""Largest number of parts of a composite field; a part is not a composite."""
+"""Largest number of parts of a composite field; parts are not composite."""
 
 _LARGEST = 1e6
-"""Largest size, and distance from the origin of W [m]."""
+"""Largest number in a splat, such as a size, or a distance from the origin of W
+[m]."""
 
 
 def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
@@ -293,7 +294,7 @@ def _splat(file: ArrayFile) -> GaussianSplat:
         if array.dtype != np.float32 or not array.ndim:
             raise FileError(file.path, f"splat.{name} is not a table of <f4")
         if not (np.abs(array) <= _LARGEST).all():
-            raise FileError(file.path, f"splat.{name} holds absurd numbers")
+            raise FileError(file.path, f"splat.{name} has numbers above 1e6")
     unit = GaussianSplat(**arrays).quaternions
     if np.abs(unit - arrays["quaternions"]).max(initial=0) > 1e-6:
         raise FileError(file.path, "splat.quaternions are not unit quaternions")

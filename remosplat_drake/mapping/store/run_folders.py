@@ -1,4 +1,4 @@
-"""The runs of a session, one folder each: runs/0001, 0002, ..."""
+"""The folders of a session's runs: runs/0001, runs/0002, ..."""
 
 from pathlib import Path
 

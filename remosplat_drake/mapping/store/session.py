@@ -1,4 +1,4 @@
-"""`Session`: the frames and maps of a place, and which of them are in use.
+"""`Session`: the frames and maps of a place, and the selection in use.
 
 `mapping.store` lists the files of a session's folder, and their writers.
 """
@@ -53,7 +53,7 @@ class Version:
 
 
 class Session:
-    """Frames and maps of one place, and which of them are in use.
+    """Frames and maps of one place, and the selection that is in use.
 
     Use `create`, `open` or `open_to_write` to get one.
 
@@ -62,7 +62,7 @@ class Session:
         frames: All frames that were taken.
         versions: All versions of the map, by their numbers.
         head: Number of the version in use; 0 is the scenario's own.
-        active: Names of the frames that the next map is made of.
+        active: Names of the frames from which the next map will be made.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class Session:
         return self.folder / _map_file(version)
 
     def activate(self, name: str) -> None:
-        """Adds a stored frame to those that the next map is made of.
+        """Adds a stored frame to the frames of the next map.
 
         Raises:
             FileError: `session.json` cannot be written.
@@ -184,8 +184,8 @@ class Session:
 
         Args:
             version: The version; its file has been written.
-            replaced: Names of frames that newer ones replace: the next map
-                excludes them.
+            replaced: Names of frames that newer frames replace; later maps
+                exclude them.
         """
         active = tuple(name for name in self.active if name not in replaced)
         versions = self.versions | {version.version: version}
@@ -198,7 +198,7 @@ class Session:
 
     @property
     def has_new_frames(self) -> bool:
-        """Whether there are frames newer than the map in use."""
+        """Whether there are frames that are newer than the map in use."""
         return bool(set(self.active) - set(self.map_frames))
 
     def leave_out_new_frames(self) -> None:
@@ -210,7 +210,7 @@ class Session:
         """Number of the version before the one in use.
 
         Raises:
-            RemoSplatError: The scenario's own map counts.
+            RemoSplatError: The map in use is the scenario's own.
         """
         if not self.head:
             raise RemoSplatError("there is nothing to undo")
@@ -220,7 +220,7 @@ class Session:
         """Returns to the previous version and its frames.
 
         Raises:
-            RemoSplatError: The scenario's own map counts.
+            RemoSplatError: The map in use is the scenario's own.
         """
         parent = self.parent
         self._write(parent, self._frames_of(parent), self.versions)
