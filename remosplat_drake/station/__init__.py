@@ -1,12 +1,12 @@
-"""Simulated stations: a robot behind the ports of every station.
+"""Simulated stations: robots with the same ports as the hardware.
 
-`MakeSimulatedStation` builds one of two diagrams. `KinematicStation` reaches
-commanded velocities at once, as in the paper; its robot is one system,
-`KinematicRobot`. `DynamicStation` has rigid bodies, motors with torque limits
-and contact: `VelocityDriver` turns commands into the motors' (`motors`),
-`StateReader` measures, `ContactMonitor` reports contacts.
+`MakeSimulatedStation` builds one of two diagrams. In a `KinematicStation`, the
+robot reaches commanded velocities at once, as in the paper; one system,
+`KinematicRobot`, represents it. A `DynamicStation` has rigid bodies, motors
+with torque limits and contact: `VelocityDriver` computes the commands of the
+motors (`motors`), `StateReader` measures, `ContactMonitor` reports contacts.
 
-Both have the ports of `signals.station_ports`, as `hardware` does: to a
-controller, a simulated station and the real robot are the same. `commands`
-checks inputs, `connections` joins the ports to the vectors q and u.
+Both have the ports of `signals.station_ports`, like the real robot's station in
+`hardware`, so a controller works with each of them. `commands` checks inputs,
+`connections` combines the ports to the vectors q and u.
 """

@@ -1,4 +1,4 @@
-"""`ActuatedCommand`: makes a simulated robot react late and slowly."""
+"""`ActuatedCommand`: simulates dead time and lag of a robot's actuators."""
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -12,7 +12,7 @@ from remosplat_drake.robot.actuators import ActuatorModel
 
 
 class ActuatedCommand(LeafSystem):
-    """Delays a velocity command and lets it lag, axis by axis.
+    """Applies dead time and first-order lag to the velocity of each axis.
 
     .. pydrake_system::
 
@@ -22,8 +22,8 @@ class ActuatedCommand(LeafSystem):
         output_ports:
         - velocity
 
-    It precedes a station whose robot executes commands exactly. The output is
-    the mean velocity of each step.
+    Its output is the input of a station whose robot executes commands exactly.
+    It is the mean velocity of the axes during each step.
 
     Args:
         model: How the axes follow their commands; dead times are rounded to
@@ -37,7 +37,7 @@ class ActuatedCommand(LeafSystem):
         n = len(model.parameters)
         self._model, self._length = model, step
         self._late = np.round(model.delay / step).astype(int)
-        # Velocities, mean velocities, and commands on their way.
+        # Rows: velocities, mean velocities, and delayed commands.
         self._shape = (3 + int(self._late.max()), n)
         self.DeclareDiscreteState(int(np.prod(self._shape)))
         self._input = self.DeclareVectorInputPort("velocity_commanded", n)
@@ -71,7 +71,7 @@ def stepped(
     Args:
         model: How the axes follow their commands.
         late: Dead time of each axis in steps, shape (n,).
-        state: Velocities, mean velocities of the step before, and the latest
+        state: Velocities, mean velocities of the previous step, and the latest
             commands, the newest first, shape (3 + max(late), n).
         u: The command of this step, shape (n,) [m/s, rad/s].
         dt: Length of the step [s].

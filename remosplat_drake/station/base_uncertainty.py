@@ -15,7 +15,7 @@ from remosplat_drake.signals.station_status import StationStatus
 
 
 class BaseUncertainty(LeafSystem):
-    """Takes the bounds on the base's error out of a station's status.
+    """Outputs the bound on the base's error from a station's status.
 
     .. pydrake_system::
 
@@ -25,8 +25,8 @@ class BaseUncertainty(LeafSystem):
         output_ports:
         - base_uncertainty
 
-    The output is a shift and a turn [m, rad]; `StationStatus` defines of which
-    pose.
+    The output is a shift and a turn [m, rad], as defined by
+    `StationStatus.base_uncertainty`.
     """
 
     def __init__(self):

@@ -58,10 +58,10 @@ class StationCommand:
 def checked_command(
     values: dict[str, np.ndarray], robot: RobotModel
 ) -> StationCommand:
-    """Turns the values of the command ports into a command without NaN.
+    """Converts the values of the command ports to a command without NaN.
 
-    One number that is not finite stops the whole robot: the other numbers of
-    a broken command deserve no trust either.
+    One number that is not finite stops the whole robot, since the other numbers
+    of that command may be wrong, too.
 
     Args:
         values: Values of the input ports by their names; a port that is
@@ -89,9 +89,9 @@ def checked_command(
 
 
 class CommandInputs:
-    """The command ports of a system, with one cached check for all outputs.
+    """Command ports of a system, with one cached check for all its outputs.
 
-    Hands' ports may stay unconnected: a gripper then keeps its width.
+    The port of a hand may be unconnected: the gripper then keeps its width.
     """
 
     def __init__(self, system: LeafSystem, robot: RobotModel):

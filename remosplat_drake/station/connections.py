@@ -61,7 +61,7 @@ def _Stack(
     base: str,
     arm: str,
 ) -> OutputPort:
-    """The base's measurement followed by the arm's, or the arm's alone."""
+    """Stacks the base's measurement and the arm's; without base, the arm's."""
     names = [base, arm] if robot.n_base else [arm]
     measured = [station.GetOutputPort(name) for name in names]
     multiplexer = builder.AddNamedSystem(
@@ -79,15 +79,15 @@ def ConnectCommand(
     station: Diagram,
     hands: OutputPort | None = None,
 ) -> None:
-    """Splits the command u between base and arm, and leads the grippers.
+    """Connects the command u to base and arm, and the grippers' command.
 
     Args:
         builder: Builder of the diagram that holds the station.
         robot: The robot; its description names the ports.
         velocity: Output port of the command u, shape (n_u,) [m/s, rad/s].
         station: A simulated or the real station.
-        hands: Output port of width and force of each gripper [m, N]; None
-            holds them still.
+        hands: Output port of width and force of each gripper [m, N]; None keeps
+            their widths.
     """
     names = [ports.arm_command(robot.description)]
     if robot.n_base:
@@ -120,7 +120,7 @@ def AddHandStates(
 
     Args:
         builder: Builder of the diagram that holds the station.
-        robot: The robot, with a gripper at least.
+        robot: The robot, with at least one gripper.
         station: A simulated or the real station.
 
     Returns:
@@ -135,7 +135,7 @@ def AddHandStates(
 
 
 def _AddHeldHands(builder: DiagramBuilder, robot: RobotModel) -> OutputPort:
-    """Holds the fingers where the robot's description has them."""
+    """Keeps the fingers at the positions in the robot's description."""
     description, held = robot.description, []
     for hand in description.effector_hands.values():
         fingers = [description.locked.get(joint, 0.0) for joint in hand.joints]

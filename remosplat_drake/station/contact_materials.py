@@ -1,10 +1,11 @@
 """Contact of the dynamic station: compliant pads and scene, rigid objects.
 
-Two point contacts cannot hold a thing against turning about the line through
-them. So pads press on a patch: fingers are compliant hydroelastic bodies, and
-objects rigid ones. Scenes are compliant, too, and stiffer, so that an object
-stands on its whole base. Pairs without such a surface, two objects or a link
-and the scene, have point contact (Drake's `hydroelastic_with_fallback`).
+Two point contacts cannot prevent an object from turning about the line through
+them. So fingers and objects have a contact patch: fingers are compliant
+hydroelastic bodies, and objects rigid ones. Scenes are compliant, too, but
+stiffer, so that the whole base of an object is in contact. Other pairs, such as
+two objects or a link and the scene, have point contact (Drake's
+`hydroelastic_with_fallback`).
 
 Source of the model: Elandt et al., "A pressure field model for fast, robust
 approximation of net contact force and moment between nominally rigid objects",
@@ -38,7 +39,7 @@ PAD_FRICTION = 1.5
 """Coefficient of friction of the pads."""
 
 FACETS = 12
-"""Number of sides that contact sees of a round object."""
+"""Number of sides of the polygon that represents a circle in contact."""
 
 _PAD_EDGE = 0.01  # Of meshes on pads that are not convex polytopes [m].
 
@@ -64,7 +65,7 @@ def object_material(radius: float, friction: float) -> ProximityProperties:
     """Returns the properties of an object.
 
     Args:
-        radius: Its radius where it is round, or any length elsewhere [m].
+        radius: Its radius if it is round; otherwise any length [m].
         friction: Its coefficient of friction.
     """
     material = ProximityProperties()

@@ -1,4 +1,4 @@
-"""`ContactMonitor`: true contacts between bodies, by names."""
+"""`ContactMonitor`: true contacts between bodies, as pairs of names."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -14,24 +14,22 @@ from remosplat_drake.station.mover_bodies import MOVERS
 from remosplat_drake.station.object_bodies import OBJECTS
 
 Pairs = tuple[tuple[str, str], ...]
-"""Pairs of names, sorted, each once."""
+"""Sorted pairs of names, without duplicates."""
 
 _ROBOT, _MOVER, _OBJECT, _SCENE = range(4)  # In the order of a pair's sides.
 
 
 @dc.dataclass(frozen=True)
 class ContactReport:
-    """Which bodies touch each other; copying returns the object itself.
+    """Pairs of bodies in contact; copying returns the object itself.
 
     Attributes:
-        scene: Pairs of a robot's link and a geometry of the scene that touch,
-            sorted, each once.
-        robot: Pairs of the robot's links that touch, sorted, each once.
-        movers: Pairs of a robot's link and the name of a mover that touch,
-            sorted, each once.
-        objects: Pairs of a robot's link and an object that touch.
-        others: Pairs of an object and another body that touch: another object,
-            a geometry of the scene, or, first, the name of a mover.
+        scene: Pairs of a robot's link and a geometry of the scene.
+        robot: Pairs of two links of the robot.
+        movers: Pairs of a robot's link and a mover (moving object).
+        objects: Pairs of a robot's link and an object.
+        others: Pairs of an object and another object or a geometry of the
+            scene, and pairs of a mover and an object.
     """
 
     scene: Pairs = ()
@@ -53,11 +51,11 @@ _FIELDS = {
     (_OBJECT, _SCENE): "others",
     (_MOVER, _OBJECT): "others",
 }
-"""Field of the report by the kinds of two bodies that touch."""
+"""Field of the report by the kinds of the two bodies in contact."""
 
 
 class ContactMonitor(LeafSystem):
-    """Reports the contacts of a plant by names.
+    """Reports the contacts in a plant as pairs of names.
 
     .. pydrake_system::
 
@@ -122,7 +120,7 @@ def touching(results: ContactResults) -> Iterator[tuple[GeometryId, ...]]:
 
 
 def _kind(plant: MultibodyPlant, body: RigidBody) -> int:
-    """Whether a body is the robot's, a mover, an object or the scene."""
+    """Returns the kind of a body: robot, mover, object or scene."""
     if body.index() == plant.world_body().index():
         return _SCENE
     instance = plant.GetModelInstanceName(body.model_instance())

@@ -53,8 +53,8 @@ def make_dynamic_station(
 ) -> Diagram:
     """Builds a station with dynamics and contact.
 
-    Gravity does not act on the robot: the Panda compensates its own weight,
-    and the base stands on the floor by its planar joints alone.
+    Gravity does not act on the robot: the Panda compensates its own weight, and
+    planar joints keep the base on the floor.
 
     Args:
         config: Physics of the station.
@@ -62,15 +62,16 @@ def make_dynamic_station(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
-        movers: The movers at the start; they have contact with the robot.
-        objects: Objects that a hand may take, in their poses at the start. Only
+        movers: The movers (moving objects) at the start. They have contact with
+            the robot.
+        objects: Objects that a hand may grasp, at their initial poses. Only
             gravity and contact move them.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground
         truth, `cheat.contact`, `cheat.query_object` and, with objects,
-        `cheat.objects`. Where anything moves it has the input port `movers`,
-        for as many `Movers` in this order.
+        `cheat.objects`. With movers it also has the input port `movers`, for
+        `Movers` of the same number and order.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -110,7 +111,7 @@ class DynamicBody:
         plant: The finalized plant.
         scene_graph: Scene graph with the plant's geometry.
         hands: Geometry of the grippers.
-        motors: The motors, whose gains the plant's actuators have.
+        motors: The motors; the plant's actuators have their gains.
         movers: The bodies of the movers.
         objects: The bodies of the objects.
     """
@@ -141,7 +142,7 @@ def add_dynamic_body(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         movers: The movers at the start.
-        objects: Objects that a hand may take, in their poses at the start.
+        objects: Objects that a hand may grasp, at their initial poses.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -177,7 +178,7 @@ def add_dynamic_body(
 
 
 def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:
-    """The fingers are one mechanism: they open by the same amount."""
+    """Couples the fingers of a hand, so that they open by the same amount."""
     for name in hand.joints[1:]:
         plant.AddCouplerConstraint(
             plant.GetJointByName(hand.joints[0]),

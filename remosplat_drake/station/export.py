@@ -19,7 +19,7 @@ def export_ports(
     Args:
         builder: Builder of the station.
         description: Description of the robot.
-        systems: Subsystems whose ports have the station's names already.
+        systems: Subsystems whose ports already have the station's names.
         camera: Output ports of the wrist camera by the station's names; None
             without a camera.
     """

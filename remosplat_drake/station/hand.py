@@ -10,7 +10,7 @@ from remosplat_drake.robot.robot_description import Hand, RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
 
 SETTLING_TIME = 0.05
-"""Time constant of the last millimetres before the commanded width [s]."""
+"""Time constant with which the width approaches the commanded width [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class HandGeometry:
 def hand_geometries(
     description: RobotDescription, plant: MultibodyPlant
 ) -> tuple[HandGeometry, ...]:
-    """Reads the geometry of a robot's grippers off a plant that holds it.
+    """Reads the geometry of a robot's grippers from a plant with the robot.
 
     Args:
         description: Description of the robot.
@@ -64,7 +64,7 @@ def robot_hands(robot: RobotModel) -> dict[int, HandGeometry]:
 def finger_slices(
     hands: Sequence[HandGeometry], first: int
 ) -> tuple[slice, ...]:
-    """Returns where each gripper's fingers are in a list of all joints.
+    """Returns the indices of each gripper's fingers in a list of all joints.
 
     Args:
         hands: The grippers.
@@ -101,7 +101,9 @@ def _geometry(
 def width_rate(
     width: float, target: float, hand: HandGeometry, speed: float
 ) -> float:
-    """Returns the rate of the gripper's width: full speed, soft arrival [m/s].
+    """Returns the rate of a gripper's width [m/s].
+
+    The rate is proportional to the error of the width, and limited to `speed`.
 
     Args:
         width: Present width [m].

@@ -1,4 +1,4 @@
-"""`KinematicRobot`: integrates commanded velocities; no mass, no contact."""
+"""`KinematicRobot`: integrates commanded velocities, without dynamics."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -38,16 +38,16 @@ class KinematicRobot(LeafSystem):
         - status
         - posture
 
-    The state (q, then the width of each hand) is *continuous*: a command that
-    the controller decided at a tick acts from that very instant, so the state
-    reached at the next tick is `robot.advance(q, u, period)`, which is the one
-    that the controller verified. A discrete update would act one tick late.
+    The state (q, then the width of each hand) is *continuous*: a command acts
+    from the tick at which the controller computed it. So the state at the next
+    tick is `robot.advance(q, u, period)`, as the controller has verified. With
+    a discrete update, commands would act one tick late.
 
-    Names are those of `signals.station_ports`; a fixed robot has no `base`
-    ports, one without a gripper no `hand` ports, one with several those of
-    each. `posture` (q, then the finger positions) is for drawing. A command
-    that is not finite makes the robot hold still, and `status` says so. Joint
-    stops are not modelled: the controller's limits are.
+    Names are those of `signals.station_ports`; a robot on a fixed base has no
+    `base` ports, and each gripper has `hand` ports of its own. `posture` (q,
+    then the finger positions) is for drawing. If a command is not finite, the
+    robot stands still, and `status` contains the reason. Joint stops are not
+    modelled; the controller keeps the joint limits.
     """
 
     def __init__(
@@ -66,8 +66,8 @@ class KinematicRobot(LeafSystem):
             hands: Geometry of its grippers.
             hand_speed: Speed at which a gripper's width changes [m/s].
             q0: Configuration to start from, shape (n_q,).
-            odometry_drift: Velocity with which the measured pose of the base
-                leaves the true one [m/s, m/s, rad/s].
+            odometry_drift: Rate at which the measured pose of the base drifts
+                away from the true one [m/s, m/s, rad/s].
         """
         super().__init__()
         self._robot = robot

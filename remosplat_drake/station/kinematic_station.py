@@ -1,4 +1,4 @@
-"""The kinematic station: `KinematicRobot`, and geometry only for a camera."""
+"""The kinematic station: a `KinematicRobot`, with geometry for a camera."""
 
 from collections.abc import Sequence
 
@@ -38,7 +38,7 @@ def make_kinematic_station(
 ) -> Diagram:
     """Builds a station whose robot reaches commanded velocities at once.
 
-    Without a camera there is no geometry at all: the diagram is ready in two
+    Without a camera the diagram has no geometry, and is built in about two
     milliseconds.
 
     Args:
@@ -47,12 +47,11 @@ def make_kinematic_station(
         scene: The solids that the camera sees; None for none.
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
-        objects: Things that a hand may take; nothing moves them.
+        objects: Objects that a hand may grasp; they do not move.
 
     Returns:
-        A diagram with the ports of `signals.station_ports` and, where there
-        is a camera, `cheat.query_object`, where there are objects,
-        `cheat.objects`.
+        A diagram with the ports of `signals.station_ports`; with a camera also
+        `cheat.query_object`, and with objects `cheat.objects`.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -108,7 +107,7 @@ def _connect_posture(
     robot: RobotModel,
     joints: Sequence[str],
 ) -> None:
-    """Poses the geometry by the integrated configuration."""
+    """Connects the integrated configuration to the poses of the geometry."""
     D = np.zeros((plant.num_positions(), len(joints)))
     for column, name in enumerate(joints):
         D[plant.GetJointByName(name).position_start(), column] = 1.0

@@ -15,7 +15,9 @@ from remosplat_drake.scene.mover import Movers
 
 
 def merge_movers(parts: Sequence[Movers]) -> Movers:
-    """Puts movers of one time together; were they not, the oldest would count.
+    """Merges the movers of several sources into one value.
+
+    The stamp of the result is the oldest one, so a stale source is noticed.
 
     Args:
         parts: The movers of each of several sources; at least one.
@@ -29,7 +31,7 @@ def merge_movers(parts: Sequence[Movers]) -> Movers:
 
 
 class MergedMovers(LeafSystem):
-    """Puts the movers of several ports together.
+    """Merges the movers of several input ports.
 
     .. pydrake_system::
 
@@ -55,14 +57,15 @@ class MergedMovers(LeafSystem):
     def AddToBuilder(
         builder: DiagramBuilder, parts: Sequence[OutputPort]
     ) -> OutputPort | None:
-        """Puts ports together in a diagram.
+        """Adds a `MergedMovers` to a diagram, if there are several ports.
 
         Args:
             builder: The builder of the diagram.
             parts: Output ports of `Movers`.
 
         Returns:
-            The port of all; a single one unchanged, None for none.
+            The port with all movers. A single port is returned as it is; None
+            without ports.
         """
         if len(parts) < 2:
             return parts[0] if parts else None

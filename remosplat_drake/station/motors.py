@@ -1,11 +1,12 @@
 """Velocity-controlled motors of the dynamic station.
 
-Each joint is held to its commanded velocity by a damper that the contact
-solver treats implicitly: torque = d (v_desired - v), never more than the
-joint's effort limit. d is the joint's inertia over the time constant, so that
-one number serves every joint of every robot. There is no position gain: the
-command is a velocity, and a blocked joint must not wind up. The price is that
-a joint under load creeps, by torque / d; the constant is short for that.
+Each joint has a damper that pulls it to its commanded velocity, and that the
+contact solver treats implicitly: torque = d (v_desired - v), limited to the
+joint's effort limit. d is the joint's inertia divided by the time constant, so
+one time constant suits all joints of all robots. There is no position gain,
+since the error of a blocked joint would accumulate. As a consequence, the
+velocity of a joint under load has an error of torque / d; the time constant is
+short to keep it small.
 """
 
 import dataclasses as dc
@@ -26,8 +27,8 @@ from remosplat_drake.station.hand import (
 from remosplat_drake.station.station_config import DynamicStation
 
 DRIVE_SHARE = 0.8
-"""Share of the base's effort limit that drives it forward; the rest holds it
-sideways, like the wheels of a differential base, which cannot slip."""
+"""Fraction of the base's effort limit that drives it forward. The rest prevents
+sideways motion, as the wheels of a differential base do."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -38,8 +39,8 @@ class Motors:
         joints: Names of the m joints: base (x, y, yaw), arm, fingers.
         damping: Gains d of the motors, shape (m,) [N s/m or N m s/rad].
         drive_error: Greatest difference between the desired and the measured
-            forward velocity of the base [m/s], so that x and y keep some
-            effort to hold it sideways; infinite for a fixed base.
+            forward velocity of the base [m/s], so that x and y keep some effort
+            against sideways motion; infinite for a fixed base.
     """
 
     joints: tuple[str, ...]
@@ -53,10 +54,10 @@ def make_motors(
     q0: np.ndarray,
     config: DynamicStation,
 ) -> Motors:
-    """Sizes the motors' gains from the robot's inertia.
+    """Computes the motors' gains from the robot's inertia.
 
-    A finger's damper is so stiff that a finger blocked at full speed pushes
-    with its whole effort.
+    The gain of a finger is so large that a finger that is blocked while its
+    commanded speed is `hand_speed` pushes with its effort limit.
 
     Args:
         robot: The robot.
@@ -82,7 +83,7 @@ def make_motors(
         damping[fingers] = np.maximum(damping, stiff)[fingers]
     drive_error = np.inf
     if robot.n_base:
-        # In one step, force f closes the error e = f / d + f dt / M.
+        # In one step, force f corrects the error e = f / d + f dt / M.
         f = DRIVE_SHARE * effort[:2].min()
         drive_error = f / damping[0] + f * config.time_step / inertia[0]
     return Motors(joints, damping, float(drive_error))

@@ -1,7 +1,7 @@
 """Movers as bodies of a dynamic station, which follow given motions.
 
-A body is heavy, and pulled to where its mover is by a force that nothing the
-robot does can match: so the robot feels it, and it hardly feels the robot.
+A body is heavy, and a strong force pulls it to the pose of its mover. So it
+pushes the robot in contact, while the robot hardly deflects it.
 """
 
 import math
@@ -29,7 +29,7 @@ from remosplat_drake.scene.mover_shape import shape_of
 from remosplat_drake.signals import station_ports as ports
 
 MOVERS = "movers"
-"""Name of the model instance of all bodies that move by themselves."""
+"""Name of the model instance with the bodies of all movers."""
 
 MASS = 1000.0
 """Mass of a body [kg]."""
@@ -38,7 +38,8 @@ TURNING_RADIUS = 0.3
 """Radius of gyration of a body [m]."""
 
 RATE = 200.0
-"""Rate at which a body that is off comes back, critically damped [1/s]."""
+"""Natural frequency of a body's critically damped return to its mover
+[rad/s]."""
 
 COLOUR = np.array([0.93, 0.45, 0.13, 1.0])
 
@@ -48,7 +49,7 @@ _FRICTION = CoulombFriction(0.6, 0.6)
 def add_mover_bodies(
     plant: MultibodyPlant, movers: Sequence[Mover]
 ) -> list[RigidBody]:
-    """Adds a body for each mover, where it is at the start.
+    """Adds a body for each mover, at its initial pose.
 
     Args:
         plant: A plant with a scene graph, before `Finalize`.
@@ -79,7 +80,7 @@ def add_mover_bodies(
 def let_pass(
     plant: MultibodyPlant, scene_graph: SceneGraph, bodies: Sequence[RigidBody]
 ) -> None:
-    """Lets movers pass through each other and through static things.
+    """Excludes contact between movers, and between movers and static geometry.
 
     Args:
         plant: The finalized plant.
@@ -102,7 +103,7 @@ def let_pass(
 
 
 class MoverDriver(LeafSystem):
-    """Pulls bodies to where movers are.
+    """Computes the forces that pull bodies to the poses of their movers.
 
     .. pydrake_system::
 
@@ -114,8 +115,8 @@ class MoverDriver(LeafSystem):
         output_ports:
         - spatial_forces
 
-    `movers` are the `Movers`, as many as bodies and in their order; the others
-    are the plant's ports of these names.
+    `movers` are the `Movers`, one for each body and in the same order; the
+    other ports are connected to the plant's ports of the same names.
 
     Args:
         bodies: The bodies.
@@ -145,7 +146,7 @@ class MoverDriver(LeafSystem):
         plant: MultibodyPlant,
         bodies: Sequence[RigidBody],
     ) -> None:
-        """Adds the driver to a station, whose input `movers` becomes its own.
+        """Adds the driver to a station, and exports its input `movers`.
 
         Args:
             builder: The builder of the station.
@@ -184,7 +185,7 @@ class MoverDriver(LeafSystem):
 
 
 def pull(mover: Mover, X_WB: RigidTransform, V_WB: SpatialVelocity):
-    """Returns the force on a body that brings it to its mover.
+    """Returns the force that pulls a body to the pose of its mover.
 
     Args:
         mover: The mover: the desired pose and velocity of the body.

@@ -1,7 +1,7 @@
-"""Settings of a simulated robot's sensors for movers, and these sensors.
+"""Settings of a simulated robot's sensors for movers (moving objects).
 
-A sensor is a function of the truth. One that needs images consists of a period
-and a robot with cameras; its results may be old.
+A sensor computes the movers that the robot knows from the true ones. A sensor
+with cameras has a period, so its results may be old.
 """
 
 import dataclasses as dc
@@ -16,7 +16,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class MoverSensor(Protocol):
-    """Choices of a robot's perception of movers."""
+    """The interface of a simulated sensor for movers."""
 
     @property
     def period(self) -> float:
@@ -27,30 +27,33 @@ class MoverSensor(Protocol):
         """Measures once, and returns the known movers.
 
         Args:
-            truth: All that moves now; its stamp is the present time.
+            truth: All true movers, stamped with the present time.
             q: The robot's configuration, shape (n_q,).
         """
         ...
 
 
 class MoverSensing(Protocol):
-    """Settings that make a sensor: one's own as `!package.module:Class`."""
+    """The interface of settings that make a `MoverSensor`.
+
+    In a scenario, a class of another package is `!package.module:Class`.
+    """
 
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
     ) -> MoverSensor | None:
-        """Makes the sensor of a run; None where nothing is ever known.
+        """Makes the sensor of a run; None if the robot never senses movers.
 
         Args:
             robot: The robot, which a camera sees, too.
-            scene: The true solids that stand; None where they are unknown.
+            scene: The true static solids; None if they are unknown.
         """
         ...
 
 
 @dc.dataclass
 class KnownMovers(Config):
-    """The robot gets the exact pose and twist of each."""
+    """Settings of a sensor that measures exact poses and twists of movers."""
 
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
@@ -62,9 +65,10 @@ class KnownMovers(Config):
 
 @dc.dataclass
 class StandingMovers(Config):
-    """The robot gets the pose of each, as if all of them stood still.
+    """Settings of a sensor that measures poses of movers, but no motion.
 
-    This is how obstacles in a map are known, and for comparisons only.
+    The robot then treats movers as static obstacles. This is for comparisons
+    only.
     """
 
     def make(
@@ -77,7 +81,7 @@ class StandingMovers(Config):
 
 @dc.dataclass
 class UnknownMovers(Config):
-    """The robot senses nothing that moves: for comparisons only."""
+    """Settings for a robot that senses no movers, for comparisons only."""
 
     def make(self, robot: RobotModel, scene: PrimitiveScene | None) -> None:
         """Makes no sensor."""
@@ -98,7 +102,7 @@ class _Told:
 
 
 def as_if_standing(mover: Mover) -> Mover:
-    """Returns a mover without its motion, and without any to come."""
+    """Returns a mover that does not move, and is not expected to."""
     return dc.replace(
         mover,
         v_WM=np.zeros(3),

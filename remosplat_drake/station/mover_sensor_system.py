@@ -1,4 +1,4 @@
-"""`MoverSensorSystem`: a simulated robot's knowledge of movers."""
+"""`MoverSensorSystem`: outputs the movers that a simulated robot senses."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
@@ -16,7 +16,7 @@ NOTHING = Movers(0.0)
 
 
 class MoverSensorSystem(LeafSystem):
-    """Measures the true movers, and outputs the sensor's result.
+    """Applies a simulated sensor to the true movers.
 
     .. pydrake_system::
 
@@ -28,8 +28,8 @@ class MoverSensorSystem(LeafSystem):
         - movers
 
     `truth` are the true `Movers`, `configuration` is the robot's true q, and
-    `movers` are those that are known. A sensor with a period measures once in
-    each, and its result holds in between.
+    `movers` are those that the sensor detects. A sensor with a period measures
+    once per period, and the output keeps its result in between.
 
     Args:
         sensor: The sensor, which belongs to this system alone.

@@ -1,4 +1,4 @@
-"""`MoverSource`: simulated things that move, as a perfect sensor sees them."""
+"""`MoverSource`: outputs the true movers of a simulation."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from remosplat_drake.scene.moving.track import Track, movers_at
 
 
 class MoverSource(LeafSystem):
-    """Says where a scenario's movers are, without noise or delay.
+    """Outputs the true poses and motions of a scenario's movers.
 
     .. pydrake_system::
 

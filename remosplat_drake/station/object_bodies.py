@@ -1,4 +1,4 @@
-"""Objects as free bodies of a dynamic station, and where they are."""
+"""Objects as free bodies of a dynamic station, and a reader of their poses."""
 
 from collections.abc import Sequence
 
@@ -30,10 +30,10 @@ COLOUR = np.array([0.30, 0.55, 0.75, 1.0])
 def add_object_bodies(
     plant: MultibodyPlant, objects: Sequence[SceneObject], friction: float
 ) -> list[RigidBody]:
-    """Adds a free body for each object, where it is at the start.
+    """Adds a free body for each object, at its initial pose.
 
-    One of unknown mass is fixed to the world, and compliant like the scene: a
-    table, for example.
+    An object of unknown mass, such as a table, is fixed to the world, and
+    compliant like the scene.
 
     Args:
         plant: A plant with a scene graph, before `Finalize`.
@@ -70,7 +70,7 @@ def add_object_bodies(
 
 
 class ObjectReader(LeafSystem):
-    """Reads off a plant where the objects are.
+    """Outputs the poses of the objects in a plant.
 
     .. pydrake_system::
 
@@ -113,7 +113,7 @@ class ObjectReader(LeafSystem):
         objects: Sequence[SceneObject],
         bodies: Sequence[RigidBody],
     ) -> None:
-        """Adds the reader to a station, whose output is its own.
+        """Adds the reader to a station, and exports its output.
 
         Args:
             builder: Builder of the station.

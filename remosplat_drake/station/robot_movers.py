@@ -16,18 +16,17 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Mover, Movers
 
 _STEP = 1e-4
-"""Time over which the motion of links is looked at [s]."""
+"""Time step for the finite differences of the links' poses [s]."""
 
 MOST_ACCELERATION = 15.0
 """Bound on the commanded acceleration of a robot's points [m/s^2].
 
-A Panda that brakes with its arm stretched out was seen to reach 13. The
-bound by its limits with all joints together, 200, would prevent any approach
-to it."""
+In an observation, a Panda that braked with its arm stretched out reached 13.
+With the sum of all joints' limits, 200, no robot could approach another one."""
 
 _JUMP = 5e-3
-"""Motion of a link by commands that change from tick to tick, beyond the motion
-by its acceleration bound [m]."""
+"""Largest deviation of a link from motion within its acceleration bound [m],
+since commands change in steps from tick to tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -39,7 +38,7 @@ class LinkShape:
         body: Number of its body in the robot's tree.
         X_LM: Pose of the box in the link's frame, shape (4, 4).
         half_extents: Half side lengths of the box, shape (3,) [m].
-        radius: Radius around it [m].
+        radius: Distance by which the rounded box extends beyond that box [m].
     """
 
     link: str
@@ -52,8 +51,8 @@ class LinkShape:
 def link_shapes(robot: RobotModel) -> list[LinkShape]:
     """Encloses the spheres of each link in one rounded box.
 
-    Its core is the box of the spheres' centres along their principal axes,
-    its radius the greatest of theirs.
+    Its core is the bounding box of the spheres' centres along their principal
+    axes, and its radius is that of the largest sphere.
 
     Args:
         robot: The robot.
@@ -98,7 +97,7 @@ def link_movers(
         robot: The robot.
         shapes: The shapes of its links.
         q: Its configuration, shape (n_q,).
-        u: The velocities that it is commanded, shape (n_u,).
+        u: Its commanded velocities, shape (n_u,) [m/s, rad/s].
         name: Display name of the robot.
         max_speed: No point of a link is ever faster [m/s].
         max_acceleration: No point of a link ever accelerates more [m/s^2].
@@ -132,7 +131,7 @@ def link_movers(
 
 
 class RobotMovers(LeafSystem):
-    """Says where a robot's links are, and how they move by its command.
+    """Outputs a robot's links as movers, for another robot.
 
     .. pydrake_system::
 
@@ -143,8 +142,8 @@ class RobotMovers(LeafSystem):
         output_ports:
         - movers
 
-    `configuration` is the robot's q, `velocity` the command u that it carries
-    out, and `movers` are the `Movers` that it is to another robot.
+    `configuration` is the robot's q, `velocity` the command u that it executes,
+    and `movers` are its links as `Movers`.
 
     Args:
         robot: The robot.
@@ -189,7 +188,7 @@ class RobotMovers(LeafSystem):
         Args:
             builder: The builder of the diagram.
             configuration: The output port of the robot's q.
-            velocity: The output port of the command that it carries out.
+            velocity: The output port of the command that it executes.
             **arguments: The arguments of `RobotMovers`.
         """
         system = builder.AddSystem(RobotMovers(**arguments))

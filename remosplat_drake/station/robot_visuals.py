@@ -1,4 +1,4 @@
-"""The robot's own shapes, as a simulated camera sees them."""
+"""Adds visual shapes of the robot, for a simulated camera."""
 
 import numpy as np
 from pydrake.geometry import GeometryInstance, Mesh, SceneGraph
@@ -15,7 +15,7 @@ PRIMITIVE_COLOUR = np.array([0.9, 0.9, 0.9, 1.0])
 def add_robot_visuals(
     plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotModel
 ) -> None:
-    """Draws each link by its meshes or else by its collision primitives.
+    """Adds meshes, or else collision primitives, as visuals of each link.
 
     Links with visuals in the model file are left unchanged.
 

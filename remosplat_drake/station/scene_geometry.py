@@ -26,14 +26,14 @@ def add_scene_geometry(
 ) -> None:
     """Adds the scene and a floor at z = 0 to a plant's world body.
 
-    A scene with a floor slab of its own (a box whose top is z = 0) gets no
-    second one.
+    No floor is added to a scene that contains one (a box with its top at z =
+    0).
 
     Args:
         plant: A plant that is the source of a scene graph, before `Finalize`.
         scene: The solids in the scene; None for none.
-        solid: Whether the robot bumps into the scene, instead of only seeing
-            it.
+        solid: Whether the robot collides with the scene; otherwise the scene is
+            only visible.
     """
     primitives = list(scene.primitives) if scene else []
     for i, primitive in enumerate(primitives):

@@ -1,4 +1,4 @@
-"""`MakeSimulatedStation`: a simulated robot behind every station's ports."""
+"""`MakeSimulatedStation`: builds the station of a simulated robot."""
 
 from collections.abc import Sequence
 
@@ -31,20 +31,20 @@ def MakeSimulatedStation(
     movers: Sequence[Mover] = (),
     objects: Sequence[SceneObject] = (),
 ) -> Diagram:
-    """Builds a station: the robot behind one set of ports.
+    """Builds the diagram of a simulated robot, with the ports of a station.
 
     Args:
         config: The kind of simulation, and its settings.
         robot: The robot; its description names the ports.
-        scene: The solids that the camera sees and that the robot may bump
-            into; None for none.
+        scene: The solids that the camera sees and with which the robot may
+            collide; None for none.
         q0: Configuration (x, y, yaw, arm) to start from, shape (n_q,)
             [m, rad].
         wrist_camera: The wrist camera, a `WristCameraConfig` for example;
-            None leaves the camera and its ports out.
-        movers: The movers at the start: a dynamic station has them as bodies,
-            and an input port `movers` for their later states.
-        objects: Objects that a hand may take, in their poses at the start. A
+            None omits the camera and its ports.
+        movers: The movers (moving objects) at the start. A dynamic station has
+            a body for each, and an input port `movers` for their later states.
+        objects: Objects that a hand may grasp, at their initial poses. A
             station with objects has the output port `cheat.objects`.
 
     Returns:

@@ -23,7 +23,7 @@ from remosplat_drake.station.motors import motor_rows
 
 
 class StateReader(LeafSystem):
-    """Reads the robot's joints out of the whole plant's state.
+    """Extracts the robot's measurements from the state of the whole plant.
 
     .. pydrake_system::
 
@@ -39,12 +39,11 @@ class StateReader(LeafSystem):
         - hand.state
 
     Names are those of `signals.station_ports`. `plant_state` is the plant's
-    state port and `plant_actuation` that of its net actuation;
-    `base.velocity_measured` is (v, omega) with v along the measured heading,
-    as wheel odometry has it, and with an omnidirectional base the speed to the
-    left between the two. A fixed robot has no `base`
-    ports, one without a gripper no `hand` ports, one with several those of
-    each.
+    state port and `plant_actuation` that of its net actuation.
+    `base.velocity_measured` is (v, omega) with v along the measured heading, as
+    wheel odometry measures it; for an omnidirectional base it is (v, speed to
+    the left, omega). A robot on a fixed base has no `base` ports, and each
+    gripper has `hand` ports of its own.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""`StationCamera`: the wrist camera's interface to a simulated station."""
+"""`StationCamera`: the interface of a simulated station's wrist camera."""
 
 from typing import Protocol
 
@@ -8,9 +8,9 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 
 class StationCamera(Protocol):
-    """A camera that a simulated station takes into its diagram.
+    """The interface of settings that add a camera to a simulated station.
 
-    `camera.WristCameraConfig` is one.
+    `camera.WristCameraConfig` implements it.
     """
 
     def AddToStation(

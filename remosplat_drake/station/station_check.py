@@ -20,7 +20,7 @@ def check_station(
     wrist_camera: bool,
     name: str,
 ) -> None:
-    """Refuses a station that a controller could not be wired to.
+    """Raises an error if a controller cannot be connected to a station.
 
     Args:
         station: The station.
@@ -56,7 +56,7 @@ def _problems(
 
 
 def _ports(station: System) -> dict[tuple[str, str], int | None]:
-    """The sizes of all ports, by direction and name; None: abstract."""
+    """The sizes of all ports, by direction and name; None: abstract-valued."""
     ports = [
         (INPUT, station.get_input_port(i))
         for i in range(station.num_input_ports())

@@ -27,36 +27,36 @@ CONTACT_APPROXIMATIONS = ("lagged", "similar", "sap")
 
 @dc.dataclass
 class KinematicStation(Config):
-    """A kinematic simulation: commanded velocities are reached at once.
+    """Settings of a kinematic simulation, as in the paper.
 
-    It is the setting of the paper.
+    The robot reaches commanded velocities at once.
     """
 
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Velocity with which the base's measured x, y and yaw leave the true ones,
-    # to try out odometry that drifts [m/s, m/s, rad/s].
+    # Rate at which the base's measured x, y and yaw drift away from the true
+    # ones, to simulate odometry drift [m/s, m/s, rad/s].
     odometry_drift: Position = dc.field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
 @dc.dataclass
 class DynamicStation(Config):
-    """A dynamic simulation: inertia, motors with torque limits, contact."""
+    """Settings of a simulation with inertia, torque limits and contact."""
 
     # Time step of the discrete plant [s].
     time_step: Annotated[float, Interval(gt=0, le=0.01)] = 0.001
-    # Time in which a joint's velocity error falls to 1/e while its motor is
-    # strong enough [s]. It may be shorter than the time step, since the
-    # contact solver treats motors implicitly.
+    # Time constant of a joint's velocity error, while the motor is below its
+    # torque limit [s]. It may be shorter than the time step, since the contact
+    # solver treats motors implicitly.
     velocity_time_constant: Annotated[float, Interval(gt=0, le=1)] = 1e-4
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Whether the robot bumps into the scene; otherwise it passes through it.
+    # Whether the robot collides with the scene; otherwise it passes through.
     collide_with_scene: bool = True
     # Hydroelastic modulus of the fingers' pads: the greater, the harder [Pa].
     pad_modulus: Annotated[float, Interval(ge=1e4, le=1e9)] = 1e7
-    # Coefficient of friction of objects; the pads' is 1.5, the scene's 0.6, and
-    # of a pair the harmonic mean counts.
+    # Coefficient of friction of objects; that of the pads is 1.5, that of the
+    # scene 0.6. A pair in contact has the harmonic mean of its two values.
     object_friction: Annotated[float, Interval(ge=0, le=5)] = 1.0
     # Drake's discrete contact approximation: `lagged`, `similar` or `sap`.
     discrete_contact_approximation: Annotated[
@@ -65,7 +65,11 @@ class DynamicStation(Config):
 
 
 class StationMaker(Protocol):
-    """The settings of a station of your own, instead of the two of ours."""
+    """The interface of settings that make another station.
+
+    In a scenario, such settings replace `KinematicStation` or
+    `DynamicStation`.
+    """
 
     def make(
         self,
@@ -80,7 +84,7 @@ class StationMaker(Protocol):
             robot: The robot; its description names the ports.
             scene: The solids in the scene; None for none.
             q0: Configuration to start from, shape (n_q,) [m, rad].
-            camera: The wrist camera to take along; None for none.
+            camera: The wrist camera to add; None for none.
 
         Returns:
             A diagram with the ports of `signals.station_ports`.
@@ -99,9 +103,10 @@ the gripper's width."""
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
     """Returns integrator settings with which the kinematic station is exact.
 
-    The fifth-order Runge-Kutta step of Drake leaves about 1e-15 m of an arc
-    at 20 ms and 0.87 rad/s, less than error control would let pass, and a
-    fixed step costs seven derivatives a tick and is the same everywhere.
+    The error of Drake's fifth-order Runge-Kutta step is about 1e-15 m for an
+    arc of 20 ms at 0.87 rad/s, less than the usual tolerance of error control.
+    A fixed step takes seven derivatives a tick, and gives the same results on
+    all machines.
 
     Args:
         control_period: Time between two commands [s].
@@ -114,15 +119,15 @@ def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
 
 
 def simulator_problems(config: SimulatorConfig) -> Iterator[tuple[str, str]]:
-    """Why no simulation can run with Drake's settings.
+    """Yields the simulator settings with which no run is possible.
 
-    Drake itself takes a step of no length, with which time stands still.
+    Drake itself accepts a step of zero, with which a simulation never ends.
 
     Args:
-        config: Its numbers are finite.
+        config: Drake's settings, with finite numbers.
 
     Yields:
-        A field and its problem.
+        The name of a setting, and its problem.
     """
     for name in ("max_step_size", "accuracy"):
         if getattr(config, name) <= 0:
@@ -131,7 +136,7 @@ def simulator_problems(config: SimulatorConfig) -> Iterator[tuple[str, str]]:
         rate = config.target_realtime_rate
         yield "target_realtime_rate", f"must not be negative, got {rate}"
     if config.start_time != 0:
-        yield "start_time", f"a run starts at 0, got {config.start_time}"
+        yield "start_time", f"must be 0, got {config.start_time}"
     scheme, schemes = config.integration_scheme, GetIntegrationSchemes()
     if scheme not in schemes:
         problem = unknown_name("integration scheme", scheme, schemes)

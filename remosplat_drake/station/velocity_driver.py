@@ -1,4 +1,4 @@
-"""`VelocityDriver`: turns a station's commands into its motors' commands."""
+"""`VelocityDriver`: computes the motors' commands from a station's."""
 
 from collections.abc import Sequence
 
@@ -41,12 +41,12 @@ class VelocityDriver(LeafSystem):
         - desired_state_<model instance>
         - status
 
-    The base's speeds become velocities of x, y and yaw by the map N(q)
-    at the *measured* yaw, at every step of the plant: a differential base
-    cannot be told to slip sideways. A command that is not finite makes the
-    motors hold still, and `status` says so. Names are those of
+    At every step of the plant, the map N(q) at the *measured* yaw converts the
+    base's speeds to velocities of x, y and yaw, so a command never includes
+    sideways slip of a differential base. If a command is not finite, the motors
+    stand still, and `status` contains the reason. Names are those of
     `signals.station_ports`; `plant_state` is the plant's state, and each
-    `desired_state_...` goes to the port of its model instance.
+    `desired_state_...` is connected to the port of its model instance.
     """
 
     def __init__(
@@ -182,7 +182,8 @@ def desired_velocities(
         if told.width is None:
             continue
         rate = width_rate(q[fingers].sum(), told.width, hand, hand_speed)
-        # A damper that pushes with this force at most, moving or blocked.
+        # Limits the damper's force to the commanded one, also if the finger is
+        # blocked.
         error = max(told.force, 0.0) / motors.damping[fingers]
         desired[fingers] = near(rate / len(hand.joints), v[fingers], error)
     return desired

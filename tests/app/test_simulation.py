@@ -449,7 +449,7 @@ def test_a_run_keeps_the_pace_of_its_scenario_unless_told_otherwise(folder):
         ("max_step_size: 0", "simulator.max_step_size: must be positive"),
         ("max_step_size: fast", "simulator.max_step_size: expected a number"),
         ("max_step: 1", "simulator.max_step: unknown field 'max_step'"),
-        ("start_time: 1", "simulator.start_time: a run starts at 0, got 1.0"),
+        ("start_time: 1", "simulator.start_time: must be 0, got 1.0"),
         ("target_realtime_rate: -1", "must not be negative, got -1.0"),
         ("integration_scheme: euler", "unknown integration scheme 'euler'"),
     ],
