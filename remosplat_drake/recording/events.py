@@ -34,7 +34,8 @@ class Event:
         text: Description of the event, for display.
         version: Version of the map, in events that are about one.
         link: Name of the link that is held from now on; empty if none.
-        place: Point in W at which it was first held [m]; None if there is none.
+        place: Point in W at which the link was first held [m]; None if there is
+            none.
     """
 
     time: float
@@ -52,8 +53,8 @@ class EventWriter:
         path: The file; it must not exist.
 
     Attributes:
-        trouble: Reason for which events are missing in the file; empty if none
-            is.
+        trouble: Why events are missing in the file; empty if the file is
+            complete.
 
     Raises:
         FileError: The file exists or cannot be made.
@@ -85,7 +86,7 @@ def read_events(path: Path) -> list[Event]:
         path: The file.
 
     Raises:
-        FileError: The file cannot be read, or holds something else.
+        FileError: The file cannot be read, or does not contain events.
         FieldError: The time of an event is not a number.
     """
     try:
@@ -93,13 +94,13 @@ def read_events(path: Path) -> list[Event]:
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
     except UnicodeDecodeError as error:
-        raise FileError(path, "is not a list of events") from error
+        raise FileError(path, "is not a file of events") from error
     lines = text.split("\n")[:-1]
     return [_event(path, number, line) for number, line in enumerate(lines, 1)]
 
 
 def _event(path: Path, number: int, line: str) -> Event:
-    """The event of a line."""
+    """Parses a line of the file to an event."""
     where = f"{path}:{number}"
     fields = parse_json_object(line, where)
     version, place = fields.get("version"), fields.get("place")

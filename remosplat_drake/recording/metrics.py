@@ -25,13 +25,13 @@ class RunMetrics:
         clearance_min: Smallest clearance by the oracle [m]; None if the
             scene was never within its influence.
         clearance_mean: Mean over the ticks of the smallest clearance by the
-            oracle [m]; None likewise.
+            oracle [m]; None in the same case.
         truth_clearance_min: Smallest clearance by ground truth [m]; None if
             that is unknown.
-        truth_clearance_mean: Mean over the ticks of the smallest clearance
-            by ground truth [m] (paper section V, D_avg); None likewise.
-        path_length: Length of the end effector's path, of several of the
-            first one's [m] (paper section V, L).
+        truth_clearance_mean: Mean over the ticks of the smallest clearance by
+            ground truth [m] (paper section V, D_avg); None if that is unknown.
+        path_length: Length of the path of the first or only end effector [m]
+            (paper section V, L).
         base_path_length: Length of the path of the base's origin [m].
         ticks: Number of control ticks.
         tick_p50: Median wall-clock time of a tick [s].
@@ -43,13 +43,15 @@ class RunMetrics:
             [m]; none for a single one.
         line_deviation_max: Largest deviation of the end effector from the lines
             of targets [m]; None without lines.
-        line_deviation_mean: The same, as the mean over the ticks on lines [m].
+        line_deviation_mean: Mean of that deviation over the ticks on lines [m].
         unseen_clearance_min: Smallest distance to space that no camera has seen
             [m], negative inside; None if seen space is unknown.
-        unseen_ticks: Number of configurations that reached into such space.
-        mover_distance_min: Smallest true distance to a mover [m]; None without
-            movers.
-        mover_contacts: All contacts with movers, by their cause.
+        unseen_ticks: Number of configurations in which the robot reached into
+            unseen space.
+        mover_distance_min: Smallest true distance to a mover (moving object)
+            [m]; None without movers.
+        mover_contacts: All contacts with movers (moving objects), by their
+            cause.
         waited: Time in which no part of the robot moved [s]; None without
             movers.
         separation_margin_min: Least excess, over all ticks, of the distance to
@@ -96,8 +98,8 @@ def run_metrics(
         trajectory: The robot's motion.
         robot: The robot, for its kinematics and its spheres.
         dt: Control period [s].
-        truth: The true scene; None where it is unknown.
-        unseen: Space that no camera has seen; None where that is unknown.
+        truth: The true scene; None if it is unknown.
+        unseen: Space that no camera has seen; None if it is unknown.
         line_deviation: Deviation of the end effector from the line at each tick
             [m]; NaN without a line.
         separation_margin: Excess of the distance to movers over S_p at each
@@ -146,9 +148,10 @@ def run_metrics(
 def _judged(
     trajectory: Trajectory, robot: RobotModel, dt: float
 ) -> MoverJudgement | None:
-    """Judges a run by the movers of its ticks; None without movers.
+    """Finds contacts with the movers of a run; None without movers.
 
-    Between two ticks, they keep the motion of the first one.
+    Between two ticks, movers are assumed to keep their velocity at the first
+    one.
     """
     if not trajectory.movers or not len(trajectory):
         return None

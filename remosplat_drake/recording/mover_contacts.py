@@ -17,11 +17,11 @@ TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
 or sideways; or at rest."""
 
 UNSEEN = "unseen"
-"""A link moved towards a mover that came out of unseen space; an evaluation
-with cameras uses it instead of TOWARDS."""
+"""A link moved towards a mover that came out of unseen space. An evaluation
+with cameras replaces TOWARDS by this kind in such a case."""
 
 KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
-"""All kinds of contact, from the worst on."""
+"""All kinds of contact, the worst first."""
 
 _MOTIONS = (TOWARDS, RETREATING, RESTING)
 
@@ -29,7 +29,8 @@ LEAST_SPEED = 1e-3
 """Speed up to which a sphere counts as at rest [m/s]."""
 
 WAITING_SPEED = 0.01
-"""Speed of its fastest sphere up to which a robot waits [m/s]."""
+"""Speed of the robot's fastest sphere below which the robot counts as waiting
+[m/s]."""
 
 SHORTEST = 5e-4
 """Least time between two samples [s]."""
@@ -37,7 +38,7 @@ SHORTEST = 5e-4
 
 @dc.dataclass(frozen=True)
 class Contact:
-    """A link and a mover that touch for a while.
+    """A contact between a link and a mover (moving object).
 
     Attributes:
         start: Time of the first touch [s].
@@ -86,10 +87,11 @@ class _Look:
     """A sample: robot and movers at one time.
 
     Attributes:
-        time: When [s].
+        time: Time of the sample [s].
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
         p_WM: Origins of k movers in W, shape (k, 3) [m].
-        distance: Distances of their surfaces, shape (k, n) [m].
+        distance: Distances between the surfaces of movers and spheres, shape
+            (k, n) [m].
         towards_W: Unit vectors from spheres to movers, shape (k, n, 3).
         stretch: Largest distance of a mover's points from its origin, shape
             (k,) [m].
@@ -114,11 +116,12 @@ def judge_movers(
     movers: Callable[[float], Movers],
     dt: float,
 ) -> MoverJudgement:
-    """Judges a run by the true positions of movers.
+    """Finds a run's contacts with movers, from their true positions.
 
-    It samples every tick, and subdivides as often as needed to exclude a
-    contact or to find its start: two surfaces at distances d0 and d1 that move
-    by at most s against each other in between do not touch if d0 + d1 > s.
+    The function samples every tick, and halves the time between two samples
+    until a contact is excluded or its start is found. Let d0 and d1 be the
+    distances of two surfaces at two samples, and s a bound on their relative
+    motion in between. They do not touch in between if d0 + d1 > s.
 
     Args:
         robot: The robot, for its spheres.
@@ -194,7 +197,7 @@ class _Judge:
 def _between(
     before: _Look, after: _Look, at: Callable[[float], _Look]
 ) -> list[_Look]:
-    """Samples after `before` up to `after`; undecided spans are halved."""
+    """Returns samples after `before` up to `after`, as dense as necessary."""
     if after.time - before.time <= SHORTEST or _is_known(before, after):
         return [after]
     middle = at(0.5 * (before.time + after.time))
@@ -230,8 +233,8 @@ def distances(
     Returns:
         Signed distances of their surfaces, shape (k, n) [m], and the unit
         vectors from the spheres towards the movers' nearest points in W, shape
-        (k, n, 3); for a centre within a core, the nearest face counts, and the
-        vector points inwards.
+        (k, n, 3); for a centre within a mover's core, the distance is that to
+        the nearest face, and the vector points inwards.
     """
     p_WS = np.asarray(p_WS, float)
     p_MS = np.einsum("kji,knj->kni", movers.R_WM, p_WS - movers.p_WM[:, None])
@@ -265,9 +268,9 @@ class _Contacts:
         self._closed: list[Contact] = []
 
     def add(self, look: _Look) -> None:
-        """Adds the next sample, and the robot's motion until then.
+        """Adds the next sample, with the robot's motion since the previous one.
 
-        At the first sample, the motion after it counts.
+        For the first sample, the motion until the second one is used.
         """
         before, self._latest = self._latest, look
         if before is None:
@@ -301,7 +304,7 @@ class _Contacts:
 def _touches(
     look: _Look, links: np.ndarray, v_WS: np.ndarray
 ) -> Iterator[tuple[tuple[str, int], Contact]]:
-    """Returns the contacts at a time, by link and number of the mover."""
+    """Yields the contacts of a sample, by link and index of the mover."""
     mover, sphere = np.nonzero(look.distance < 0.0)
     ahead = np.einsum("ni,ni->n", look.towards_W[mover, sphere], v_WS[sphere])
     speed = np.linalg.norm(v_WS[sphere], axis=1)

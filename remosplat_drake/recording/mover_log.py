@@ -65,7 +65,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
         arrays[PREFIX + part] for part in ("tick", "name", "state", "stamp")
     )
     if state.shape != (len(tick), _NUMBERS) or name.shape != tick.shape:
-        raise ValueError("arrays of movers do not fit each other")
+        raise ValueError("arrays of movers have inconsistent lengths")
     ticks: list[list[Mover]] = [[] for _ in stamp]
     for k, what, row in zip(tick, name, state, strict=True):
         ticks[int(k)].append(_mover(str(what), row))
@@ -76,7 +76,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
 
 
 def _with_quaternion(row: np.ndarray) -> np.ndarray:
-    """The numbers of a mover in a file."""
+    """Converts the numbers of a mover to those in a file."""
     R_WM = RotationMatrix(row[ORIENTATION].reshape(3, 3))
     wxyz = R_WM.ToQuaternion().wxyz()
     before, after = row[: ORIENTATION.start], row[ORIENTATION.stop :]
@@ -84,7 +84,7 @@ def _with_quaternion(row: np.ndarray) -> np.ndarray:
 
 
 def _mover(name: str, row: np.ndarray) -> Mover:
-    """The mover of a row in a file."""
+    """Makes the mover of a row in a file."""
     wxyz = row[_QUATERNION]
     R_WM = RotationMatrix(Quaternion(wxyz / np.linalg.norm(wxyz)))
     before, after = row[: _QUATERNION.start], row[_QUATERNION.stop :]

@@ -30,7 +30,7 @@ def draw_operator_figure(
     stopping: float,
     events: Sequence[Event] = (),
 ) -> "Figure":
-    """Draws clearance above, and deviation from the desired velocity below.
+    """Draws two plots: clearance, and deviation from the desired velocity.
 
     Args:
         trace: The curves.
@@ -87,7 +87,7 @@ def check_figure_path(path: Path) -> None:
 def _draw_clearance(
     axes: "Axes", trace: OperatorTrace, stopping: float
 ) -> None:
-    """In millimetres; beyond the oracle's influence there is a gap."""
+    """Draws clearances in millimetres, with gaps beyond the oracle's range."""
     seen = np.where(np.isfinite(trace.clearance), trace.clearance, np.nan)
     axes.plot(trace.time, 1e3 * seen, color=_OURS, lw=1.2, label="by the map")
     if trace.true_clearance is not None:
@@ -121,7 +121,7 @@ def _draw_clearance(
 def _mark_events(
     axes: "Axes", time: np.ndarray, events: Sequence[Event]
 ) -> None:
-    """A line at each new map, and at each change of the supervisor."""
+    """Draws a line at each new map, and at each change of the supervisor."""
     for kind, color, label in (
         (MAP, _MAP, "another map"),
         (SUPERVISOR, _STOP, "supervisor"),

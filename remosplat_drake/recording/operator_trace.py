@@ -20,12 +20,12 @@ class OperatorTrace:
 
     Attributes:
         time: Times of the ticks, shape (T,) [s].
-        clearance: Smallest distance by the map of that time, shape (T,) [m];
-            inf beyond the oracle's influence.
+        clearance: Smallest distance, by the map in use at the tick, shape (T,)
+            [m]; inf beyond the oracle's influence.
         deviation: |v desired - v executed| of the end effector, shape (T,)
             [m/s].
         true_clearance: Smallest distance to the true scene, shape (T,) [m];
-            None where that is unknown.
+            None if that is unknown.
     """
 
     time: np.ndarray

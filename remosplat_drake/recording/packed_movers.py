@@ -1,4 +1,4 @@
-"""`PackedMovers`: the movers at a tick, as compact arrays."""
+"""`PackedMovers`: the movers (moving objects) at a tick, as compact arrays."""
 
 import dataclasses as dc
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ MOVER = "mover_"
 """Prefix of the columns of movers."""
 
 ORIENTATION = slice(4, 13)
-"""Index of the orientation among them."""
+"""Indices of the orientation R_WM in a row of these numbers."""
 
 
 @dc.dataclass(frozen=True, eq=False, slots=True)
@@ -82,16 +82,18 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
 
 
 def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
-    """Writes the movers of T ticks as arrays; shared messages are stored once.
+    """Converts the movers of T ticks to arrays.
+
+    Ticks that share a message about movers refer to one copy of it.
 
     Args:
         ticks: The movers of each tick.
 
     Returns:
-        `mover_message`, the message of each tick, shape (T,); `mover_stamp` and
-        `mover_count`, shape (m,) for m messages; and of all k movers of all
-        messages `mover_name`, shape (k,), and `mover_row`, shape (k, 26). Empty
-        if there is no tick.
+        Arrays by name: `mover_message`, the index of each tick's message, shape
+        (T,); `mover_stamp` and `mover_count` of the m messages, shape (m,);
+        `mover_name`, shape (k,), and `mover_row`, shape (k, 26), of the k
+        movers of all messages. Empty if there is no tick.
     """
     if not ticks:
         return {}
@@ -133,10 +135,10 @@ class PackedTicks(Sequence[Movers]):
     """The movers at each of T ticks; an element is unpacked on access."""
 
     def __init__(self, ticks: Iterable[PackedMovers]):
-        """Takes the movers of the ticks, packed.
+        """Stores packed movers.
 
         Args:
-            ticks: Those of each tick; several may share one.
+            ticks: The packed movers of each tick; ticks may share an object.
         """
         self._ticks = tuple(ticks)
 

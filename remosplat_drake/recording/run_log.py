@@ -44,7 +44,7 @@ NO_MAP = -1
 """Version of the map in the log of a run whose map does not change."""
 
 _HELD = 1.0
-"""Time span of the rows that are written together [s]."""
+"""Duration of the rows that are written together [s]."""
 
 _HEADER_LIMIT = 4096
 """Greatest length of a header [bytes]."""
@@ -55,11 +55,12 @@ _MAX_JOINTS = 1000
 def row_type(n_q: int, n_u: int) -> np.dtype:
     """Returns the NumPy type of a row; it has no padding.
 
-    A row holds the time [s] and the configuration q of the tick; the command
-    u of the controller, and as it was executed; the target X_WT without its
-    last row; the smallest clearance by the oracle [m], inf beyond its
-    influence; verification's scale; the version of the map; and the codes of
-    status and mode, indices into `STATUSES` and `MODES`.
+    A row contains the time [s] and the configuration q of the tick; the
+    controller's command u, and the executed one; the first three rows of the
+    target X_WT; the smallest clearance by the oracle [m], inf beyond its
+    influence; the scale of the command after verification; the version of the
+    map; and the codes of status and mode, which are indices into `STATUSES` and
+    `MODES`.
 
     Args:
         n_q: Length of the configuration.
@@ -82,7 +83,7 @@ def row_type(n_q: int, n_u: int) -> np.dtype:
 
 
 class RunLogWriter:
-    """Writes a log; at most a second of rows waits in memory.
+    """Writes a log, once a second.
 
     If the disk is full, rows are dropped and `trouble` states that; when there
     is space again, the log continues.
@@ -94,8 +95,8 @@ class RunLogWriter:
         period: Control period [s].
 
     Attributes:
-        trouble: Reason for which rows are missing in the file; empty while none
-            is.
+        trouble: Why rows are missing in the file; empty if the file is
+            complete.
 
     Raises:
         FileError: The file exists or cannot be made.
@@ -202,13 +203,13 @@ class RunLog:
     def report(
         self, k: int, clearances: Clearances | None = None
     ) -> TickReport:
-        """Restores the controller's report of a tick, as far as it was logged.
+        """Restores the logged part of the controller's report of a tick.
 
         Args:
             k: Index of the row.
             clearances: Clearances for the report, since the log contains only
-                the smallest one of a tick; the closest rows count as tight.
-                None: the report has none.
+                the smallest one of a tick. Rows with the smallest distance are
+                marked as `tight`. None: the report has no clearances.
         """
         row = self.rows[k]
         clearances = Clearances.none() if clearances is None else clearances

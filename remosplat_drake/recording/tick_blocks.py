@@ -32,14 +32,14 @@ class TickBlocks:
         self._blocks: list[dict[str, _Place]] = []
 
     def append(self, arrays: Mapping[str, np.ndarray]) -> str:
-        """Appends a block completely or not at all.
+        """Appends a block; if that fails, the file is unchanged.
 
         Args:
             arrays: Its arrays by name.
 
         Returns:
-            The system's error message if it failed, such as "No space left on
-            device"; otherwise the empty string.
+            The error message of the operating system if the write failed, such
+            as "No space left on device"; otherwise an empty string.
         """
         places, offset = {}, self._size
         for name, values in arrays.items():
@@ -47,7 +47,7 @@ class TickBlocks:
             offset += values.nbytes
         try:
             if self._file is None:
-                # It is closed with the last reference to this object.
+                # The file is closed when this object is deleted.
                 self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
             self._file.seek(self._size)
             rest = memoryview(b"".join(v.tobytes() for v in arrays.values()))
@@ -60,10 +60,10 @@ class TickBlocks:
         return ""
 
     def read(self, start: str) -> Iterator[dict[str, np.ndarray]]:
-        """Reads the arrays of each block whose names begin with a text.
+        """Reads, from each block, the arrays whose names begin with a text.
 
         Args:
-            start: The text; the empty one reads all arrays.
+            start: The beginning of the names; an empty text selects all arrays.
 
         Raises:
             OSError: The file cannot be read.

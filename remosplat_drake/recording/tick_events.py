@@ -27,7 +27,7 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
 _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
-"""Kinds of standing that the supervisor's own events cover."""
+"""Kinds of `Standing` for which the supervisor has events of its own."""
 
 
 @dc.dataclass(frozen=True, eq=False)

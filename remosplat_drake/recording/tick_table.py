@@ -19,22 +19,22 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 BLOCK = 4000
-"""Number of ticks that go to the disk together: 40 s at 100 Hz, 1 MB."""
+"""Number of ticks that are written to disk together: 40 s at 100 Hz, 1 MB."""
 
 _TIMING = "timing_"
-"""Prefix of the columns of phases."""
+"""Prefix of the columns with the times of a tick's phases."""
 
 
 class TickTable:
     """Stores the numbers of each `TickReport` that metrics need.
 
-    A tick takes about 250 bytes, and each mover of a new message 208. The
-    report, with all clearances, takes a hundred times as much and is not kept.
-    With `block`, a table keeps the latest ticks in memory and all others in a
-    file.
+    A tick takes about 250 bytes, and each mover of a new message 208 bytes. The
+    whole report, with all clearances, takes about a hundred times as much and
+    is not stored. With `block`, a table keeps the latest ticks in memory and
+    all others in a file.
 
     Attributes:
-        trouble: Reason for which ticks are missing; empty while none is.
+        trouble: Why ticks are missing; empty if none are.
     """
 
     def __init__(self, n_q: int, n_u: int, *, block: int | None = None):
@@ -43,7 +43,7 @@ class TickTable:
         Args:
             n_q: Length of the configuration.
             n_u: Length of the command.
-            block: Number of ticks in memory that go to the disk together;
+            block: Number of ticks that are moved from memory to disk together;
                 None keeps all in memory.
         """
         self._n_q, self._n_u = n_q, n_u
@@ -111,7 +111,7 @@ class TickTable:
             self._put_block_away()
 
     def _add_timings(self, timings: dict[str, float]) -> None:
-        """Adds the times of a tick's phases; NaN for those it did not have."""
+        """Adds the times of a tick's phases; NaN for phases that it lacks."""
         for phase in timings.keys() - self._timings.keys():
             self._timings[phase] = array("d", [np.nan]) * len(self._time)
         for phase, column in self._timings.items():
@@ -169,7 +169,7 @@ class TickTable:
         )
         status = self._whole("status")
         present = np.unique(status)
-        # As wide as the longest status in this run.
+        # NumPy's width of the strings is then the longest status in this run.
         names = np.array([STATUSES[i] for i in present], dtype=str)
         movers = self._all_movers()
         return Trajectory(
@@ -184,7 +184,7 @@ class TickTable:
         )
 
     def _columns(self) -> dict[str, np.ndarray]:
-        """The ticks in memory as arrays by name."""
+        """Returns the ticks in memory as arrays by name."""
         timings = {_TIMING + k: np.array(v) for k, v in self._timings.items()}
         return {
             "time": np.array(self._time),
@@ -200,7 +200,7 @@ class TickTable:
         }
 
     def _whole(self, name: str) -> np.ndarray:
-        """A column of all ticks; NaN where a block does not have it."""
+        """Returns a column of all ticks; NaN for blocks that lack it."""
         blocks = [*self._blocks.read(name), self._columns()]
         counts = [*self._counts, len(self._time)]
         return np.concatenate(

@@ -101,7 +101,7 @@ def load_trajectory(path: Path) -> Trajectory:
     """Reads a trajectory that `save_trajectory` wrote.
 
     Raises:
-        FileError: The file cannot be read or holds something else.
+        FileError: The file cannot be read, or is not a trajectory.
     """
     try:
         with open(path, "rb") as file:
@@ -110,7 +110,8 @@ def load_trajectory(path: Path) -> Trajectory:
                 arrays = dict(archive)
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
-    # A damaged archive fails in many ways, and may request absurd sizes.
+    # A damaged archive causes many kinds of errors, and may request huge
+    # arrays.
     except _DAMAGES as error:
         raise FileError(path, "is not a recorded trajectory") from error
     timings = {
@@ -132,17 +133,17 @@ def load_trajectory(path: Path) -> Trajectory:
 
 
 def _check_sizes(path: Path, file: IO[bytes]) -> None:
-    """Rejects arrays with a declared size above the stored one.
+    """Rejects arrays whose declared size exceeds the stored one.
 
-    The header of an array declares its memory; the zip declares the stored
-    size.
+    The header of an array declares its size in memory, and the zip archive the
+    stored size.
     """
     with ZipFile(file) as archive:
         for member in archive.infolist():
             most = max(_ALWAYS_ALLOWED, _MAX_RATIO * member.compress_size)
             if member.file_size > most:
                 raise FileError(
-                    path, f"{member.filename} is damaged, or fills the memory"
+                    path, f"{member.filename} is damaged, or too large"
                 )
             with archive.open(member) as stream:
                 version = np.lib.format.read_magic(stream)
@@ -158,7 +159,7 @@ def _check_sizes(path: Path, file: IO[bytes]) -> None:
 
 
 def _is_consistent(trajectory: Trajectory) -> bool:
-    """Whether all arrays have so many ticks, and numbers except for names."""
+    """Whether all arrays have the same number of ticks and the right types."""
     t = trajectory
     one = [t.time, t.status, t.scale, t.clearance, *t.timings.values()]
     if any(array.shape != t.time.shape for array in one) or t.time.ndim != 1:

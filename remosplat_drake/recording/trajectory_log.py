@@ -42,11 +42,12 @@ class TrajectoryLog(LeafSystem):
         output_ports:
         - trouble
 
-    It publishes once a control period. A `McapRecorder` gets each tick in
-    addition to the files, or instead of them. Rows are passed to the operating
-    system once a second, events at once. A full disk does not end the run:
-    `trouble` then states in one line what is missing in the files; it is empty
-    if they are complete. Another simulation continues in the same files.
+    The system writes once a control period. It also sends each tick to a
+    `McapRecorder`, if there is one. Rows are passed to the operating system
+    once a second, events at once. A full disk does not end the run: `trouble`
+    then states in one line what is missing in the files; it is empty if they
+    are complete. If another simulation runs with the same diagram, its ticks
+    are appended to the same files.
 
     `report` takes a `TickReport`, `velocity_executed` the command u that the
     station received (if it is not connected, the report's command),
@@ -55,18 +56,19 @@ class TrajectoryLog(LeafSystem):
     `station_status` a `StationStatus` and `standing` a `Standing`.
 
     Attributes:
-        is_paused: Whether writing is paused, as in a rehearsal.
+        is_paused: Whether writing is paused, for example while the run is tried
+            out before its start.
 
     Args:
-        folder: Folder of the run; it must not hold the two files yet. None
-            writes none.
+        folder: Folder of the run, in which the two files must not exist yet.
+            None writes no files.
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
         recorder: Recorder that writes the run as an MCAP file; None for none.
 
     Raises:
-        FileError: The files cannot be begun.
+        FileError: The files cannot be created.
     """
 
     def __init__(

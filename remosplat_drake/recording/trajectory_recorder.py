@@ -1,4 +1,4 @@
-"""`TrajectoryRecorder`: keeps the ticks of a run, as numbers."""
+"""`TrajectoryRecorder`: stores the numbers of a run's ticks."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -26,10 +26,10 @@ class TrajectoryRecorder(LeafSystem):
         - velocity_executed (optional)
         - movers (optional)
 
-    It publishes once a control period and adds each new `TickReport` to a
-    `TickTable`, together with the executed command (`velocity_executed`) and
-    the `Movers`; another simulation starts with an empty table. Of the reports
-    themselves only the latest is kept.
+    Once a control period, it adds each new `TickReport` to a `TickTable`,
+    together with the executed command (`velocity_executed`) and the `Movers`.
+    Another simulation starts with an empty table. Only the latest report is
+    kept as a whole.
 
     Args:
         n_q: Length of the configuration.

@@ -24,7 +24,7 @@ SCENARIO = "TableDepth"
 
 
 def depth_cases() -> list[Case]:
-    """Makes cases: queries of 77 spheres, and the control ticks of a run."""
+    """Makes benchmarks of queries of 77 spheres, and of control ticks."""
     splat = table_scene(60_000)
     growth = [
         _query(f"{n // 1000}k splats", table_scene(n))

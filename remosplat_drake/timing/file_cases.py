@@ -1,6 +1,6 @@
-"""Benchmarks from the path of a splat's file to distances to it.
+"""Benchmarks of reading a splat's file until the first distance query.
 
-The file and the cache are in a temporary folder, removed at the end.
+The file and the cache are in a temporary folder, which is removed at the end.
 """
 
 import os
@@ -24,7 +24,7 @@ _CACHE = "XDG_CACHE_HOME"
 
 
 def file_cases() -> list[Case]:
-    """Makes cases: a PLY of a million discs, without and with its cache."""
+    """Makes benchmarks of a PLY of a million discs, with and without cache."""
     folder = TemporaryDirectory(prefix="remosplat-bench-")
     write_splat(Path(folder.name) / "discs.ply", table_scene(1_000_000))
     return [
@@ -53,7 +53,7 @@ def _cache(folder: TemporaryDirectory) -> Path:
 
 @contextmanager
 def _cache_in(folder: Path) -> Iterator[None]:
-    """Moves the user's cache while the block runs."""
+    """Uses another folder as the user's cache inside a `with` block."""
     before = os.environ.get(_CACHE)
     os.environ[_CACHE] = str(folder)
     try:

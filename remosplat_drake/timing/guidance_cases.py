@@ -46,7 +46,7 @@ _WARM_UP = 20  # Calls until rollouts come near the scene.
 
 @dc.dataclass(frozen=True, eq=False)
 class _Task:
-    """A robot before a scene, its aim, and its control law."""
+    """A robot in front of a scene, its aim, and its control law."""
 
     scenario: Scenario
     robot: RobotModel
@@ -58,7 +58,7 @@ class _Task:
 
 
 def guidance_cases() -> list[Case]:
-    """Makes cases: steps of rollouts, and the periods of closed loops."""
+    """Makes benchmarks of steps of rollouts, and of closed loops' periods."""
     task = _make_task()
     budget = task.scenario.controller.guidance.budget
     for _ in islice(_rollouts(task, budget), _WARM_UP):
@@ -128,7 +128,7 @@ def _rollouts(task: _Task, steps: int) -> Iterator[None]:
 
 
 def _periods(task: _Task, budget: int) -> Iterator[None]:
-    """Control periods of closed loops: look-ahead, oracle, tick, motion."""
+    """Runs closed loops: look-ahead, oracle, tick and motion per period."""
     robot, field, law, rule = task.robot, task.field, task.law, task.rule
     dt = law.dt
     while True:

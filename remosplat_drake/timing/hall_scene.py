@@ -1,6 +1,7 @@
 """A large hall as a splat, to measure how time and memory grow with size.
 
-No published splat of this size has a floor for a robot.
+The hall is generated, since no published splat of this size has a floor on
+which a robot could stand.
 """
 
 import numpy as np
@@ -19,10 +20,11 @@ _SMALLEST, _LARGEST = np.array([0.4, 0.4, 0.5]), np.array([1.2, 1.0, 1.3])
 """Bounds on the sides of a box [m]."""
 
 _COVER = 0.8
-"""Standard deviation of a disc, as a share of the distance to the next one."""
+"""Standard deviation of a disc, as a fraction of the distance to its
+neighbour."""
 
 _ROUGHNESS = 0.002
-"""Standard deviation of the discs' positions about a surface [m]."""
+"""Standard deviation of the discs' distances from a surface [m]."""
 
 _TURNS = np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1, 0, 0, 0]])
 """Quaternions wxyz that turn z to the axes x, y and z."""

@@ -1,4 +1,4 @@
-"""Times functions after warm-up, over many calls, by percentiles."""
+"""Measures percentiles of the durations of many calls, after a warm-up."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -13,7 +13,7 @@ class Case:
 
     Attributes:
         name: Name of the case in tables.
-        function: Function without arguments; its result is discarded.
+        function: Function without arguments; its result is ignored.
         seconds: Approximate duration of repeated calls [s].
     """
 

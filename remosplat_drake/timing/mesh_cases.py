@@ -1,8 +1,9 @@
-"""Benchmarks of distances to a mesh with other packages, and to its surfels.
+"""Benchmarks of other packages' distances to a mesh, and ours to surfels.
 
-The scene is that of the shipped table, once with the fewest possible triangles
-and once with as many as there are surfels; the spheres are those of the
-oracle's cases. All return the closest points as NumPy arrays, on one thread.
+The scene is the shipped table, as a mesh with the fewest possible triangles,
+and as one with as many triangles as there are surfels. The spheres are those of
+`oracle_cases`. All queries return the closest points as NumPy arrays, and use
+one thread.
 """
 
 from collections.abc import Callable
@@ -31,14 +32,15 @@ _LONGEST = 0.085
 """Longest edge with which there are as many triangles as surfels [m]."""
 
 Query = Callable[[np.ndarray], np.ndarray]
-"""Finds the points of a mesh that are closest to points, shape (n, 3) each."""
+"""Function that finds the closest point of a mesh to each of n points, (n,
+3)."""
 
 
 class MeshQuery(NamedTuple):
-    """A way to find the closest points of a mesh.
+    """A package's query for the closest points of a mesh.
 
     Attributes:
-        make: Makes the query of a mesh from its corners, shape (t, 3, 3).
+        make: Makes the query from the corners of the mesh, shape (t, 3, 3).
         packages: The packages that must be installed.
     """
 
@@ -47,7 +49,7 @@ class MeshQuery(NamedTuple):
 
 
 def mesh_cases() -> list[Case]:
-    """Makes cases: our query, and those of installed packages."""
+    """Makes benchmarks of our query, and of those of installed packages."""
     scene, spheres = table(), robot_spheres()
     splat = surfel_splat(scene)
     clearances = SphereToEllipsoidField(splat).clearances
@@ -104,7 +106,7 @@ def _rtree(triangles: np.ndarray) -> Query:
 
 
 def _indexed(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices, shape (3t, 3), and their indices by triangle, shape (t, 3)."""
+    """Returns vertices, (3t, 3), and the indices of each triangle's, (t, 3)."""
     p_WV = triangles.reshape(-1, 3)
     return p_WV, np.arange(len(p_WV)).reshape(-1, 3)
 

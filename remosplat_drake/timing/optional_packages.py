@@ -25,7 +25,7 @@ def is_there(package: str) -> bool:
 
 
 def advice(packages: Iterable[str]) -> str:
-    """Returns how to install the packages that cannot be imported.
+    """Returns advice on installing the packages that cannot be imported.
 
     Args:
         packages: Some of `REQUIREMENTS`.

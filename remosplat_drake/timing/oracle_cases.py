@@ -1,8 +1,8 @@
 """Benchmarks of distance oracles: building and queries.
 
-The scene is a table with cylinders and a wall, made of surfels; the 77 spheres
-stand like the robot's in front of it. Everything is seeded. Unseen space is
-that of the shipped table.
+The scene is a table with cylinders and a wall, made of surfels. The 77 spheres
+are arranged like those of a robot in front of it. All random numbers have fixed
+seeds. Unseen space is that of the shipped table.
 """
 
 from functools import partial
@@ -27,7 +27,10 @@ _TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 
 
 def oracle_cases() -> list[Case]:
-    """Makes cases: 77 spheres and scenes of growing size, and brute force."""
+    """Makes benchmarks of 77 spheres in scenes of several sizes.
+
+    One of them compares with brute force, the loop over all splats.
+    """
     spheres = robot_spheres()
     cases = []
     for n in (10_000, 60_000, 300_000, 1_000_000):
@@ -59,7 +62,7 @@ def oracle_cases() -> list[Case]:
 
 
 def _unknown_space_cases(spheres: Spheres) -> list[Case]:
-    """Makes cases of the distance to unseen space of the shipped table."""
+    """Makes benchmarks of the distance to the shipped table's unseen space."""
     splat = resources.resolve(_TABLE)
     coverage = read_seen_space(seen_path(splat), splat)
     field = unknown_space_field(coverage)
@@ -76,7 +79,7 @@ def _unknown_space_cases(spheres: Spheres) -> list[Case]:
 
 
 def try_every_splat(splat: GaussianSplat, spheres: Spheres) -> np.ndarray:
-    """Runs the compiled loop over all pairs that the hierarchy avoids."""
+    """Runs a compiled loop over all pairs of spheres and splats."""
     question = np.column_stack(
         [spheres.p_WS, spheres.radius + MAX_DISTANCE, spheres.ignore_below]
     )
@@ -112,7 +115,7 @@ def table_scene(n: int) -> GaussianSplat:
             np.stack([-one, zero, zero]),
         ],
     )
-    # The shortest turn from z to the surface's normal.
+    # The rotation by the least angle from z to the surface's normal.
     quaternions = np.stack([1 + z, -y, x, zero], axis=1)
     spacing = np.sqrt(8.0 / n)
     return GaussianSplat(

@@ -25,7 +25,7 @@ from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.timing.measuring import Case
 
 SCENARIOS = ("TableReach", "BookshelfReach")
-"""Scenarios in whose splats paths are searched."""
+"""Scenarios in whose splats paths are planned."""
 
 _TARGETS = 60
 """Number of targets that are drawn in each scenario."""
@@ -34,18 +34,18 @@ _HEIGHTS = (0.15, 1.6)
 """Least and greatest height of a disc at which the hand points [m]."""
 
 _AWAY = (0.08, 0.2)
-"""Least and greatest distance of the hand from it [m]."""
+"""Least and greatest distance between the hand and the disc [m]."""
 
 _SECONDS = 10.0
 
 
 def planning_cases() -> list[Case]:
-    """Makes the cases of each of `SCENARIOS`."""
+    """Makes benchmarks for each of `SCENARIOS`."""
     return [case for name in SCENARIOS for case in _cases(name)]
 
 
 def _cases(name: str) -> list[Case]:
-    """Makes cases: paths to targets, their goals, and unreachable targets."""
+    """Makes benchmarks of paths, of their goals, and without a goal."""
     scenario = load_scenario(name)
     world = load_world(scenario)
     law = ReactiveLaw.make(
@@ -92,12 +92,12 @@ def _case(name: str, run: Callable[[np.ndarray], Any], targets: list) -> Case:
 
 
 def draw_targets(world: World, count: int = _TARGETS, seed: int = 1):
-    """Draws poses of the hand before discs of a world's splat.
+    """Draws poses of the hand in front of discs of a world's splat.
 
     Args:
         world: The world, with a splat of discs.
         count: Number of targets.
-        seed: Seed of the draws.
+        seed: Seed of the random numbers.
 
     Returns:
         The poses X_WT, shape (count, 4, 4).

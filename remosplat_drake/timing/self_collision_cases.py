@@ -11,11 +11,11 @@ from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.timing.measuring import Case
 
 _POSTURES = 200
-"""Number of postures, half way between home and random configurations."""
+"""Number of configurations, half way between home and random ones."""
 
 
 def self_collision_cases() -> list[Case]:
-    """Makes a case for each shipped robot."""
+    """Makes a benchmark for each shipped robot."""
     return [_case(name) for name in shipped_robots()]
 
 

@@ -1,7 +1,7 @@
 """Benchmarks of our solver and others on the programs of a run.
 
-All solvers start cold, with their own input: dense matrices in u alone, or a
-complete Drake program.
+No solver starts from a previous solution. Each has its own form of input: dense
+matrices in u alone, or a complete Drake program.
 """
 
 from collections.abc import Callable
@@ -31,18 +31,19 @@ PACKAGES = ("proxsuite", "daqp")
 """Optional packages whose solvers are timed if they are installed."""
 
 _OSQP = 1e-6
-"""Tolerance with which OSQP, after polishing, is as exact as the others."""
+"""Tolerance at which OSQP with polishing is as exact as the other solvers."""
 
 _PROXQP = 1e-8
-"""The same for ProxQP, with the duality gap."""
+"""Tolerance, also of the duality gap, at which ProxQP is as exact as the
+others."""
 
 
 class Problem(NamedTuple):
-    """A program of a tick, in both input forms of solvers.
+    """The quadratic program of a tick, in the two forms that solvers take.
 
     Attributes:
         dense: The program as matrices in u alone.
-        drake: The same, with a complete `prog`.
+        drake: The program as a complete Drake `prog`.
     """
 
     dense: DenseProgram
@@ -50,14 +51,14 @@ class Problem(NamedTuple):
 
 
 Solve = Callable[[Problem], np.ndarray]
-"""Finds the optimal command u, shape (n_u,)."""
+"""Function that finds the optimal command u, shape (n_u,)."""
 
 
 class Solver(NamedTuple):
     """A solver that is timed.
 
     Attributes:
-        make: Function that makes the solving function.
+        make: Function that returns the function to be timed.
         package: The package that must be installed; empty for none.
     """
 
@@ -66,7 +67,7 @@ class Solver(NamedTuple):
 
 
 def solver_cases(scenario_name: str | None = None) -> list[Case]:
-    """Makes a case for each installed solver.
+    """Makes a benchmark for each installed solver.
 
     Args:
         scenario_name: Name or file of the scenario whose run has these

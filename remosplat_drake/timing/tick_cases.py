@@ -21,33 +21,34 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.timing.measuring import Case
 
 _PEOPLE = 5
-"""Number of movers around the robot in cases with movers."""
+"""Number of movers (people) around the robot in benchmarks with movers."""
 
 _STOUT = 0.2
-"""Their radius [m]."""
+"""Radius of a mover [m]."""
 
 _GAP = 0.5
 """Distance of bystanders from all positions of the robot [m]."""
 
 _IN_THE_WAY = 0.9
-"""Distance of unavoidable people from the hand [m]."""
+"""Distance of people from the hand in benchmarks where no command avoids them
+[m]."""
 
 _SPEED = 0.5
-"""Their walking speed [m/s]."""
+"""Walking speed of people [m/s]."""
 
 _EVERY = 4
-"""Number of ticks of the run for each tick that is timed."""
+"""Number of ticks of the run of which one is timed."""
 
 
 def tick_cases(
     scenario_name: str | None = None, group: str = "tick"
 ) -> list[Case]:
-    """Makes cases for the states along a scenario's run.
+    """Makes benchmarks with the states along a scenario's run.
 
     Args:
         scenario_name: Name of the scenario or its file; None for the default
             one.
-        group: Prefix of the cases' names.
+        group: Prefix of the benchmarks' names.
     """
     scenario = load_scenario(scenario_name)
     world = load_world(scenario)
@@ -68,7 +69,7 @@ def tick_cases(
 def _parts(
     ticks: list[Tick], world: World, law: ReactiveLaw
 ) -> dict[str, Callable[[], object]]:
-    """Returns the parts of a tick."""
+    """Returns benchmarks of the parts of a tick."""
     robot, field, reach = world.robot, world.field, law.collision.influence
     programs = cycle([law.program(tick) for tick in ticks])
     return {
@@ -89,7 +90,7 @@ def _whole_ticks(
     plain: ReactiveLaw,
     verified: ReactiveLaw,
 ) -> dict[str, Callable[[], object]]:
-    """Returns whole ticks with either solver, without and with movers."""
+    """Returns benchmarks of whole ticks, by solver and number of movers."""
     quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
     def whole(law: ReactiveLaw, movers: Movers | None = None):
@@ -161,7 +162,7 @@ def _over(
 
 
 def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
-    """Returns ticks of a headless run, one every few, with their inputs.
+    """Returns some ticks of a headless run, evenly spaced, with their inputs.
 
     Args:
         scenario: The scenario.

@@ -1,4 +1,4 @@
-"""A run as an MCAP file, which Foxglove and others open (extra `record`).
+"""Records a run as an MCAP file, for Foxglove and others (extra `record`).
 
 A separate process writes it. A `McapRecorder` sends one `TickRecord` after the
 other and never waits for the process; `recording_process` converts these to

@@ -12,14 +12,15 @@ from remosplat_drake.recording.mcap.messages import Message
 from remosplat_drake.recording.mcap.schemas import SCHEMAS
 
 HOST = "127.0.0.1"
-"""Address of the server: other computers reach it through a tunnel."""
+"""Address of the server. Only this computer reaches it; for other computers,
+use an SSH tunnel."""
 
 
 class LiveServer:
     """Publishes messages to every client, with the channels of the file."""
 
     def __init__(self, port: int):
-        """Begins to listen.
+        """Starts the server.
 
         Args:
             port: TCP port of this computer; 0 takes a free one.

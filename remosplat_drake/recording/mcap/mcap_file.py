@@ -34,15 +34,15 @@ def partial_path(path: Path) -> Path:
 class McapFile:
     """Writes messages up to a largest size of the file.
 
-    It is at `partial_path` until it is closed without trouble.
+    The file is at `partial_path` until it has been closed without an error.
 
     Attributes:
-        trouble: Reason for which messages are missing in the file; empty while
-            none is.
+        trouble: Why messages are missing in the file; empty if the file is
+            complete.
     """
 
     def __init__(self, path: Path, limit: int):
-        """Begins a file.
+        """Creates the file.
 
         Args:
             path: The file; neither it nor its `partial_path` may exist.
@@ -93,7 +93,7 @@ class McapFile:
             self._break(error)
 
     def flush(self, *, at_once: bool = False) -> None:
-        """Passes data in memory to the operating system, once a second.
+        """Passes data in memory to the operating system, at most once a second.
 
         Args:
             at_once: Whether to write even before a second has passed.
@@ -106,14 +106,15 @@ class McapFile:
             self._writer.flush()
             self._whole = self._file.tell()
             if self._whole > self._limit:
-                self.trouble = f"the file has {self._limit >> 20} MiB"
+                self.trouble = f"the file exceeds {self._limit >> 20} MiB"
         except OSError as error:
             self._break(error)
 
     def close(self) -> None:
-        """Writes the index and closes the file; only a whole one is renamed.
+        """Writes the index, closes the file and gives it its final name.
 
-        If something fails, `trouble` states why.
+        If an error occurs, `trouble` states it, and the file keeps its
+        `partial_path`.
         """
         try:
             if not self._is_broken:
@@ -125,7 +126,8 @@ class McapFile:
                 self._partial.rename(self._path)
         except OSError as error:
             self._break(error)
-        # Closing tries to write the remaining data again, and may write a part.
+        # `close` tries to write the remaining data again, and may write only a
+        # part.
         with contextlib.suppress(OSError):
             self._file.close()
         if self._is_broken:
@@ -133,7 +135,7 @@ class McapFile:
                 os.truncate(self._partial, self._whole)
 
     def _break(self, error: OSError) -> None:
-        """Records the reason for which writing has failed."""
+        """Records why writing has failed."""
         self.trouble = error.strerror or str(error)
         self._is_broken = True
 

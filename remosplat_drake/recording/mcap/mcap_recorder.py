@@ -27,16 +27,17 @@ WAITING = 1000
 _NICENESS = 10
 _BUFFER = 1 << 22
 _START, _END = 120.0, 120.0
-"""Longest waits for the process to begin and to end its file [s]."""
+"""Longest times to wait until the process has begun and finished its file
+[s]."""
 
 
 class McapRecorder:
     """Sends ticks to a process that writes an MCAP file.
 
     Ticks wait for the process in a queue; if it is full, a tick is dropped and
-    counted. In a simulation, where no deadline exists, `append` waits instead.
-    If the recording fails, it ends: the robot continues, `trouble` states why,
-    and the file keeps the name of its `partial_path`.
+    counted. In a simulation, which has no deadlines, `append` waits instead. If
+    an error occurs, the recording ends and the robot continues. Then `trouble`
+    states the error, and the file keeps the name of its `partial_path`.
 
     Attributes:
         left_out: Number of dropped ticks.
@@ -84,12 +85,12 @@ class McapRecorder:
         self._child.wait_until_started()
         theirs.close()
         self._child.wait(_START)
-        problem = "the recording process is silent"
+        problem = "the recording process does not start"
         if self._child.has_news():
             try:
                 problem = self._news()
             except EOFError:
-                problem = "the recording process has died"
+                problem = "the recording process has crashed"
         if problem:
             self.close()
             raise RemoSplatError(f"--record: {problem}")

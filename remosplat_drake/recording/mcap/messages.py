@@ -24,7 +24,7 @@ _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
 """Levels of foxglove.Log by the kinds of events; others are information."""
 
 _QUALITY = 80
-"""Quality of JPEG, of 100."""
+"""Quality of JPEG images, 1 to 100."""
 
 _FARTHEST = 65.0
 """Larger depths are omitted from the file [m]: they do not fit in 16 bits."""

@@ -67,8 +67,9 @@ def serve(
     """Writes ticks and images until the other end of `ticks` is closed.
 
     Args:
-        connection: Sends the parent an empty text when the file was started, or
-            the reason why not; and then each new problem.
+        connection: Connection to the parent. The process sends an empty text
+            when it has begun the file, or the reason why it cannot; and then
+            each new problem.
         ticks: Pairs of the number of dropped ticks so far and a `TickRecord`,
             pickled, one a packet; an empty packet is the end.
         job: The content to write.
@@ -159,7 +160,7 @@ class _Recording:
             add(Message("/recorder", "remosplat.Recorder", content))
 
     def _complain(self, text: str) -> None:
-        """Records a broken image unless the one before had the same error."""
+        """Logs an image's error, unless the previous image had the same."""
         if text != self._complaint:
             self._complaint = text
             self._add(log(Event(time.time(), TROUBLE, text)))

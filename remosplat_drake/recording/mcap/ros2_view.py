@@ -1,7 +1,8 @@
 """`Ros2View`: the target, near obstacles and the robot's state, for RViz.
 
-The robot's own robot_state_publisher publishes its links; a second source on
-/tf would contradict it. So /tf gets the target alone.
+The robot's own robot_state_publisher publishes the poses of the links on /tf,
+and a second source of them would conflict with it. So this class publishes only
+the target on /tf.
 """
 
 import numpy as np
@@ -25,7 +26,7 @@ _GREEN, _RED, _WHITE = (0.2, 0.8, 0.3), (0.9, 0.2, 0.2), (1.0, 1.0, 1.0)
 
 
 class Ros2View:
-    """Publishes data for RViz beside those of the robot itself."""
+    """Publishes markers for RViz, in addition to the robot's own topics."""
 
     def __init__(self, domain: int | None = None):
         """Joins a ROS 2 domain.
@@ -74,7 +75,7 @@ class Ros2View:
         return ros.TFMessage(found)
 
     def _shapes(self, record: TickRecord, robot: RobotModel) -> list:
-        """The targets, the nearest sphere of each near link, a sentence."""
+        """Markers of the targets and near links, and a text of the state."""
         shapes = [
             self._marker(record, "target", i, target.X_WT[:3, 3], 0.04, _GREEN)
             for i, target in record.aim.items
@@ -111,7 +112,7 @@ class Ros2View:
         color: tuple[float, float, float],
         text: str = "",
     ):
-        """A sphere, or a text that faces the viewer, for half a second."""
+        """Makes a marker, a sphere or a text, shown for half a second."""
         ros = self._ros
         marker = ros.Marker(self._header(record), ns, number)
         marker.type = _TEXT if text else _SPHERE

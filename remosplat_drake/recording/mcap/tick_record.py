@@ -23,15 +23,15 @@ class TickRecord:
         executed: The command that the station received, shape (n_u,).
         aim: The targets of the end effectors.
         status: Status of the controller, one of `STATUSES`.
-        reason: Reason for the status; empty for the best one.
+        reason: Reason for the status; empty for `OPTIMAL`.
         scale: Scale of the command after verification, 0 to 1.
         duration: Wall-clock duration of the tick [s].
         sphere: Index of the sphere of each clearance, shape (m,).
         distance: The clearances, shape (m,) [m].
         mode: Mode of the supervisor; empty without one.
-        stop_reason: Reason for which the supervisor stopped the robot.
+        stop_reason: Why the supervisor stopped the robot; empty if it did not.
         station: Status of the station; None if none is connected.
-        events: The events since the tick before.
+        events: The events since the previous tick.
         payload: The carried object, whose spheres follow those of the robot.
     """
 
@@ -63,7 +63,7 @@ class TickRecord:
 
         Args:
             report: The controller's report.
-            executed: The command as the robot got it, shape (n_u,).
+            executed: The command that the robot received, shape (n_u,).
             signals: Other signals at the tick.
             events: The events since the tick before.
         """
