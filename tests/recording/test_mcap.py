@@ -198,7 +198,7 @@ def test_a_full_file_gets_no_more(tmp_path):
         content["data"] = rng.bytes(50_000).hex()
         file.add(Message("/x", "foxglove.CompressedImage", dict(content)))
         file.flush(at_once=True)
-    assert file.trouble == "the file has 1 MiB"
+    assert file.trouble == "the file exceeds 1 MiB"
     path = tmp_path / "a.partial.mcap"
     size = path.stat().st_size
     assert (1 << 20) < size < (1 << 20) + 100_000
