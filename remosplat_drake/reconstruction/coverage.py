@@ -1,4 +1,4 @@
-"""Computes the part of the robot's workspace that cameras saw."""
+"""Computes the parts of a box that cameras saw as surface or as free space."""
 
 import numpy as np
 
@@ -20,11 +20,11 @@ def make_coverage(
     upper: np.ndarray,
     voxel: float = 0.05,
 ) -> Coverage:
-    """Sorts the voxels of a box into surface, free and unseen ones.
+    """Classifies the voxels of a box as surface, free or unseen.
 
-    A voxel that holds a measured point is surface; one whose centre a camera
-    looked through is free. All other voxels are unseen, including the inside of
-    objects.
+    A voxel is surface if it contains a measured point. Otherwise it is free if
+    a camera measured a depth behind its centre. All other voxels are unseen,
+    including the inside of objects.
 
     Args:
         capture: Posed RGB-D images.

@@ -10,7 +10,8 @@ from remosplat_drake.base.errors import (
 )
 
 AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
-"""Devices: the best available; train on a GPU; refine; raw surfels."""
+"""Devices: the best available; training on a GPU; refinement on the CPU;
+surfels without refinement."""
 
 DEVICES = (AUTO, CUDA, CPU, NONE)
 """All devices that a user may name."""
@@ -20,7 +21,7 @@ _TRAINING = ("torch", "gsplat", "pytorch_msssim")
 
 
 def choose_device(name: str) -> str:
-    """Returns the device of a name, never `AUTO`.
+    """Returns the named device; for `AUTO`, the best that is available.
 
     Raises:
         FieldError: There is no such name.

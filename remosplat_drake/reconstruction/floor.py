@@ -1,7 +1,7 @@
 """Finds the floor of a capture, and so the direction of gravity.
 
-Handheld captures come in the frame of their first image. A mobile robot needs a
-frame with z up and the floor at z = 0.
+The frame of a handheld capture is often that of its first image. A mobile robot
+needs a frame with z up and the floor at z = 0.
 """
 
 import dataclasses as dc
@@ -17,13 +17,13 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 )
 
 _SAMPLES = 20_000
-"""Number of surfels, spread evenly: their count is a measure of area."""
+"""Number of surfels; they are evenly spread, so their count measures area."""
 
 _HYPOTHESES = 500
 """Number of surfels whose tangent plane is tried."""
 
 _TABLE = 0.2
-"""Height above which level surfaces are separate from the floor [m]."""
+"""A level surface more than this above the floor is a separate surface [m]."""
 
 
 @dc.dataclass
@@ -58,14 +58,14 @@ class Floor:
 
     Attributes:
         X_FW: Pose of the capture's frame W in the frame F with z up and the
-            floor at z = 0. F's x axis is W's, as far as the floor allows, and
-            its origin lies below or above W's.
+            floor at z = 0. F's x axis is W's x axis, projected onto the floor,
+            and F's origin is vertically below or above W's.
         area: Area of the seen part of the floor [m^2].
-        rms: Root mean square of its surfels' heights [m].
+        rms: Root mean square of the heights of the floor's surfels [m].
         tilt: Angle between the floor's normal and the mean upright of the
             cameras [rad].
-        beneath: Fraction of the seen surfaces that lie beneath it.
-        camera_height: Median height of the cameras over it [m].
+        beneath: Fraction of the seen surfaces that are beneath the floor.
+        camera_height: Median height of the cameras over the floor [m].
     """
 
     X_FW: RigidTransform
@@ -81,22 +81,21 @@ class Floor:
 
 
 def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
-    """Finds the large level plane with nearly nothing beneath it (RANSAC).
+    """Finds the floor (RANSAC): a large level plane, almost nothing beneath.
 
-    Each hypothesis is the tangent plane of one random surfel (a sample of one,
-    as surfels have normals); the best one is then fitted to its surfels by
-    least squares, together with the largest level surface over it: a near table
-    determines gravity better than a far floor. A table top is not the floor if
-    the capture shows anything lower; otherwise it cannot be distinguished from
-    one.
+    Each hypothesis is the tangent plane of one random surfel. The best one is
+    fitted to its surfels by least squares, together with the largest level
+    surface over it, because a near table determines gravity better than a
+    distant floor. A table top is not taken as the floor if the capture shows
+    anything lower. Otherwise it cannot be distinguished from a floor.
 
     Args:
         capture: Posed RGB-D images.
         config: Thresholds; None takes the defaults.
 
     Raises:
-        RemoSplatError: No plane is convincing; the error states the problem of
-            the best one.
+        RemoSplatError: No plane meets the thresholds; the error states the
+            problem of the best plane.
     """
     config = config or FloorConfig()
     surfels = surfels_from_capture(capture, _SAMPLES, stride=4)
@@ -127,7 +126,7 @@ def _mean_upright(capture: Capture) -> np.ndarray:
     length = np.linalg.norm(up_W)
     if length < 0.1:
         raise RemoSplatError(
-            "no floor: the cameras were held in too many ways to tell up"
+            "no floor: the cameras were held too differently to find up"
         )
     return up_W / length
 
@@ -234,8 +233,9 @@ def floor_frame(normal_W: np.ndarray, offset: float) -> RigidTransform:
         offset: Height of W's origin over the floor [m].
 
     Returns:
-        The pose that `Floor` describes: z is up and the floor z = 0, x is W's
-        as far as the floor allows, and the origin lies below or above W's.
+        The pose X_FW: F has z up and the floor at z = 0. Its x axis is W's x
+            axis, projected onto the floor, and its origin is vertically below
+            or above W's.
     """
     x_W = np.array([1.0, 0, 0])
     if abs(normal_W[0]) > 0.99:

@@ -1,10 +1,10 @@
 """Finds cells of space with measured points, which are not free.
 
-A view samples space only along its pixels' rays. If a rod is thinner than their
-distance, some pixels measure a part of it, and rays of others pass beside the
-rest. So a single measured point outweighs all views that have looked through
-its cell, except those with pixels so close together that no thin thing fits
-between them.
+A view samples space only along the rays of its pixels. If a rod is thinner than
+the distance between two rays, some pixels hit the rod, and other rays miss it.
+So a cell with a single measured point is not free, even if views have measured
+surfaces behind it. It is free only if a view has pixels so close together that
+no thin thing fits between their rays.
 """
 
 import dataclasses as dc
@@ -17,10 +17,11 @@ from remosplat_drake.reconstruction.whole_looks import count_whole_looks
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage, grid_shape
 
 CELLS = 3
-"""Number of cells along a voxel's edge."""
+"""Number of cells along the edge of a voxel."""
 
 MARGIN = 0.01
-"""Distance behind free space at which a view must have a measurement [m]."""
+"""Space is free if a view has measured a surface at least this far behind it
+[m]."""
 
 THINNEST = 0.003
 """Largest distance between pixels at a cell for views that may mark it as free
@@ -30,7 +31,7 @@ in spite of a measured point [m]."""
 def measured_cells(
     capture: Capture, lower: np.ndarray, upper: np.ndarray, voxel: float
 ) -> np.ndarray:
-    """Finds the cells of a box that hold a measured point.
+    """Finds the cells of a box that contain a measured point.
 
     Args:
         capture: Posed RGB-D images.
@@ -39,7 +40,7 @@ def measured_cells(
         voxel: Edge length of a voxel [m].
 
     Returns:
-        Their indices along the box's axes, shape (n, 3).
+        Indices of the cells along the box's axes, shape (n, 3).
     """
     shape = CELLS * np.array(grid_shape(lower, upper, voxel))
     found = np.zeros(shape, bool)
@@ -54,15 +55,15 @@ def measured_cells(
 def without_measured(
     coverage: Coverage, cells: np.ndarray, looks: Capture
 ) -> Coverage:
-    """Marks free voxels with a measured cell in or beside them as unseen.
+    """Marks free voxels as unseen if a measured cell is in or beside them.
 
     Args:
         coverage: The seen space, in W.
-        cells: The result of `measured_cells` in its box.
+        cells: The result of `measured_cells` for the same box.
         looks: The views that may still mark a voxel as free.
 
     Returns:
-        The same, with such voxels unseen.
+        The seen space with these changes.
     """
     near = np.zeros(coverage.state.shape, bool)
     for step in product((-1, 1), repeat=3):
@@ -79,7 +80,7 @@ def without_measured(
 def seen_finely(
     looks: Capture, lower: np.ndarray, cubes: np.ndarray, edge: float
 ) -> np.ndarray:
-    """Returns which cubes of a grid a view with fine pixels looked through.
+    """Returns which cubes of a grid are free in a view with fine pixels.
 
     Args:
         looks: Posed RGB-D images.

@@ -25,17 +25,18 @@ _BLOCK = 50_000
 """Number of points that a thread processes at a time."""
 
 _STEEPEST = 0.1
-"""Least height over a surface by which a ray leaves it, for each metre of depth
-that counts."""
+"""Least sine of the angle between a ray and a surface; at more grazing rays,
+this value is used."""
 
 _DRAWS = 20
 """Number of attempts to find free points."""
 
 _NOISY_VOXEL = 0.01
-"""Edge length of voxels with enough noisy points for a mean [m]."""
+"""Edge length of voxels that contain enough noisy points for a mean [m]."""
 
 _SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
-"""Neighbourhood of a point that separates surface from noise [m]."""
+"""Radius of the neighbourhood of a point in which surface and noise are
+separated [m], and least number of neighbours."""
 
 
 def measured_points(
@@ -46,15 +47,16 @@ def measured_points(
 ) -> np.ndarray:
     """Computes points on the surfaces that a capture measured.
 
-    They are the means of the pixels' points in each voxel. Points that two
-    views looked through are removed: depth cameras create false points at
-    silhouettes, between an object and its background. In a noisy capture, a
-    wall is a layer, and its outermost points would be nearest: such a cloud is
-    thinned, see `thinned`, in voxels of 1 cm.
+    Each result is the mean of the pixels' points in one voxel. Points are
+    removed if two views measured surfaces behind them, since depth cameras
+    create false points at silhouettes, between an object and its background. In
+    a noisy capture the points of a wall are a thick layer, and distances would
+    be measured to its outermost points. So such a cloud is thinned, see
+    `thinned`, in voxels of 1 cm.
 
-    Before a wall with samples s apart, a distance d to the nearest sample is
-    too large by at most s^2 / 4d: at 3 cm by 0.1 mm for samples 3 mm apart, by
-    0.8 mm for 1 cm.
+    If the points of a wall are s apart, the distance d to the nearest point
+    exceeds the distance to the wall by at most s^2 / 4d. At a distance of 3 cm,
+    this is 0.1 mm for points 3 mm apart, and 0.8 mm for points 1 cm apart.
 
     Args:
         capture: Posed RGB-D images.
@@ -83,7 +85,7 @@ def measured_points(
 
 
 def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
-    """Averages the points (n, 3) [m] in each voxel that holds any."""
+    """Averages the points (n, 3) [m] in each voxel that contains some."""
     if not len(p_W):
         return p_W.reshape(0, 3)
     cell = np.floor((p_W - p_W.min(axis=0)) / voxel).astype(np.int64)
@@ -115,8 +117,9 @@ def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
 def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
     """Thins a point cloud: moves each point onto the mean of its surroundings.
 
-    Points move along their normals. A layer of noisy points becomes a surface
-    (moving least squares of degree 0); edges are rounded off by millimetres.
+    Points move along their normals, so that a layer of noisy points becomes a
+    surface (moving least squares of degree 0). Edges are rounded off by
+    millimetres.
 
     Args:
         p_W: Points, shape (n, 3) [m].
@@ -157,15 +160,16 @@ def times_looked_through(
     Args:
         capture: Posed RGB-D images.
         p_W: Points in W, shape (n, 3) [m].
-        margin: A view looked through a point if the point's pixel and all
-            neighbours of this pixel are deeper than the point by more than this
-            [m]; beyond 2 m it grows with the square of the depth.
+        margin: A view counts if its depths at the point's pixel and at all
+            neighbours of this pixel exceed the point's depth by more than this
+            [m]; beyond a depth of 2 m, the margin grows with the square of the
+            depth.
         pitch: Largest distance between a view's pixels at each point, shape
             (n,) [m]; None for any distance.
-        normal_W: Unit normals of the surfaces that the points are on, shape (n,
-            3): the margin is along them, so that a camera that is slightly too
-            low does not seem to look through a floor at a grazing angle; None:
-            the margin is along the depth.
+        normal_W: Unit normals of the surfaces that contain the points, shape
+            (n, 3). The margin is then measured along the normals, so that a
+            camera at a grazing angle whose pose is slightly too low does not
+            contradict a floor. None: the margin is measured along the depth.
 
     Returns:
         Numbers of views, shape (n,).
@@ -195,7 +199,7 @@ def is_behind(
     pitch: np.ndarray | None = None,
     normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Returns which points one view has looked through.
+    """Returns the points behind which one view has measured a surface.
 
     Args:
         capture: Posed RGB-D images.
@@ -254,7 +258,7 @@ def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
 def nearest_around(depth: np.ndarray) -> np.ndarray:
     """Returns the least depth of each pixel and its neighbours, (h, w) [m].
 
-    It is 0, unknown, where one of them is unknown.
+    It is 0 (unknown) where the pixel or one of its neighbours is unknown.
     """
     return minimum_filter(depth, 3, mode="nearest")
 
@@ -267,10 +271,10 @@ def free_points(
     farthest: float = 0.5,
     seed: int = 0,
 ) -> np.ndarray:
-    """Draws points in a box of W that cameras have looked through.
+    """Draws points of free space in a box of W.
 
-    Each lies on the ray of a random pixel, by a random length of up to
-    `farthest` before the measured surface.
+    Each point is on the ray of a random pixel, in front of the measured surface
+    by a random length of up to `farthest`.
 
     Args:
         capture: Posed RGB-D images.
@@ -281,7 +285,7 @@ def free_points(
         seed: Seed of the random choice.
 
     Returns:
-        Shape (n, 3) [m]; n < count where little of the box was seen.
+        Shape (n, 3) [m]; n < count if little of the box was seen.
     """
     rng = np.random.default_rng(seed)
     points, found = [], 0

@@ -1,9 +1,9 @@
 """`reconstruct`: from a capture to a splat with error bounds.
 
-Surfels are placed on the measured surfaces, refined against all depth images on
-the CPU and, if there is a CUDA device, trained on colours and depth, optionally
-with the cameras as unknowns. Then discs are added on uncovered surfaces, and
-each disc gets an error bound.
+Surfels are placed on the measured surfaces and refined against all depth images
+on the CPU. If there is a CUDA device, they are trained on colours and depth,
+optionally with the cameras as unknowns. Then discs are added on surfaces that
+no disc covers, and each disc gets an error bound.
 """
 
 import dataclasses as dc
@@ -52,7 +52,8 @@ if TYPE_CHECKING:
     from remosplat_drake.reconstruction.training.training import Trained
 
 _MARGIN_PER_SCATTER = 4.0
-"""Margin of free space, in units of a surface's scatter."""
+"""Margin between free space and surfaces, as a multiple of the surfaces'
+scatter."""
 
 Report = Callable[[str, int, int], None]
 """Called with the name of the stage, the steps done and the steps in all."""
@@ -67,8 +68,8 @@ class Reconstruction:
             its discs if requested.
         method: Description of how the splat was made.
         seconds: Wall-clock time that it took [s].
-        capture: The capture that the splat fits: the given one, or that with
-            refined cameras.
+        capture: The capture to which the splat was fitted: the given one, or
+            the one with refined cameras.
         undone: Errors of the camera that training corrected, see
             `camera_errors`, shape (`COUNT`,).
     """
@@ -107,9 +108,9 @@ def reconstruct(
         surfels: Surfels to start from, instead of an initialisation; with them,
             a single view suffices.
         refinement: Settings of the refinement; None takes the defaults.
-        looks: Views that may clear space: discs in space that they looked
-            through are removed, even if they come from `surfels`; None for
-            none.
+        looks: Views that may remove discs: a disc is removed if these views
+            measure surfaces behind it, even if it comes from `surfels`; None
+            for none.
         bounded: Whether gaps are closed and discs get an uncertainty.
         errors: Samples of the errors of the cameras, for the uncertainty; None
             assumes exact poses and depths.
@@ -117,8 +118,8 @@ def reconstruct(
         seed: Seed of the order of the images in training.
         refine_cameras: Whether training takes poses, lens and depth curve of
             the cameras as unknowns, too; needs a CUDA device.
-        held_out: Mask of the views that are not trained on and whose loss
-            decides when training stops, shape (n,), bool.
+        held_out: Mask of the views that are not used for training, and whose
+            loss determines when training stops, shape (n,), bool.
         checkpoint: File in which training keeps its state; removed at the end.
         report: Called with the progress, see `Report`.
 
@@ -178,7 +179,8 @@ def check_refinable(device: str, refine_cameras: bool):
         refine_cameras: Whether the user requested it.
 
     Raises:
-        FieldError: It was requested, and nothing is trained on this device.
+        FieldError: It was requested, and training is not possible on this
+            device.
     """
     if refine_cameras and device != CUDA:
         problem = f"needs training on a CUDA device; got device {device}"

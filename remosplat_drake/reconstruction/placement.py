@@ -1,8 +1,9 @@
-"""Frame of a map: upright with the floor at z = 0, or the capture's frame.
+"""Chooses the frame of a map: the capture's, or one with the floor at z = 0.
 
-Handheld captures use the frame of their first image, in which a robot would lie
-on its side. Gravity follows from the floor, or from the documentation of the
-format; otherwise nothing is assumed.
+The frame of a handheld capture is often that of its first image, whose z axis
+is not vertical. The direction of gravity follows from the floor, or from the
+documentation of the file format; otherwise it is unknown, and the capture's
+frame is kept.
 """
 
 import dataclasses as dc
@@ -15,12 +16,12 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.floor import FloorConfig, find_floor
 
 AUTO, FLOOR, CAPTURE, NONE = UPS = ("auto", "floor", "capture", "none")
-"""Ways to find up: the floor or else the capture's gravity; the floor; the
-capture's own frame; not at all."""
+"""Ways to find the upward direction: from the floor or else from the file
+format; only from the floor; only from the format; not at all."""
 
 _LEVEL = np.deg2rad(3.0)
-"""Tilt below which a frame counts as upright, the error of a floor with inexact
-poses [rad]."""
+"""Tilt below which a frame counts as upright: the error of a floor's normal
+from inexact poses [rad]."""
 
 _ON_FLOOR = 0.05
 """Distance from z = 0 within which a floor counts as aligned [m]."""
@@ -29,7 +30,7 @@ _FLOOR_TILT = 0.15
 """Largest angle between a floor's normal and the known up [rad]."""
 
 _LOW = 0.7
-"""Cameras so low over a floor [m] may be over a table."""
+"""If cameras are lower than this over a floor, it may be a table [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ class Placement:
 
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
-        words: Description of how it was found.
+        words: Description of how the frame was found.
         has_floor: Whether the floor is known to be z = 0 in F, z up.
     """
 
@@ -89,7 +90,9 @@ def place(capture: Capture, up: str = AUTO) -> Placement:
     tilt = np.arccos(np.clip(R_FW.matrix()[2, 2], -1, 1))
     if tilt > _LEVEL or abs(p_FW[2]) > _ON_FLOOR:
         return placement
-    words = f"{placement.words}; the capture's frame stands on it and is kept"
+    words = (
+        f"{placement.words}; the capture's frame has z = 0 there and is kept"
+    )
     return Placement(RigidTransform(), words, True)
 
 
@@ -111,7 +114,7 @@ def _as_captured(capture: Capture) -> Placement:
     """Returns the capture's own frame, rotated so that z is up."""
     up_W = np.array([0, 0, 1.0] if capture.up_W is None else capture.up_W)
     if up_W[2] > np.cos(_LEVEL):
-        words = "up is the capture's z axis, and the floor taken to be z = 0"
+        words = "up is the capture's z axis; the floor is assumed at z = 0"
         return Placement(RigidTransform(), words, True)
     x_W = np.eye(3)[0 if abs(up_W[0]) < 0.9 else 1]
     x_W = x_W - (x_W @ up_W) * up_W

@@ -1,8 +1,8 @@
 """Seen space as a file beside the splat, `SPLAT.seen`.
 
-It is a file of arrays, see `array_file`: the states of all voxels, two bits
-each and deflated, with the box that they fill, in the splat's frame G, and the
-digest of the splat's file. It is not valid for another splat.
+The file of arrays (see `array_file`) contains the states of all voxels, with
+two bits each and deflated; the box that they fill, in the splat's frame G; and
+the digest of the splat's file. It is not valid for another splat.
 """
 
 import math
@@ -26,7 +26,7 @@ SUFFIX = ".seen"
 KIND = FileKind("file of seen space", b"RSSEEN\r\n", 1)
 
 MOST_VOXELS = 20_000_000
-"""Largest number of voxels of a file: more would take many seconds."""
+"""Largest number of voxels of a file; more would take many seconds to read."""
 
 _FARTHEST = 1e4  # Largest distance of a grid from the origin [m].
 

@@ -1,12 +1,12 @@
 """Classifies space as free, surface or unseen by a capture.
 
-Unseen space must be solid. So a voxel is seen only if views look through all of
-it, or if the splat's discs cover the rest of it: a robot that comes from free
-space reaches a disc before unknown space. For this test, voxels at surfaces are
-divided into cells. A cell that was not looked through, beside one that was, and
-without a disc is a frontier (Yamauchi, 1997), and its voxel counts as unseen.
-Space with a measured point is not free, however thin the object is: see
-`measured_cells`.
+Unseen space counts as solid for the robot. A voxel is seen if views show all of
+it as free. It is also seen if the splat's discs separate its free part from its
+unknown part, because a robot from free space then reaches a disc before unknown
+space. For this test, voxels at surfaces are divided into cells. A cell is a
+frontier (Yamauchi, 1997) if it is not free, is beside a free cell, and has no
+disc. A voxel with a frontier counts as unseen. Space with a measured point is
+not free, even if the object is thin: see `measured_cells`.
 """
 
 import dataclasses as dc
@@ -38,13 +38,13 @@ VOXEL = 0.04
 """Usual edge length of a voxel [m]."""
 
 _ENOUGH_VIEWS = 2
-"""Views that must agree that a place beside a surface is free."""
+"""Number of views that must show a place beside a surface as free."""
 
 _OPAQUE = 0.1
-"""Discs that are fainter than this cover nothing; oracles ignore them."""
+"""Discs with less opacity cover nothing, since oracles ignore them."""
 
 _BEYOND = 0.2
-"""Percentage of the surfaces that may lie beyond each side of the box."""
+"""Percentage of the surfaces that may be beyond each side of the box."""
 
 _FARTHEST = 3.0
 """Largest distance of a robot from its workspace [m]."""
@@ -53,7 +53,7 @@ _MOST_VOXELS = 4e6
 """Largest number of voxels; more would take over a minute."""
 
 _MOST_RINGS = 200
-"""Largest number of points on a disc, for absurdly large discs."""
+"""Largest number of points on a disc, a limit for unreasonably large discs."""
 
 _BLOCK = np.ones((3, 3, 3), bool)
 """A voxel and its 26 neighbours."""
@@ -95,7 +95,7 @@ def seen_box(
 
     Returns:
         Lower and upper corner, shape (3,) each [m], and the edge length of
-        voxels, which is larger than wanted where they would be too many.
+        voxels, which is larger than wanted if there would be too many.
     """
     seen = Workspace.of_capture(capture, beyond=_BEYOND)
     p_WC = capture.X_WC[:, :3, 3]
@@ -115,12 +115,12 @@ def find_seen_space(
     voxel: float = VOXEL,
     measured: np.ndarray | None = None,
 ) -> Coverage:
-    """Sorts the voxels of a box into surface, free and unseen ones.
+    """Classifies the voxels of a box as surface, free or unseen.
 
-    A voxel is free if a view has looked through the whole of it, a surface if
-    discs stand between its free and its unseen part, and unseen otherwise: the
-    inside of objects, too. Beside surfaces, where depth images have most
-    errors, a single view does not suffice. In cells with measured points, only
+    A voxel is free if a view shows all of it as free, and surface if discs
+    separate its free part from its unseen part. All other voxels are unseen,
+    including the inside of objects. Beside surfaces, where depth images have
+    most errors, several views must agree. In cells with measured points, only
     views with fine pixels count.
 
     Args:

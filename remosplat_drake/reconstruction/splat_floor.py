@@ -1,8 +1,8 @@
 """Finds the floor of a splat without its cameras.
 
-With a capture's cameras, `reconstruction.floor` uses their orientation. For
-other splats, neither the upward direction nor the unit is known, so lengths
-here are relative to the size of the splat.
+`reconstruction.floor` uses the orientation of a capture's cameras. A splat
+without cameras has no known upward direction and no known unit, so lengths here
+are relative to the size of the splat.
 """
 
 import dataclasses as dc
@@ -17,38 +17,43 @@ from remosplat_drake.reconstruction.floor import floor_frame
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _SAMPLES = 20_000
-"""Number of points on the splats' surfaces: their count measures area."""
+"""Number of random points on the splats' surfaces; their count measures
+area."""
 
 _FEW = 2_000
-"""Number of them that suffices to separate good planes from bad ones."""
+"""Number of points with which hypotheses are first ranked."""
 
 _HYPOTHESES, _DISTINCT = 500, 10
-"""Number of planes through three points that are tried, and of distinct ones
-that are fitted to all points."""
+"""Number of tried planes through three points, and number of distinct planes
+that are then fitted to all points."""
 
 _NEIGHBOURS = 200
-"""Number of neighbours of the first point among which the others are drawn."""
+"""The second and third point of a plane are drawn from this number of
+neighbours of the first point."""
 
 _INNER, _MARGIN = 0.9, 1.2
-"""Fraction of the splats whose distance from the middle is the radius of the
-scene, and how many radii away others are left out as background."""
+"""The scene's radius is the distance from its middle within which this fraction
+of the splats is. Splats beyond this number of radii are ignored as
+background."""
 
 _THICKNESS = 0.01
-"""Distance of points from their plane, in radii of the scene."""
+"""Largest distance of a plane's points from the plane, in radii of the
+scene."""
 
 _DEPTH = 0.04
-"""Depth beneath a plane up to which splats pass for noise or mirror images, in
-radii of the scene."""
+"""Splats less than this beneath a plane may be noise or mirror images, in radii
+of the scene."""
 
 _BENEATH = 4.0
 """Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
-"""Planes with a smaller angle [rad] and distance, in radii of the scene, count
-as one plane."""
+"""Two planes count as one if the angle between them [rad] and their distance,
+in radii of the scene, are below these limits."""
 
 _RIVAL = 0.5
-"""Largest score of any other plane, as a fraction of the floor's."""
+"""The floor is ambiguous if another plane has more than this fraction of its
+score."""
 
 _STEEP = np.deg2rad(45.0)
 """Largest angle between a floor's normal and the given up [rad]."""
@@ -58,11 +63,11 @@ _COLLINEAR = np.deg2rad(1.0)
 [rad]."""
 
 _FEWEST = 100
-"""Least number of splats to find a floor."""
+"""Least number of splats for a search for the floor."""
 
 MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
-"""Least fraction of the splats' surface in a floor, for unknown and for known
-up: every object has a flat side."""
+"""Least fraction of the splats' surface in a floor, if the upward direction is
+unknown, and if it is known. Smaller planes may be flat sides of objects."""
 
 MAX_BENEATH = 0.05
 """Largest fraction of the splats' surface that lies beneath a floor."""
@@ -76,7 +81,7 @@ class SplatFloor:
         X_FG: Pose of G in the frame F with z up and the floor at z = 0, see
             `floor_frame`.
         share: Fraction of the splats' surface that belongs to the floor.
-        beneath: Fraction that lies beneath it.
+        beneath: Fraction of the splats' surface that is beneath the floor.
     """
 
     X_FG: RigidTransform
@@ -106,23 +111,23 @@ class _Plane:
 def find_splat_floor(
     splat: GaussianSplat, up_G: np.ndarray | None = None, seed: int = 0
 ) -> SplatFloor:
-    """Finds the large plane with nearly nothing beneath it (RANSAC).
+    """Finds the floor by RANSAC: a large plane with almost nothing beneath.
 
     Points are drawn on the splats' surfaces, by area and opacity. A hypothesis
-    is the plane through three neighbours, fitted by least squares to all points
-    near it; its upper side is that on which most of the points are. A wall or a
-    ceiling may have nothing behind it, too: if another plane is nearly as good,
-    none is chosen.
+    is the plane through three neighbouring points, fitted by least squares to
+    all points near it. Its upper side is the side with most of the points. A
+    wall or a ceiling may have nothing behind it, too. So if another plane is
+    nearly as good, no plane is chosen.
 
     Args:
         splat: Splats in G, in any unit.
-        up_G: Upward direction, to 45 degrees, in G, shape (3,), of any length;
-            None if unknown.
+        up_G: Upward direction in G, shape (3,), of any length, with an error of
+            at most 45 degrees; None if unknown.
         seed: Seed of the random choice of points.
 
     Raises:
-        RemoSplatError: No plane is convincing; the error states the problem of
-            the best one.
+        RemoSplatError: No plane meets the thresholds; the error states the
+            problem of the best plane.
     """
     rng = np.random.default_rng(seed)
     p_G, radius = _surface_points(splat, rng)
@@ -276,5 +281,5 @@ def _check(planes: list[_Plane], min_share: float) -> None:
             f"no clear floor: planes with {100 * best.share:.0f} % and"
             f" {100 * planes[1].share:.0f} % of the splat,"
             f" {np.degrees(np.arccos(cosine)):.0f} degrees apart, might both be"
-            " it"
+            " the floor"
         )

@@ -1,4 +1,4 @@
-"""Finds boxes that views have looked through completely."""
+"""Finds cubes that are completely free in some views."""
 
 import math
 
@@ -13,7 +13,7 @@ _NOISE_DEPTH = 2.0
 the square of the depth [m]."""
 
 _NEAREST = 0.05
-"""Boxes must lie farther than this before a camera's centre [m]."""
+"""Cubes must be farther than this from a camera's centre [m]."""
 
 _HALF_PIXEL = 0.71
 """Half the diagonal of a pixel, rounded up [pixels]."""
@@ -28,11 +28,11 @@ def count_whole_looks(
     enough: int,
     pitch: float = np.inf,
 ) -> np.ndarray:
-    """Counts the views that have looked through the whole of each cube.
+    """Counts, for each cube, the views that show all of it as free.
 
-    A view has looked through a cube if it shows all of it, and every pixel
-    whose ray meets the cube has measured something behind it. Pixels without
-    depth do not count.
+    A view shows a cube as free if the cube is completely in its image, and
+    every pixel whose ray meets the cube has measured a surface behind it. A
+    pixel without depth does not show free space.
 
     Args:
         capture: Posed RGB-D images.

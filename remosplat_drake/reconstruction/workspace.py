@@ -10,7 +10,7 @@ from remosplat_drake.capture.capture import Capture
 
 @dc.dataclass(frozen=True)
 class Workspace:
-    """A box in W that the robot moves in; distances are compared inside.
+    """A box in W in which the robot moves, and in which distances are compared.
 
     Attributes:
         lower: Lower corner, shape (3,) [m].
@@ -25,8 +25,8 @@ class Workspace:
         """Makes a cube around a point, such as the target.
 
         Args:
-            focus: Centre of the cube, shape (3,) [m]. Of a point above the
-                floor, z = 0, only the cube's part above the floor is taken.
+            focus: Centre of the cube, shape (3,) [m]. If it is above the floor
+                (z = 0), the box is only the cube's part above the floor.
             reach: Half the cube's side length [m].
         """
         focus = np.asarray(focus, float)
@@ -41,7 +41,7 @@ class Workspace:
 
         Args:
             capture: Posed RGB-D images.
-            beyond: Percentage of the surfaces that lies beyond each side of the
+            beyond: Percentage of the surfaces that is beyond each side of the
                 box.
 
         Raises:

@@ -1,9 +1,10 @@
-"""`align`: poses and the camera itself, refined from the depth images.
+"""`align`: refines poses and the camera's own errors from the depth images.
 
-All views of a surface, near or distant, must place it at the same position. All
-poses, and the errors that all images share (see `camera_errors`), are refined
-together by Gauss-Newton, point to plane, from coarse to fine. The prior of the
-given poses is an odometry, whose noise and drift are estimated from the data.
+All views of a surface, near or distant, must place it at the same position. So
+all poses, and the errors that all images share (see `camera_errors`), are
+refined together: Gauss-Newton minimises point-to-plane distances, from coarse
+to fine. The given poses are treated as an odometry, whose noise and drift are
+estimated from the data.
 """
 
 import dataclasses as dc
@@ -42,25 +43,26 @@ from remosplat_drake.reconstruction.alignment.solver import (
 class Alignment:
     """An aligned capture, with the uncertainty of its cameras.
 
-    The unknowns are theta_W [rad] and t_W [m] of each view, one after the
-    other, then the k errors that all images share: the true pose is
-    exp(theta_W) R_WC, p_WC + t_W, and a true point is the returned capture's
-    point plus the displacements of `camera_errors` (to first order).
+    The unknowns are theta_W [rad] and t_W [m] of each view, view after view,
+    then the k errors that all images share. The true pose of a camera is
+    exp(theta_W) R_WC, p_WC + t_W. The true position of a point is, to first
+    order, its position in the returned capture plus the displacements of
+    `camera_errors`.
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
         undone: The corrected errors of the camera, shape (k,).
-        error: Expected value of the unknowns: 0 if accepted, else the rejected
-            refinement, shape (6n + k,).
-        covariance: Their covariance, shape (6n + k, 6n + k).
+        error: Expected value of the unknowns, shape (6n + k,): 0 if the
+            refinement was accepted, else the rejected refinement.
+        covariance: Covariance of the unknowns, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
         shared: Number of residuals with the information of one independent
             residual.
-        rows: Residuals before and after the refinement, by the distance of the
-            views; both are equal if the refinement was not accepted.
+        rows: Residuals before and after the refinement, grouped by the distance
+            of the views; equal if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
-        accepted: Whether the refinement was accepted: pairs of views that it
-            did not use agree better with it.
+        accepted: Whether the refinement was accepted, since held-out pairs of
+            views agree better after it.
     """
 
     capture: Capture

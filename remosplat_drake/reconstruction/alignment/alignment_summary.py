@@ -76,7 +76,7 @@ def digits(deviation: float) -> int:
 
 @dc.dataclass
 class AlignmentSummary(Config):
-    """Results of the refinement of poses and of shared errors."""
+    """Results of the refinement of poses and of the errors of all images."""
 
     # Whether the refinement was kept: pairs of views that it did not use agree
     # better with it.

@@ -1,4 +1,4 @@
-"""`corrected`: a capture without the errors that all its images share."""
+"""`corrected`: corrects the errors that all images of a capture share."""
 
 import dataclasses as dc
 
@@ -34,17 +34,17 @@ _JUMP = 0.05
 surfaces."""
 
 _APART = 1.5
-"""Largest distance of a found pixel from the position that its depth implies;
-beyond it, the pixel is occluded and unknown [pixels]."""
+"""If the pixel that was found is farther than this from the position that its
+depth implies, the point is occluded and its depth unknown [pixels]."""
 
 
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:
     """Corrects the errors that all images of a capture share.
 
-    Focal lengths and principal points change, poses are corrected for the delay
-    and for the camera's pose on its carrier, and depths by their polynomial.
-    Distortion and read-out need new images, which are resampled from the old
-    ones.
+    The result has new focal lengths and principal points, poses that are
+    corrected for the images' delay and for the camera's pose on its carrier,
+    and depths that are corrected by their polynomial. To correct distortion and
+    read-out time, new images are resampled from the old ones.
 
     Args:
         capture: Posed RGB-D images.
@@ -84,9 +84,9 @@ def _carried(capture: Capture, errors: np.ndarray) -> Capture:
 def delay_of_motion(
     capture: Capture, motion: np.ndarray
 ) -> tuple[float, float]:
-    """Finds the delay of the images that explains errors of poses best.
+    """Finds the delay between poses and images that best explains pose errors.
 
-    Rigid motions of the world and its scale are ignored.
+    A common rigid motion and scale of all poses is ignored.
 
     Args:
         capture: Posed RGB-D images.

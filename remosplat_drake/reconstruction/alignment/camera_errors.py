@@ -1,7 +1,7 @@
 r"""Errors that all images of a camera share, as displacements of points.
 
-A pixel's point in C lies at p = z r on its ray r = (x, y, 1). Each error e_k of
-the camera moves it by e_k b_k(p), to first order:
+In the camera frame C, a pixel's point is p = z r on the ray r = (x, y, 1). Each
+error e_k of the camera displaces the point by e_k b_k(p), to first order:
 
     depth scale, offset, growth       b = p, r, z^2 r
     focal length, ratio f_y / f_x     b = -(p_x, p_y, 0), -(0, p_y, 0)
@@ -12,8 +12,8 @@ the camera moves it by e_k b_k(p), to first order:
     read-out, from top to bottom      b = (row / height - 1/2) (v + omega x p)
     the camera's pose on its carrier  b = e_i x p, e_i
 
-with the camera's own velocity v, omega in C. Two views of one surface must
-place it at the same position, which determines the errors.
+with the camera's velocity v and angular velocity omega in C. The errors can be
+estimated, because two views of a surface must place it at the same position.
 """
 
 import dataclasses as dc
@@ -32,7 +32,7 @@ COUNT = 17
 """Indices of the errors in arrays; TURN and SHIFT are three numbers each."""
 
 CARRIED = np.array([DELAY, *range(TURN, COUNT)])
-"""Indices of the errors that affect the camera's poses and not its images."""
+"""Indices of the errors that affect only the camera's poses, not its images."""
 
 NO_ERRORS = np.zeros(0)
 """The errors of a camera that is assumed exact: an empty array."""
@@ -47,7 +47,8 @@ _Time = Annotated[float, Interval(ge=0, le=10)]
 class CameraPrior(Config):
     """Prior standard deviations of a camera's errors.
 
-    Zero means that a number is exact. A value out of range is a FieldError.
+    A deviation of zero means that the parameter is exact. Raises FieldError if
+    a value is out of range.
 
     Attributes:
         scale: Scale of the depth, as in a sensor's data sheet.
@@ -77,7 +78,7 @@ class CameraPrior(Config):
 
     @classmethod
     def exact(cls, scale: float) -> Self:
-        """Returns a prior in which only the depth's scale and offset may err.
+        """Returns a prior in which only scale and offset of depths are inexact.
 
         Args:
             scale: Standard deviation of the depth's scale.

@@ -71,8 +71,8 @@ _KINDS = {
         _LONG,
     ),
     ASPECT: _Kind(
-        "vertical focal length beside the horizontal one", 100, "%",
-        "Beside the horizontal one, the vertical focal length is {size} {way}"
+        "vertical relative to horizontal focal length", 100, "%",
+        "Relative to the horizontal, the vertical focal length is {size} {way}"
         " than the capture says ({doubt}).", _LONG,
     ),
     CENTER_X: _Kind(
@@ -136,7 +136,7 @@ def camera_errors(alignment: Alignment) -> list[CameraError]:
 
 
 def words_of_camera(alignment: Alignment) -> list[str]:
-    """Describes the corrected errors of a capture, one sentence each."""
+    """Describes each corrected error of a capture in a sentence."""
     sentences = [
         kind.words.format(
             size=_size(abs(error.value), error.deviation, error.unit),

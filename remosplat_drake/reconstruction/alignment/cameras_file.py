@@ -29,10 +29,10 @@ def write_cameras(
 
     Args:
         splat: Path of the splat's file.
-        refined_W: The capture with refined cameras, in its own frame W; None
-            leaves the capture's own cameras.
-        undone: Corrected errors of the camera, one correction after the other,
-            shape (`COUNT`,) each; see `camera_errors`.
+        refined_W: The capture with refined cameras, in its own frame W; None if
+            the cameras were not refined.
+        undone: Corrected errors of the camera, in the order of their
+            correction, each of shape (`COUNT`,); see `camera_errors`.
     """
     path = cameras_path(splat)
     if refined_W is None:
@@ -50,7 +50,7 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     """Gives a capture the refined cameras beside a splat, if there are any.
 
     Raises:
-        FileError: The file is not one of `write_cameras`, or is of another
+        FileError: The file was not made by `write_cameras`, or has another
             number of views.
     """
     path = cameras_path(splat)
@@ -72,14 +72,14 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
 
 
 def undone_errors(splat: Path) -> np.ndarray:
-    """Returns the corrections of the cameras beside a splat, (m, `COUNT`).
+    """Returns the corrected camera errors of a splat's file, (m, `COUNT`).
 
     Returns:
-        One correction after the other, see `camera_errors`; none if there are
+        The m corrections in their order, see `camera_errors`; none if there are
         no refined cameras.
 
     Raises:
-        FileError: The file is not one of `write_cameras`.
+        FileError: The file was not made by `write_cameras`.
     """
     path = cameras_path(splat)
     return _read(path)[1] if path.is_file() else np.zeros((0, COUNT))

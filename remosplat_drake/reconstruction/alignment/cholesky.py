@@ -1,12 +1,12 @@
-"""Factors of matrices that are positive definite up to rounding."""
+"""Cholesky factors of matrices that are positive definite up to rounding."""
 
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""Term that is added to the diagonal of a matrix, scaled to a diagonal of ones,
-until it can be factorised: exact images make some directions 1e15 times as
-certain as others."""
+"""The matrix is scaled to a diagonal of ones, and this is added to the diagonal
+until the matrix can be factorised. Exact images need it, since they make some
+directions 1e15 times as certain as others."""
 
 
 def lower_factor(H: np.ndarray) -> np.ndarray:

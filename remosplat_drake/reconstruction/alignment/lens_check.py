@@ -15,7 +15,8 @@ equidistant fisheye lens has k_1 = -1/3."""
 def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     """Judges a lens whose views still disagree after they were refined.
 
-    Two coefficients describe a fisheye lens only in the middle of its images.
+    The two coefficients of the refined lens model describe a fisheye lens only
+    in the middle of its images.
 
     Args:
         wide: Comparison of the refined views.
@@ -27,8 +28,8 @@ def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
         return []
     problem = (
         "the lens is not what the capture says: a radial distortion of k1"
-        f" {undone[K1]:+.2f} and k2 {undone[K2]:+.2f} was undone, and still"
-        f" {found}; a fisheye lens is not a pinhole: calibrate the camera, and"
+        f" {undone[K1]:+.2f} and k2 {undone[K2]:+.2f} was corrected, but"
+        f" {found}; if it is a fisheye lens, calibrate the camera, and"
         " undistort its images or give its coefficients"
     )
     return [Finding(LENS, problem, WARNING)]

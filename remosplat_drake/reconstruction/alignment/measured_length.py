@@ -16,7 +16,7 @@ from remosplat_drake.reconstruction.alignment.solver import State
 
 @dc.dataclass(frozen=True)
 class Length:
-    """The measured distance of two points, each a pixel of a view.
+    """The measured distance between two points; each is a pixel of a view.
 
     Attributes:
         views: Indices of the two views, which may be equal.
@@ -45,7 +45,7 @@ class Length:
                 raise FieldError("capture", "--length", problem)
             if not (0 <= column < width and 0 <= row < height):
                 problem = (
-                    f"has no pixel {column} {row}, being {width} x {height}"
+                    f"has no pixel {column} {row}; it has {width} x {height}"
                 )
                 raise FieldError("capture", "--length", problem)
             window = capture.depth[view][
@@ -72,9 +72,9 @@ def add_length(
     """Adds the residual e = |p_B - p_A| - length to the normal equations.
 
     Args:
-        length: The length.
-        capture: The capture as it was given.
-        state: Poses and errors of its camera.
+        length: The measured length.
+        capture: The capture before the refinement.
+        state: Poses, and errors of the camera.
         H: Matrix of all unknowns, shape (6n + k, 6n + k).
         g: Gradient, shape (6n + k,).
     """

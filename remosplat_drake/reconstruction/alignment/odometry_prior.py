@@ -1,22 +1,25 @@
-r"""The prior of given poses: an odometry with noise and drift.
+r"""The prior of the given poses: odometry with noise and drift.
 
-The error of the pose at time tau, from 0 at the capture's first view to 1 at
-its last one, is white noise, a random walk, a steady drift and a smooth one,
-whose speed is a random walk (Wahba, "Improper priors, spline smoothing", 1978).
-Its covariance between views i and j is, for each coordinate,
+Let tau be time, from 0 at the capture's first view to 1 at its last one. The
+error of a pose is the sum of white noise, a random walk, a steady drift, and a
+smooth drift whose speed is a random walk (Wahba, "Improper priors, spline
+smoothing", 1978). The covariance of the errors of views i and j is, for each
+coordinate,
 
     sigma_white^2 [i = j] + sigma_walk^2 m + sigma_steady^2 tau_i tau_j
         + sigma_smooth^2 m^2 (3 M - m) / 2
 
 with m and M the smaller and the larger of tau_i and tau_j.
 
-So white noise ties W to the mean of all cameras, and drift to the first ones.
-Their sizes are estimated from the data: the data's equations H x = h and the
-covariance C give the evidence (MacKay, "Bayesian interpolation", 1992)
+So with white noise the world frame W is fixed by the mean of all cameras, and
+with drift by the first cameras. The standard deviations are estimated from the
+data. The data's normal equations H x = h and the covariance C give the evidence
+(MacKay, "Bayesian interpolation", 1992)
 
     2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
 
-which is maximised over the eight deviations.
+which is maximised over the eight standard deviations, four of rotation and four
+of position.
 """
 
 import dataclasses as dc
@@ -37,7 +40,7 @@ MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m]."""
 
 _REFUTED = 3.0
-"""Deviations that make the data e^3 times less likely are refuted."""
+"""Deviations are implausible if they make the data e^3 times less likely."""
 
 
 @dc.dataclass(frozen=True)
@@ -66,7 +69,7 @@ class OdometryNoise:
 
     @staticmethod
     def of_motions(motion: np.ndarray) -> "OdometryNoise":
-        """Guesses deviations from errors of poses.
+        """Makes a first guess of the deviations from errors of poses.
 
         Args:
             motion: theta_W and t_W of each view, shape (n, 6).
@@ -133,14 +136,15 @@ def estimate_noise(
     starts: Sequence[OdometryNoise],
     steps: int = 30,
 ) -> OdometryNoise:
-    """Maximises the evidence over the deviations of given poses.
+    """Estimates the deviations of given poses by maximising the evidence.
 
-    There may be several maxima: errors of the camera explain some common
-    motions of all poses, and a large assumed noise hides that.
+    There may be several maxima, because errors of the camera can have the same
+    effect as some common motions of all poses. So the search has several
+    starts.
 
     Args:
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
-        h: Their right side, shape (6n + k,).
+        h: Right side of the normal equations, shape (6n + k,).
         views: Number n of views.
         starts: Deviations at which searches start; the best result is returned.
         steps: Largest number of steps.
@@ -163,18 +167,19 @@ def estimate_noise(
 def plausible_noise(
     H: np.ndarray, h: np.ndarray, views: int, found: OdometryNoise
 ) -> OdometryNoise:
-    """Returns the largest deviations that the evidence does not refute.
+    """Returns the largest deviations that are still plausible by the evidence.
 
-    The most likely noise of few or weakly constrained poses is often zero, and
-    the resulting uncertainty is too small: the observed directions say little
-    about those along which views can slide. Each kind is doubled as long as the
-    evidence stays within `_REFUTED`.
+    For few or weakly constrained poses, the most likely noise is often zero.
+    The resulting uncertainty would be too small, because the directions that
+    surfaces constrain tell little about those in which views can slide. So each
+    deviation is doubled as long as the evidence decreases by no more than
+    `_REFUTED`.
 
     Args:
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
-        h: Their right side, shape (6n + k,).
+        h: Right side of the normal equations, shape (6n + k,).
         views: Number n of views.
-        found: The likeliest deviations.
+        found: The most likely deviations.
     """
     likeliest = _values(found)
     limit = _cost(H, h, views, likeliest, value_only=True)[0] + _REFUTED

@@ -21,20 +21,22 @@ LEVELS = (
     Level(0.04, 0.005, 0.8, 3),
     Level(0.03, 0.0, 0.85, 3),
 )
-"""From coarse to fine."""
+"""Stages of the refinement, from coarse to fine."""
 
 _CORRELATION = 10.0
-"""Number of residuals of a pair with the information of one."""
+"""Neighbouring residuals are correlated: this number of them has the
+information of one independent residual."""
 
 
 class AlignedView(NamedTuple):
-    """A view's pose from others' surfaces and its prior.
+    """A view's pose, estimated from other views' surfaces and from its prior.
 
     Attributes:
         X_WC: The pose, shape (4, 4).
-        covariance: Covariance of its theta_W and t_W, shape (6, 6).
-        residual: Residuals relative to the noise, as `residual_spread`.
-        count: Number of points that other views contain, too.
+        covariance: Covariance of the pose's errors theta_W and t_W, shape (6,
+            6).
+        residual: Ratio of residuals to the noise, see `residual_spread`.
+        count: Number of the view's points that other views show, too.
     """
 
     X_WC: np.ndarray
@@ -54,9 +56,11 @@ def align_view(
 
     Args:
         stack: All views.
-        X_WC: Their poses, shape (n, 4, 4); the view's is the expected one.
-        view: Index of the view.
-        others: Indices of the views that it is compared with, shape (m,).
+        X_WC: Poses of all views, shape (n, 4, 4); for the new view, the
+            expected pose.
+        view: Index of the new view.
+        others: Indices of the views that the new view is compared with, shape
+            (m,).
         covariance: Covariance of the expected pose, for example that of the
             odometry since the last view, shape (6, 6).
     """

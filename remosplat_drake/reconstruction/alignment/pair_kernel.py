@@ -1,24 +1,26 @@
 r"""Point-to-plane residuals of pairs of views, and their normal equations.
 
-A sampled point p of view a lies on the plane n . q = d of view b at the pixel
-to which p projects. The shared errors e_k move both by B e, see
-`camera_errors`, and the first of them is the depths' scale, s = 1 + e_1:
+A sampled point p of view a should lie on the plane n . q = d of view b at the
+pixel to which p projects. The errors e_k that all images share displace both
+points by B e, see `camera_errors`. The first of them is the scale of the
+depths, s = 1 + e_1. The residual e of the point is
 
     s e = n_W . (p_W - p_WB) - (d + n . B_B e),
     p_W = p_WA + R_WA (p + B_A e).
 
-Residuals are in units of the sensor: a smaller world has smaller ones, and
-would fit better and better. Every view errs by a rotation vector theta_W about
-its own centre and a translation t_W of it, so
+It is divided by the scale s, since otherwise a smaller world would have smaller
+residuals. The error of a view's pose is a rotation vector theta_W about its
+centre and a translation t_W of the centre, so
 
     s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
     s de/dtheta_B = -(p_W - p_WB) x n,
     de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
     s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale:
 
-a pair constrains only its relative pose. So an equation has 6 + k numbers, the
-derivatives by theta_A, t_A and the shared errors; `pair_expansion` has the
-others. Each is n_W . g_j with a vector g_j of its own.
+A pair constrains only the relative pose of its views. So an equation has 6 + k
+numbers: the derivatives with respect to theta_A, t_A and the shared errors.
+`pair_expansion` computes the others from these. Each derivative is n_W . g_j,
+with a vector g_j.
 
 `pair_reference` is the slow, readable reference.
 """
@@ -42,13 +44,13 @@ POSE = 6
 """Number of values of a pose's error, theta and t."""
 
 NEAR = 0.02
-"""Least depth at which a view sees a point [m]."""
+"""Least depth of a point in front of a camera that counts as visible [m]."""
 
 FLOOR = 1e-4
 """Least standard deviation of a residual, for unmodelled noise [m]."""
 
 _TREMBLING = 4
-"""Step between equations that estimate the effect of noisy normals."""
+"""Only every n-th residual is used to estimate the effect of noisy normals."""
 
 
 @numpy_helper
@@ -111,15 +113,16 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
         i: Index of the point.
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
-        out: Receives the residual [m], its standard deviation by the known
-            noise [m], the normal n_W, the point from A's centre in W [m], and
-            the square of the difference of the views' normals, shape
-            (`VALUES`,).
-        arms: Receives the vectors of the derivatives by the shared errors, in
-            W, shape (k, 3); room for those of two views, (2, k, 3).
+        out: Output of shape (`VALUES`,): the residual [m], its standard
+            deviation due to the known noise [m], the normal n_W, the vector
+            from the centre of camera A to the point in W [m], and the square of
+            the difference of the views' normals.
+        arms: Output: the vectors g_j of the derivatives by the shared errors,
+            in W; an array of shape (2, k, 3), of which the first (k, 3) are the
+            result.
 
     Returns:
-        Whether view b has a similar surface there.
+        Whether view b shows a surface there that meets both limits.
     """
     count = len(errors)
     ax, ay, az = (
@@ -204,9 +207,9 @@ def pair_residuals(stack, pose, errors, pairs, gate, least_cosine, stride, out):
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
         stride: Step between the points that are compared.
-        out: Receives the residual and its standard deviation of every point
-            of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
-            there is none.
+        out: Output: for every point of a in b, and of b in a, the residual and
+            its standard deviation, shape (m, 2, s / stride, 2) [m]; NaN where
+            there is no residual.
     """
     values, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
     for k in range(len(pairs)):
@@ -227,11 +230,12 @@ def pair_equations(
     stack, pose, errors, pairs, gate, least_cosine, spread, width,
     H, g, tilts, count,
 ):  # fmt: skip
-    """Sums normal equations H x = -g of each pair over both directions.
+    """Sums the normal equations H x = -g of each pair of views.
 
-    A residual e of deviation sigma has the weight of Geman and McClure (1985),
-    1 / ((1 + (e / c)^2)^2 sigma^2) with c = 3 sigma, and sigma scaled by
-    `spread` but at least a third of `width`.
+    They include the points of a in b and those of b in a. A residual e with
+    standard deviation sigma has the weight of Geman and McClure (1985), 1 / ((1
+    + (e / c)^2)^2 sigma^2) with c = 3 sigma, and sigma scaled by `spread` but
+    at least a third of `width`.
 
     Args:
         stack: The `ViewStack`.

@@ -9,7 +9,7 @@ from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 
 class Camera(NamedTuple):
-    """Inputs of the displacements of a view's points.
+    """The camera of a view: inputs of the displacements of its points.
 
     Attributes:
         focal: f_x and f_y, shape (2,) [pixels].
@@ -54,7 +54,7 @@ def compare(
     gate: float,
     least_cosine: float,
 ) -> Comparison | None:
-    """Finds the plane of view b that point i of view a should lie on."""
+    """Finds the plane of view b on which point i of view a should lie."""
     a, b = views
     cameras = _camera(stack, a), _camera(stack, b)
     point = stack.point[a, i]
@@ -84,7 +84,7 @@ def compare(
 def residual(
     found: Comparison, X_WA: np.ndarray, X_WB: np.ndarray, errors: np.ndarray
 ) -> float:
-    """Returns a point's height over a plane, in units of the sensor [m]."""
+    """Returns a point's height over a plane, divided by the depth scale [m]."""
     p_B = _in_other_view(_true_point(found, errors), X_WA, X_WB)
     on_plane = displaced(found.cameras[1], errors, _plane_point(found, p_B))
     return float(found.normal @ (p_B - on_plane)) / _scale(errors)
@@ -98,7 +98,7 @@ def deviation(
     errors: np.ndarray,
     views: tuple[int, int],
 ) -> float:
-    """Returns the standard deviation of a residual, by both views' noise."""
+    """Returns the standard deviation of a residual due to both views' noise."""
     a, b = views
     p_B = _in_other_view(_true_point(found, errors), X_WA, X_WB)
     n_A = X_WA[:3, :3].T @ X_WB[:3, :3] @ found.normal

@@ -1,8 +1,9 @@
 """Selects pairs of views that share surfaces.
 
-Pairs of neighbours alone would not reveal drift. So in each of several bins of
-distance, near to far, each view is paired with those that share most of its
-surfaces; these pairs include loop closures.
+Pairs of neighbours alone would not show drift. So views are also paired over
+large distances, which includes loop closures: distances are divided into
+several bins, and in each bin, a view is paired with the views that share most
+of its surfaces.
 """
 
 import numpy as np
@@ -15,10 +16,11 @@ from remosplat_drake.reconstruction.alignment.pair_kernel import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _POINTS = 60
-"""Number of points of a view with which partners are sought."""
+"""Number of points of a view that the search for partners uses."""
 
 _LEAST_SHARED = 0.08
-"""Partners see at least this fraction of each other's points."""
+"""Two views are partners if each shows at least this fraction of the other's
+points."""
 
 _BINS = 4
 """Number of bins of distance; equally many partners are chosen from each."""
@@ -26,7 +28,7 @@ _BINS = 4
 
 @numpy_kernel
 def shared_fractions(stack, pose, errors, gate, least_cosine, out):
-    """Writes the fraction of view a's points that view b sees to out[a, b].
+    """Writes the fraction of view a's points that view b shows to out[a, b].
 
     See `associate` for the arguments.
     """

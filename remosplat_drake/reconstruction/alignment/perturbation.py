@@ -1,4 +1,4 @@
-"""Small errors of cameras: their effects, and their equations.
+"""Small errors of cameras: their effects on poses and equations.
 
 The unknowns of n views are theta_W and t_W of each view, one after the other,
 then the k errors that all images share, see `camera_errors`: 6 n + k numbers. A
@@ -32,7 +32,7 @@ def difference(X_WC: np.ndarray, given: np.ndarray) -> np.ndarray:
 def pair_expansion(
     X_WC: np.ndarray, pairs: np.ndarray, shared: int
 ) -> np.ndarray:
-    """Returns the matrices T of dx_A, dx_B, e from a pair's derivatives.
+    """Returns matrices T that expand a pair's derivatives to both views.
 
     Args:
         X_WC: Poses, shape (n, 4, 4).
@@ -40,8 +40,10 @@ def pair_expansion(
         shared: Number k of errors that all images share.
 
     Returns:
-        Shape (m, 12 + k, 6 + k): J = T J_pair for a residual's derivatives
-        J_pair by theta_A, t_A and the shared errors.
+        The matrices T, shape (m, 12 + k, 6 + k). Let J_pair be the derivatives
+        of a residual by theta_A, t_A and the shared errors. Then T J_pair are
+        its derivatives by the unknowns of view a, those of view b, and the
+        shared errors.
     """
     p_AB_W = X_WC[pairs[:, 1], :3, 3] - X_WC[pairs[:, 0], :3, 3]
     T = np.zeros((len(pairs), 12 + shared, 6 + shared))
@@ -60,7 +62,7 @@ def pair_expansion(
 def assemble(
     H: np.ndarray, g: np.ndarray, X_WC: np.ndarray, pairs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sums the pairs' equations to those of all unknowns.
+    """Sums the equations of all pairs to the equations of all unknowns.
 
     Args:
         H: Matrices of the pairs, shape (m, 6 + k, 6 + k).

@@ -1,9 +1,9 @@
 """Depth images as maps of small planes, for lookup and sampling.
 
-The inverse depth of a plane is linear in the image: n . p = d at the point
-p = z (x, y, 1) gives 1/z = (n_x x + n_y y + n_z) / d. So a window of pixels is
-fitted by 1/z = a x + b y + c in least squares. The noise of triangulating
-sensors is even in 1/z, and the fit's residual measures it.
+The inverse depth of a plane is linear in the image: with p = z (x, y, 1), the
+plane n . p = d has 1/z = (n_x x + n_y y + n_z) / d. So 1/z = a x + b y + c is
+fitted to a window of pixels by least squares. The noise of triangulating
+sensors is uniform in 1/z, so the residual of the fit measures it.
 """
 
 from typing import NamedTuple
@@ -13,22 +13,22 @@ import numpy as np
 from remosplat_drake.base.kernels import numpy_kernel
 
 RADII = (2, 4, 6)
-"""Reaches of a window to each side, tried in this order [pixels]."""
+"""Half widths of a window, tried in this order [pixels]."""
 
 MAX_TILT = np.deg2rad(2.0)
-"""Standard deviation of the normals' direction at which windows are large
-enough [rad]."""
+"""A window is large enough if the standard deviation of the normals' direction
+is at most this [rad]."""
 
 _CELLS = 160
-"""Number of planes along the image's longer side, about."""
+"""Approximate number of planes along the image's longer side."""
 
 _LEAST_SHARE = 0.7
 """Least fraction of a window's pixels that must have a depth."""
 
 _BEND, _ROUGHNESS = 1.3, 5e-4
-"""A window is flat if its residual is less than 1.3 times the image's usual one
-and half a thousandth of the inverse depth: creases, which noise hides, bias
-poses by millimetres."""
+"""A window is flat if its residual is below 1.3 times the image's usual
+residual plus 5e-4 of the inverse depth. Other windows may contain creases,
+which would bias poses by millimetres."""
 
 _LEAST_COSINE = 0.17
 """Least cosine of incidence (80 degrees) of usable measurements."""
@@ -47,8 +47,8 @@ class PlaneMap(NamedTuple):
             centres, from the image's noise [1/m].
         tilt: Standard deviation of the normals' direction, from the image's
             noise [rad].
-        independent: Number of disjoint windows, the limit of independent
-            information.
+        independent: Number of disjoint windows, which limits the number of
+            independent measurements.
     """
 
     plane: np.ndarray
@@ -67,7 +67,7 @@ def plane_map(
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
         depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
-        radii: Reaches of windows to choose from, small ones first [pixels].
+        radii: Half widths of windows to choose from, small ones first [pixels].
     """
     camera = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2]], float)
     step = max(1, round(max(depth.shape) / _CELLS))
@@ -109,7 +109,7 @@ def fit_planes(camera, inverse, step, radius, least_share, plane, rms):
         camera: f_x, f_y, c_x, c_y [pixels].
         inverse: Inverse depth, (h, w) [1/m]; 0 where unknown.
         step: Distance of the lattice's points [pixels].
-        radius: Reach of the windows [pixels].
+        radius: Half width of the windows [pixels].
         least_share: Fraction of a window's depths that must be known.
         plane: Receives normal and distance, (rows, columns, 4); 0 for none.
         rms: Receives root mean square residuals of 1/z, (rows, columns) [1/m].

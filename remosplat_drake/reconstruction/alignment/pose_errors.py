@@ -9,10 +9,10 @@ from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 
 @dc.dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """k draws of the errors of n cameras' poses and of the camera.
+    """k samples of the errors of n poses, and of errors that all images share.
 
-    The true position of a point that camera v measured at p_W is p_W + theta x
-    (p_W - p_WC) + t + the sum of e_k b_k, see `camera_errors`.
+    A point that a view measured at p_W is truly at p_W + theta x (p_W - p_WC) +
+    t, plus the sum of the displacements e_k b_k of `camera_errors`.
 
     Attributes:
         theta_W: Rotation vectors, shape (k, n, 3) [rad].
@@ -26,7 +26,7 @@ class PoseErrors:
 
     @staticmethod
     def of_draws(draws: np.ndarray) -> "PoseErrors":
-        """Sorts draws of `Alignment.draws`, shape (k, 6n + `COUNT`)."""
+        """Splits the result of `Alignment.draws`, shape (k, 6n + `COUNT`)."""
         motion = draws[:, :-COUNT].reshape(len(draws), -1, 2, 3)
         return PoseErrors(motion[:, :, 0], motion[:, :, 1], draws[:, -COUNT:])
 

@@ -1,7 +1,7 @@
 """`Refinement`: the steps of an alignment, from coarse to fine, in rounds.
 
-Between two rounds, images are corrected by the camera errors estimated until
-then.
+After each round, images are corrected by the camera errors that have been
+estimated so far.
 """
 
 import dataclasses as dc
@@ -58,10 +58,11 @@ FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
 """Levels from coarse to fine; the fine ones estimate the noise of the poses."""
 
 _CORRELATION = 10.0
-"""Initial number of residuals with the information of one independent one."""
+"""Residuals are correlated: this is the initial estimate of the number of
+residuals that have the information of one independent residual."""
 
 _HELD_OUT = 7
-"""Step between held-out pairs, in order of their distance."""
+"""Every n-th pair of views, in order of distance, is held out."""
 
 _ROUNDS = 3
 """Largest number of rounds of correction and refinement."""
@@ -72,27 +73,27 @@ _UNTOLD = np.array(
     + 3 * [np.deg2rad(0.1)]
     + 3 * [0.002]
 )
-"""Errors of the camera that cannot be distinguished from zero: noise hides the
-curvature of surfaces, and the fitted planes lie too deep. In the order of
-`camera_errors`."""
+"""Smaller errors of the camera cannot be distinguished from zero, because noise
+hides the curvature of surfaces, so that fitted planes are too deep. In the
+order of `camera_errors`."""
 
 _UNEXPLAINED = 0.2
-"""A delay is accepted if it leaves less than this fraction of the squared
-errors of all poses."""
+"""A delay is accepted if its correction leaves less than this fraction of the
+sum of squared pose errors."""
 
 _SIGNIFICANT = 3.0
 """Number of standard deviations within which an error is not significant."""
 
 _CONVERGED = 2e-6
-"""Smaller steps end a level [rad, m]."""
+"""A stage of the refinement ends when its steps are below this [rad, m]."""
 
 _EXACT = 1e-7
-"""Standard deviation of a number that is taken as exact."""
+"""Standard deviation that represents an exact number in the equations."""
 
 
 @dc.dataclass(frozen=True)
 class AlignmentConfig:
-    """Prior knowledge, and the amount of data.
+    """Prior knowledge, and numbers of points and views to compare.
 
     Attributes:
         camera: Prior of the camera's errors.
@@ -118,7 +119,7 @@ class Refinement:
         capture: The given capture.
         config: Prior knowledge, and the number of comparisons.
         image: The capture, corrected by known camera errors.
-        stack: Its views, as they are compared.
+        stack: The views of `image`, as arrays.
         pairs: Pairs of views that are compared, shape (p, 2).
         shared: Number of residuals with the information of one independent
             residual.
@@ -143,7 +144,7 @@ class Refinement:
     def run(
         self, report: Callable[[int, int], None]
     ) -> tuple[Posterior, State]:
-        """Returns the solution and the state that it was linearised at."""
+        """Returns the solution, and the state at which it was linearised."""
         state = State(self.given, np.zeros(COUNT), np.zeros(COUNT))
         levels, steps = (*COARSE, *FINE), len(COARSE) + _ROUNDS * len(FINE)
         done = 0
@@ -159,8 +160,9 @@ class Refinement:
     def _taken_delay(self, state: State) -> float:
         """Returns the images' delay that appears as motion of the poses [s].
 
-        On a smooth walk, a delay looks like a smooth drift, which costs little.
-        But a drift does not follow the camera's velocity.
+        If the camera moves smoothly, a delay resembles a smooth drift, which
+        the prior hardly penalises. But unlike a drift, it is proportional to
+        the camera's velocity.
         """
         if not self._prior[DELAY]:
             return 0.0
@@ -207,7 +209,8 @@ class Refinement:
 
         Args:
             state: The state.
-            delay: The part of the images' delay that appears in its poses [s].
+            delay: The part of the images' delay that appears as errors of the
+                state's poses [s].
         """
         errors = state.errors.copy()
         errors[DELAY] += delay

@@ -1,4 +1,4 @@
-"""Distances between surfaces of views, by the distance of the views."""
+"""Distances between surfaces of two views, by the distance of the views."""
 
 import itertools
 
@@ -19,13 +19,14 @@ GATE, LEAST_COSINE = 0.15, 0.7
 normals."""
 
 _MOST = 0.02
-"""Limit of one distance in the comparison of two solutions [m]."""
+"""Larger distances count as this in the comparison of two solutions [m]."""
 
 _LEAST_POINTS = 20
-"""Least number of points of a pair that counts."""
+"""A pair counts in the comparison if it has at least this number of points."""
 
 _KEPT = 0.9
-"""Least fraction of points that must still have a surface."""
+"""After the refinement, at least this fraction of the points must still be near
+a surface of the other view."""
 
 
 def distances_of_pairs(
@@ -35,7 +36,7 @@ def distances_of_pairs(
 
     Args:
         stack: The views.
-        state: Their poses and errors.
+        state: Poses, and errors of the camera.
         pairs: Indices of views (a, b), shape (m, 2).
         stride: Step between the points that are compared.
 
@@ -61,8 +62,8 @@ def residual_rows(
         pairs: Indices of views (a, b), shape (m, 2).
         before: The result of `distances_of_pairs` before the refinement, shape
             (m, k) [m].
-        after: The result after the refinement, which may have changed the
-            images.
+        after: The result of `distances_of_pairs` after the refinement, which
+            may have changed the images.
     """
     apart = np.linalg.norm(
         X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1
@@ -92,10 +93,11 @@ def residual_rows(
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     """Returns whether held-out pairs of views agree better after a refinement.
 
-    Nearly as many points as before must have a surface; a distance counts up to
-    2 cm. Few pairs contradict a drift along a table, so the mean is not tested:
-    the net decrease of the pairs' means must exceed 0.01 of their sum, and
-    twice the sum of their increases.
+    Nearly as many points as before must be near a surface of the other view.
+    Distances above 2 cm count as 2 cm. For each pair, the mean distance is
+    compared. The sum of all decreases minus that of all increases must exceed
+    0.01 of the sum of the means, and twice the sum of the increases. The second
+    condition rejects a drift along a table, which only few pairs contradict.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

@@ -23,21 +23,23 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _STRIDE = 7
-"""Step between residuals that estimate their spread."""
+"""Every n-th residual is used to estimate the spread of all."""
 
 
 _SYSTEMATIC = 10.0
-"""Factor of variances for common errors of pairs of views, such as creases
-hidden by noise; determined on rendered captures with known truth."""
+"""Variances are multiplied by this, for errors that the residuals of a pair
+have in common, such as creases hidden by noise. It was determined on rendered
+captures with known truth."""
 
 
 _KNOWN = 2.0
-"""A direction is constrained if its information is twice that from noise."""
+"""A direction is constrained if its information exceeds that from noise by this
+factor."""
 
 
 @dc.dataclass(frozen=True)
 class Level:
-    """One stage from coarse to fine.
+    """One stage of a refinement from coarse to fine.
 
     Attributes:
         gate: Largest residual [m].
@@ -69,16 +71,16 @@ class State:
 
     @property
     def pose(self) -> np.ndarray:
-        """Poses as the kernels take them, (n, 3, 4)."""
+        """Poses without their last rows, for the kernels, (n, 3, 4)."""
         return np.ascontiguousarray(self.X_WC[:, :3])
 
     @property
     def left(self) -> np.ndarray:
-        """The remaining errors of the images, (k,)."""
+        """The errors that have not been corrected in the images, (k,)."""
         return self.errors - self.undone
 
     def unknowns(self, given: np.ndarray) -> np.ndarray:
-        """Returns the deviation from given poses and an exact camera."""
+        """Returns the errors of given poses and camera, shape (6n + k,)."""
         return np.append(difference(self.X_WC, given).ravel(), self.errors)
 
     def moved(self, step: np.ndarray) -> "State":
@@ -93,7 +95,7 @@ class State:
 
 @dc.dataclass(frozen=True, eq=False)
 class Equations:
-    """The data's normal equations at a state, and those of each pair.
+    """The normal equations of all data at a state, and those of each pair.
 
     Attributes:
         H: Matrix of all unknowns, shape (6n + k, 6n + k).
@@ -101,8 +103,8 @@ class Equations:
         pair_H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
         pair_g: Gradients of the pairs, shape (m, 6 + k).
         count: Numbers of residuals, shape (m,).
-        shared: Number of residuals of a pair with the information of one, shape
-            (m,); H and g have been divided by it.
+        shared: Number of a pair's residuals that have the information of one
+            independent residual, shape (m,); H and g have been divided by it.
     """
 
     H: np.ndarray
@@ -116,7 +118,7 @@ class Equations:
 def residual_spread(
     stack: ViewStack, state: State, pairs: np.ndarray, level: Level
 ) -> float:
-    """Returns the robust ratio of residuals to their known deviations, >= 1."""
+    """Estimates the ratio (>= 1) of residuals to known deviations, robustly."""
     kept = -(-stack.point.shape[1] // _STRIDE)
     values = np.empty((len(pairs), 2, kept, 2))
     pair_residuals(
@@ -140,9 +142,9 @@ def equations(
 
     Args:
         stack: The views.
-        state: Their poses and errors.
+        state: Poses, and errors of the camera.
         pairs: Indices of views (a, b), shape (m, 2).
-        level: Thresholds of the residuals in use.
+        level: Limits beyond which residuals are ignored.
         spread: The result of `residual_spread`.
         correlation: The result of `estimate_correlation`.
     """
@@ -207,11 +209,11 @@ def _reuse(
 
 @dc.dataclass(frozen=True, eq=False)
 class Posterior:
-    """The unknowns given data and prior, to second order.
+    """Normal distribution of the unknowns, given data and prior.
 
     Attributes:
-        mean: Deviation from the given poses and an exact camera, (6n + k,).
-        covariance: Its covariance, shape (6n + k, 6n + k).
+        mean: Mean errors of the given poses and of the camera, (6n + k,).
+        covariance: Covariance of these errors, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
     """
 
@@ -227,11 +229,11 @@ def posterior(
     noise: OdometryNoise,
     known: tuple[np.ndarray, np.ndarray],
 ) -> Posterior:
-    """Solves the data's equations at x together with the prior's.
+    """Solves the data's equations, linearised at x, together with the prior's.
 
     Args:
-        data: The data's equations at x.
-        x: Deviation from the given poses and an exact camera, (6n + k,).
+        data: The data's equations, linearised at x.
+        x: Errors of the given poses and of the camera, (6n + k,).
         views: Number n of views.
         noise: Noise of the given poses.
         known: Matrix and gradient of other prior knowledge, at x.
@@ -248,13 +250,15 @@ def posterior(
 def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Estimates how many residuals of a pair have the information of one.
+    """Estimates the number of residuals with the information of one.
 
     Errors of neighbouring pixels are correlated, and so are all residuals of a
-    pair of distorted images. If they were independent, the pairs' own solutions
-    would differ from the joint one by chi^2 = sum of g^T H^-1 g, with as many
-    degrees of freedom as all pairs constrain, minus the unknowns that the data
-    determine.
+    pair of distorted images. The estimate compares the solution of each pair
+    alone with the joint solution. If residuals were independent, the sum of g^T
+    H^-1 g over all pairs would have a chi^2 distribution. Its degrees of
+    freedom would be the number of directions that the pairs constrain, minus
+    the number of unknowns that the data determine. The ratio of the sum to this
+    number is the estimate.
 
     Args:
         data: Equations at the solution.

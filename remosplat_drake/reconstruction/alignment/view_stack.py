@@ -12,11 +12,11 @@ from remosplat_drake.reconstruction.alignment.plane_maps import (
 )
 
 SAMPLES = 600
-"""Points of a view that are compared with other views."""
+"""Number of points of a view that are compared with other views."""
 
 
 class ViewStack(NamedTuple):
-    """n views as arrays, for the kernels; poses are kept elsewhere.
+    """n views as arrays for kernels, without their poses.
 
     Attributes:
         plane: The views' `PlaneMap.plane`, (n, rows, columns, 4), float32.
@@ -29,7 +29,7 @@ class ViewStack(NamedTuple):
         tilt: `PlaneMap.tilt` of each view, (n,) [rad].
         independent: `PlaneMap.independent` of each view, (n,).
         point: Sampled points in C, (n, s, 3) [m].
-        normal: Their normals in C, (n, s, 3).
+        normal: Normals at the sampled points, in C, (n, s, 3).
         count: Number of each view's samples that are used, (n,).
     """
 
@@ -60,7 +60,7 @@ def stack_views(
 
 
 def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
-    """Makes room for n views of images of one size, height and width."""
+    """Allocates arrays for n views with images of one size (height, width)."""
     shape = plane_map(np.eye(3), np.zeros(size, np.float32))
     return ViewStack(
         plane=np.zeros((n, *shape.plane.shape), np.float32),
@@ -80,7 +80,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
 def put_view(
     stack: ViewStack, view: int, planes: PlaneMap, rng: np.random.Generator
 ):
-    """Writes a view's planes and a random choice of its points in its row."""
+    """Writes a view's planes, and a random choice of its points, to a row."""
     stack.plane[view] = planes.plane
     stack.camera[view] = planes.camera
     stack.deviation[view] = planes.deviation

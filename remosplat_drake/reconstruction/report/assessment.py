@@ -53,13 +53,14 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FARTHEST = 0.5
-"""Largest distance at which fields are compared [m]: the controller's range."""
+"""Largest distance at which fields are compared: the controller's range [m]."""
 
 _SINGLE = 2
-"""Number of outliers that are ignored, since they may be flying pixels."""
+"""Number of largest errors that are ignored, since they may be flying
+pixels."""
 
 _Errors = dict[str, dict[str, np.ndarray]]
-"""Measured minus expected distances [m], by reference and by oracle."""
+"""Measured minus expected distances, by reference and by oracle [m]."""
 
 _NOTHING = 1.0  # Distance of an oracle without a surface in range [m].
 _LISTED_FLOATERS = 100
@@ -72,8 +73,8 @@ class Assessment:
     Attributes:
         report: The numbers of the assessment.
         pictures: The views that were compared.
-        errors: Measured minus true distances by oracle, against the best
-            reference, each (n,) [m].
+        errors: Measured distances minus those of the best reference, by oracle,
+            each of shape (n,) [m].
         coverage: Coverage of the workspace.
         floaters: Floaters in the workspace.
     """
@@ -111,14 +112,13 @@ def assess(
         workspace: Box in which distances are compared; None: around most of the
             captured surfaces.
         method: Description of how the splat was made.
-        held_out: Whether the compared views were not trained on.
+        held_out: Whether the compared views were not used for training.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
         warnings: Faults of the capture, in words.
-        validations: Errors at views that a map was made without, see
-            `cross_validate`; they determine the verdict unless the truth is
-            known.
-        progress: Called with the next step.
+        validations: Errors at held-out views, see `cross_validate`; they
+            determine the verdict unless the truth is known.
+        progress: Called with the name of the next step.
 
     Raises:
         RemoSplatError: The capture shows no surface or no free space in the

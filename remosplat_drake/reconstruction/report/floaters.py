@@ -1,4 +1,4 @@
-"""Floaters: splats in space that cameras have looked through."""
+"""Floaters: splats in space that cameras have seen as free."""
 
 import dataclasses as dc
 
@@ -19,7 +19,7 @@ class Floaters:
         index: Indices in the splat, shape (n,).
         p_WK: Centres, shape (n, 3) [m].
         height: Distance from the centre to the nearest real surface, shape (n,)
-            [m]: the under-estimate of distances there.
+            [m]; by this, distances at the floater are too small.
     """
 
     index: np.ndarray
@@ -41,7 +41,7 @@ def find_floaters(
     min_views: int = 2,
     margin: float = 0.03,
 ) -> Floaters:
-    """Finds splats in space that some views have looked through.
+    """Finds splats in space that some views have seen as free.
 
     Args:
         splat_W: The splat in W.
@@ -50,11 +50,12 @@ def find_floaters(
         lower: Lower corner of a box in W, shape (3,) [m]; floaters outside are
             left out.
         upper: Upper corner of the box, shape (3,) [m].
-        min_opacity: Opacity below which splats disturb no oracle and do not
-            count.
-        min_views: Least number of views that have looked through the centre.
-        margin: Margin of `times_looked_through` [m]; surfaces nearer to a
-            floater than this show in the distance errors instead.
+        min_opacity: Splats with less opacity do not count, since oracles ignore
+            them.
+        min_views: Least number of views that have measured a surface behind the
+            centre.
+        margin: Margin of `times_looked_through` [m]; splats nearer to a surface
+            than this are included in the distance errors instead.
     """
     inside = ((splat_W.p_GK >= lower) & (splat_W.p_GK <= upper)).all(axis=1)
     candidate = np.flatnonzero(inside & (splat_W.opacities >= min_opacity))

@@ -1,6 +1,6 @@
 """Image quality: PSNR and SSIM of two colour images, without hidden pixels.
 
-Training maximises the same SSIM on torch's tensors, see `photometric_loss`.
+Training uses the same SSIM, but on torch's tensors, see `photometric_loss`.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ def psnr(
         hidden: Pixels that do not count, shape (h, w), bool; None: all count.
 
     Returns:
-        inf for equal images, NaN if no pixel counts.
+        The ratio [dB]; inf for equal images, NaN if no pixel counts.
     """
     error = _squares(image, target)
     if hidden is not None:
@@ -40,8 +40,8 @@ def structural_similarity(
 ) -> float:
     """Computes the mean SSIM of two images (Wang et al., 2004).
 
-    A pixel counts when its whole window of 11 x 11 pixels does and lies within
-    the image.
+    A pixel counts if its window of 11 x 11 pixels is in the image and has no
+    hidden pixel.
 
     Args:
         image: The rendered image, shape (h, w, 3), in [0, 1].

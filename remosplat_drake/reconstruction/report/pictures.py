@@ -1,4 +1,4 @@
-"""Captured views beside images of a splat from there."""
+"""Pairs of a captured view and the splat's image from the same camera."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Picture:
 
     Attributes:
         view: Index of the view in the capture.
-        rendered: The image that the splat shows from there.
+        rendered: The splat's image from the same camera.
         rgb: The captured sRGB colours, shape (h, w, 3), uint8.
         depth: The captured depth, shape (h, w) [m]; 0 where unknown.
     """
@@ -72,8 +72,8 @@ def score_pictures(
 
     Args:
         pictures: The views.
-        capture: The capture that they are from.
-        held_out: Whether these views were not trained on.
+        capture: The capture of these views.
+        held_out: Whether these views were not used for training.
     """
     ratios, similarities, depth_errors = [], [], []
     for picture in pictures:

@@ -16,8 +16,9 @@ class DistanceQuality:
         count: Number of points or spheres.
         median: Median of the absolute error [m].
         percentile_99: 99th percentile of the absolute error [m].
-        over: Largest over-estimate, which hides an obstacle [m].
-        under: Largest under-estimate, which invents one [m].
+        over: Largest over-estimate of a distance, which hides an obstacle [m].
+        under: Largest under-estimate of a distance, which invents an obstacle
+            [m].
     """
 
     count: int
@@ -58,7 +59,7 @@ def distance_quality(
 
 
 def summarize(error: np.ndarray) -> DistanceQuality:
-    """Sums up errors, measured minus true distances, shape (n,) [m]."""
+    """Summarises errors (measured minus true distances), shape (n,) [m]."""
     return DistanceQuality(
         count=len(error),
         median=float(np.median(np.abs(error))),

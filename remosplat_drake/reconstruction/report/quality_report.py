@@ -19,7 +19,7 @@ from remosplat_drake.reconstruction.alignment.alignment_summary import (
 )
 
 MAP_ERROR_MARGIN = 0.002
-"""Least length by which a stopping distance must exceed the map's error [m]."""
+"""A stopping distance must exceed the map's error by at least this [m]."""
 
 CAPTURE, HELD_OUT, TRUTH = "capture", "held-out views", "truth"
 """References of distances: measured depth, depth of held-out views, or known
@@ -83,7 +83,7 @@ class ImageScores(Config):
 
 @dc.dataclass
 class FloaterSummary(Config):
-    """Floaters: splats in space that cameras have looked through."""
+    """Floaters: splats in space that cameras have seen as free."""
 
     # Number of floaters.
     count: Count = 0
@@ -163,7 +163,7 @@ def page_path(splat: Path) -> Path:
 
 
 def pose_path(splat: Path) -> Path:
-    """Returns the path of the pose of the capture's world in the splat's frame.
+    """Returns the path of the file with the pose of the capture in the splat.
 
     There is no such file if the two frames are the same.
     """
@@ -173,12 +173,12 @@ def pose_path(splat: Path) -> Path:
 def write_report(
     splat: Path, report: QualityReport, folder: Path | None = None
 ):
-    """Writes a report beside the splat file that it is about.
+    """Writes the report of a splat file beside this file.
 
     Args:
         splat: The splat file.
         report: The report, into which the file's digest is written.
-        folder: Another folder to put it in; None: the splat's.
+        folder: Folder for the report; None: the splat's folder.
 
     Raises:
         FileError: The splat cannot be read or the report not written.
@@ -194,7 +194,7 @@ def read_report(splat: Path) -> QualityReport:
     """Reads the report of a splat file.
 
     Raises:
-        FileError: The report is missing, or the file is not a report, or it
+        FileError: The report is missing, or the file is not a report, or
             belongs to another splat.
         FieldError: A field is missing, unknown or unusable; the error names it.
     """
@@ -227,7 +227,7 @@ def file_digest(path: Path) -> str:
 
 
 def judge(report: QualityReport) -> str:
-    """Formats the verdict: reliable distances, and their limits."""
+    """Formats the verdict: errors of distances, and safe stopping distances."""
     reference = reference_of(report)
     judged = [d for d in report.distances if d.reference == reference]
     usual = max(d.percentile_99 for d in judged)
@@ -283,7 +283,7 @@ def judge(report: QualityReport) -> str:
 
 
 def reference_of(report: QualityReport) -> str:
-    """Returns the best reference that a report compares distances with."""
+    """Returns the best reference of distances in a report."""
     known = {d.reference for d in report.distances}
     return next(
         r for r in (TRUTH, HELD_OUT, CAPTURE) if r in known or r == CAPTURE
@@ -295,7 +295,7 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
     Args:
         report: The report of a map.
-        oracle: Name of the oracle, which subtracts the splats' uncertainty.
+        oracle: Name of the oracle; it subtracts the splats' uncertainty.
     """
     best = reference_of(report)
     for row in report.distances:

@@ -1,7 +1,7 @@
 """Colour and depth images of a splat through any pinhole camera (numba).
 
-Neither a GPU nor a training framework is needed to view a reconstruction. Pixel
-for pixel these images equal those of `splat_image_reference.render`.
+So neither a GPU nor a training framework is needed to view a reconstruction.
+The images equal those of `splat_image_reference.render`, pixel for pixel.
 """
 
 import dataclasses as dc
@@ -28,7 +28,7 @@ from remosplat_drake.oracle.kernels.outlines import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 NEAR, FAR = 0.01, 100.0
-"""Depths z between which fragments are seen [m]."""
+"""Least and largest depth z of visible fragments [m]."""
 
 SENSOR = DepthSensor(near=NEAR, far=FAR)
 """The oracle's definition of a fragment (3 sigma, alpha >= 1/255)."""
@@ -42,8 +42,8 @@ class SplatImage:
 
     Attributes:
         color: Expected colour over black, shape (h, w, 3), float32.
-        depth: Median depth z in C, shape (h, w), float32 [m]; 0 where half
-            of the light or more passes everything.
+        depth: Median depth z in C, shape (h, w), float32 [m]; 0 where the
+            splats absorb less than half of the light.
         alpha: Accumulated alpha, shape (h, w), float32.
     """
 
@@ -75,9 +75,9 @@ class SplatRenderer:
     Args:
         splat_W: The scene, expressed in W.
         low_pass_filter: Whether to use the screen-space filter of 2DGS (after
-            Botsch et al., 2005), with which splats are usually trained: no
-            splat appears smaller than a dot of about a pixel, and such a dot
-            has the depth of its centre.
+            Botsch et al., 2005), with which splats are usually trained. With
+            it, every splat covers at least a dot of about a pixel, which has
+            the depth of the splat's centre.
     """
 
     def __init__(self, splat_W: GaussianSplat, *, low_pass_filter: bool = True):

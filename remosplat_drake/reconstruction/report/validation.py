@@ -1,10 +1,11 @@
 """Cross-validation: errors of a map at surfaces of held-out views.
 
-Blocks of consecutive views are held out, a map is made from the rest, and is
-compared with the surfaces in the held-out views. A field that changes by at
-most s when the query moves by s over-estimates nowhere by more than its value
-at a surface point. So any distance at a measured point is an over-estimate.
-After subtraction of the discs' uncertainty, it is the excess.
+Blocks of consecutive views are held out. A map is made from the other views,
+and compared with the surfaces in the held-out views. At a measured surface
+point, the true distance is zero, so the map's distance is its over-estimate
+there. As the map's distance changes by at most s over a length s, it
+over-estimates the distance from this surface point nowhere by more. The excess
+is the over-estimate after subtraction of the discs' uncertainty.
 """
 
 import dataclasses as dc
@@ -48,33 +49,37 @@ LEAST_VIEWS = 24
 """Least number of views of a capture for cross-validation."""
 
 UNFORESEEN = 2.8
-"""Factor of over-estimates, for surfaces that no held-out view has seen. It was
-chosen on 27 captures of the study `true_maps`, split `develop`."""
+"""The verdict multiplies over-estimates by this, for surfaces that no held-out
+view shows. It was chosen on 27 captures of the study `true_maps`, split
+`develop`."""
 
 _LOOKS = 2
-"""Least number of the map's views that could have seen a point that counts."""
+"""A point counts if at least this number of the map's views could have seen
+it."""
 
 _HIDDEN = 0.02
-"""A view could have seen a point that is behind its measured surface by no more
-than this [m]."""
+"""A view could have seen a point if the point is at most this far behind the
+surface that the view measured [m]."""
 
 NEAREST = 0.03
-"""Least distance of a robot sphere's centre from a surface [m]."""
+"""Distance from a surface at which depth views are evaluated: the least
+distance of a robot sphere's centre [m]."""
 
 _ASIDE = 0.7
-"""Sideways offset of a depth view, as a fraction of that backwards."""
+"""Sideways offset of a depth view from a surface point, as a fraction of its
+offset towards the cameras."""
 
 _WORST, _SPREAD = 400, 1000
-"""Points at which depth views are judged: the worst of ellipsoids, and others
-spread over all."""
+"""Depth views are evaluated at this number of points at which ellipsoids are
+worst, and at this number of evenly chosen points."""
 
 _SWEEPS, _LEAST_DISCS = 4, 1000
-"""Settings for the refinement, and for the discs, of a map that is made for
-evaluation."""
+"""Number of refinement sweeps, and least number of discs, of a map that is made
+for evaluation."""
 
 _AROUND, _WITNESSES = 0.02, 3
-"""An error must occur at three measured points within 2 cm, since one may be a
-flying pixel."""
+"""An error counts if this number of measured points within this distance [m]
+have it; a single one may be a flying pixel."""
 
 
 _NOTHING = 1.0  # Distance by an oracle without a surface in range [m].
@@ -85,11 +90,11 @@ class Validation:
     """Errors of a map at n points of held-out surfaces.
 
     Attributes:
-        oracle: Name of the oracle whose distances they are.
+        oracle: Name of the oracle that measured the distances.
         p_W: The points in W, shape (n, 3) [m].
-        over: Over-estimates of distances there, shape (n,) [m].
+        over: Over-estimates of distances at the points, shape (n,) [m].
         excess: Over-estimates minus the discs' uncertainty, shape (n,) [m];
-            negative if that is larger.
+            negative if the uncertainty is larger.
     """
 
     oracle: str
@@ -114,10 +119,11 @@ class Validation:
     def verdict(self) -> float:
         """Bound on over-estimates of the map [m].
 
-        It is `UNFORESEEN` times the largest over-estimate: a quarter of the
-        views measures only its own surfaces. The discs' uncertainty is not
-        subtracted, since otherwise a worse capture with less certain discs
-        would get a better verdict; but the excess over it counts.
+        It is `UNFORESEEN` times the largest over-estimate, since the held-out
+        views show only a part of all surfaces. The discs' uncertainty is not
+        subtracted, because otherwise a worse capture with less certain discs
+        would get a better verdict. But if the excess over the uncertainty gives
+        a larger bound, it counts.
         """
         least = UNFORESEEN * max(self.largest_over, 0.0)
         return max(borne_out(self.p_W, self.excess), least)
@@ -133,8 +139,8 @@ class Validations:
     """The errors of each oracle on one map.
 
     Attributes:
-        ellipsoids: Those of the distances to ellipsoids; None: not measured.
-        depth_views: Those of depth views; None: not measured.
+        ellipsoids: Errors of distances to ellipsoids; None: not measured.
+        depth_views: Errors of distances by depth views; None: not measured.
     """
 
     ellipsoids: Validation | None = None
@@ -142,7 +148,7 @@ class Validations:
 
     @property
     def of_oracles(self) -> list[Validation]:
-        """Those that were measured."""
+        """The errors of the oracles that were measured."""
         both = self.ellipsoids, self.depth_views
         return [each for each in both if each is not None]
 
@@ -150,14 +156,16 @@ class Validations:
 def left_out(views: int) -> np.ndarray:
     """Selects held-out views: blocks of consecutive views.
 
-    Consecutive views share pose errors and viewing directions. A single view
-    among its neighbours would underestimate the errors.
+    Consecutive views have similar pose errors and viewing directions. Single
+    held-out views would therefore agree too well with their neighbours, and the
+    errors would be underestimated.
 
     Args:
         views: Number of views of the capture.
 
     Returns:
-        A mask of the views, shape (n,); none of a capture of few views.
+        A mask of the views, shape (n,); all False if the capture has too few
+        views.
     """
     mask = np.zeros(views, bool)
     if views < LEAST_VIEWS:
@@ -176,10 +184,10 @@ def cross_validate(
     initialisation: InitialisationConfig | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> Validations:
-    """Makes a map without some of the views, and measures its errors there.
+    """Makes a map without some of the views, and measures its errors at them.
 
-    It is made on the CPU, with half as many discs and fewer sweeps than the
-    real map, so it is not better.
+    This map is made on the CPU, with half as many discs and fewer sweeps than
+    the real map, so its errors are not smaller.
 
     Args:
         capture: All views, refined.
@@ -189,7 +197,7 @@ def cross_validate(
         report: Called with the progress.
 
     Returns:
-        The errors of each oracle; none of a capture of too few views.
+        The errors of each oracle; empty if the capture has too few views.
     """
     judges = left_out(len(capture))
     if not judges.any():
@@ -294,15 +302,15 @@ def _before(
 
 
 def borne_out(p_W: np.ndarray, error: np.ndarray) -> float:
-    """Returns the largest error that several neighbours have [m].
+    """Returns the largest error that several neighbouring points share [m].
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        error: Their errors, shape (n,) [m].
+        error: Errors at the points, shape (n,) [m].
 
     Returns:
-        The largest number that `_WITNESSES` points near each other reach; -inf
-        without such points.
+        The largest value that the errors of `_WITNESSES` neighbouring points
+        reach; -inf without such points.
     """
     if len(p_W) < _WITNESSES:
         return -np.inf

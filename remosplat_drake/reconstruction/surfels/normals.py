@@ -1,7 +1,8 @@
 """Surface normals from a depth image.
 
-Depth has steps of a millimetre, which near neighbours turn into slopes. So a
-normal is spanned by neighbours as far apart as the surface is smooth.
+Depth is rounded to millimetres, so close neighbouring pixels would give wrong
+slopes. A normal is therefore computed from the most distant neighbours between
+which the surface is smooth.
 """
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
 
 REACHES = (4, 2, 1)
-"""Distances to the neighbours that span a normal, best first [pixels]."""
+"""Distances to the neighbours that determine a normal, best first [pixels]."""
 
 MAX_BEND = 0.25
 """Largest bend of a surface that has a normal; a larger one is an edge.

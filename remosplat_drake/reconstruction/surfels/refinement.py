@@ -1,10 +1,10 @@
 """Refinement of a splat without a GPU: surfels fitted to all depth images.
 
-Depth images measure surfaces directly, so a splat for distances needs no
-rendering to be optimised. Sweeps over the views move every surfel along its
-normal onto the plane that fits the depth of all views best (moving least
-squares with robust weights); then its disc is cut where views look past it, and
-discs that views look through are removed. Colours are robust means.
+Depth images measure surfaces directly, so a splat that is used for distances
+can be optimised without rendering. Sweeps over the views move every surfel
+along its normal onto the plane that best fits the depth of all views (moving
+least squares with robust weights). Then its disc is cut off at edges of the
+surface, and discs in free space are removed. Colours are robust means.
 """
 
 import dataclasses as dc
@@ -103,8 +103,8 @@ def refine(
         capture: Posed RGB-D images.
         surfels: Surfels at which the discs start.
         config: Settings; None takes the defaults.
-        report: Called after every view with the number of passes over a view
-            that are done and the largest number of them.
+        report: Called after every view with the number of views that have been
+            processed, over all sweeps, and the largest possible number.
 
     Returns:
         The splat, in the capture's world frame.

@@ -1,4 +1,4 @@
-"""Free space that views have looked through, and surfaces in it."""
+"""Removes discs in free space, and restores discs of lost surfaces."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -8,19 +8,20 @@ from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _HOLE = 1.6
-"""Distance in standard deviations of a former disc within which another centre
-must be; otherwise there is a hole."""
+"""There is a hole if no disc's centre is within this number of standard
+deviations of a former disc."""
 
 _ENOUGH_VIEWS = 2
-"""Number of views that must look through a disc to remove it."""
+"""Number of views that must measure a surface behind a disc before it is
+removed."""
 
 _FREE = 0.03
-"""A disc that views looked through is a floater where no other disc is nearer
-than this; else views only disagree by a little about one surface [m]."""
+"""A disc in free space is a floater only if no other disc is nearer than this.
+Otherwise views only disagree slightly about one surface [m]."""
 
 
 def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
-    """Removes discs in space that views have looked through.
+    """Removes discs in space that views have seen as free.
 
     Args:
         capture: Posed RGB-D images.
@@ -38,19 +39,20 @@ def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
 def fill_holes(
     capture: Capture, splat: GaussianSplat, before: GaussianSplat
 ) -> GaussianSplat:
-    """Puts back discs where an optimisation lost a surface.
+    """Restores discs on surfaces that an optimisation has lost.
 
-    Surfaces seen only at a grazing angle, or at different positions by views
-    with wrong poses, may fade or be merged. A hole hides an obstacle, so such
-    discs are put back as they were, unless views looked through them.
+    The discs of a surface may fade or be merged if it was seen only at a
+    grazing angle, or at different positions by views with wrong poses. The hole
+    would hide an obstacle, so the former discs are restored, unless views have
+    measured surfaces behind them.
 
     Args:
         capture: Posed RGB-D images.
-        splat: The splat that an optimisation has made of `before`; in W.
-        before: The splat at which it started; in W.
+        splat: The optimised splat, in W.
+        before: The splat before the optimisation, in W.
 
     Returns:
-        The splat with the discs that were put back.
+        The optimised splat with the restored discs.
     """
     apart, _ = KDTree(splat.p_GK).query(before.p_GK)
     lost = np.flatnonzero(apart > _HOLE * before.scales.max(axis=1))

@@ -1,8 +1,9 @@
 """Extent of the surface around a surfel, from votes in its plane.
 
-A disc that reaches beyond an edge makes distances too short, one that ends
-before it makes them too long. So where views look past a surfel, the edges
-are found as straight lines in its plane, and the disc is fitted between them.
+A disc that extends beyond an edge makes distances too short; a disc that ends
+before the edge makes them too long. So if views show free space beside a
+surfel, the edges are found as straight lines in its plane, and the disc is
+fitted between them.
 """
 
 import dataclasses as dc
@@ -13,11 +14,11 @@ import numpy as np
 from remosplat_drake.reconstruction.surfels.surfel_gathering import GRID
 
 _TURNS = 12
-"""Directions of edges that are tried, over a right angle."""
+"""Number of edge directions that are tried, over a right angle."""
 
 _BAND = 0.35
-"""Edges are sought in a band of this half width through the centre, as a
-fraction of the grid's."""
+"""Half width of the band through the centre in which edges are sought, as a
+fraction of the grid's half width."""
 
 _MIN_VOTES = 0.3
 """Least number of votes beyond an edge."""
@@ -32,8 +33,8 @@ class Extents:
     Attributes:
         turn: Angle of the edges' frame in the tangent plane, shape (n,) [rad].
         edge: Distance of the edge from the centre along that frame's axes x,
-            -x, y, -y, shape (n, 4) [m]; negative where the centre is beyond
-            it, inf without one.
+            -x, y, -y, shape (n, 4) [m]; negative if the centre is beyond the
+            edge, inf if there is no edge.
         solid: Mean number of votes for a surface in the cells within the edges,
             shape (n,).
         free: Mean number of votes for free space in these cells, shape (n,).
@@ -99,13 +100,13 @@ def fit_discs(
         extents: The edges.
         p_WK: Centres, shape (n, 3) [m].
         R_WK: Tangent frames, shape (n, 3, 3).
-        reach: Semi-axis of a disc without edges, shape (n,) [m]. It reaches a
-            little farther for an edge, and along one, where it has fewer
-            neighbours to overlap with.
+        reach: Semi-axis of a disc without edges, shape (n,) [m]. At and along
+            an edge, a disc extends a little farther, since it overlaps with
+            fewer neighbours there.
 
     Returns:
-        Centres (n, 3) [m], orientations (n, 3, 3) and semi-axes (n, 2) [m];
-        the axes may be negative: then the disc lies beyond the edge.
+        Centres (n, 3) [m], orientations (n, 3, 3) and semi-axes (n, 2) [m]; an
+        axis is negative if the disc is beyond the edge.
     """
     far = 1.35 * reach[:, None]
     near_edge = extents.edge < far

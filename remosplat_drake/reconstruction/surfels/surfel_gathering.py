@@ -1,4 +1,4 @@
-"""Evidence of depth images around each surfel: planes, colours, votes (numba).
+"""Sums of depth images around each surfel: planes, colours, votes (Numba).
 
 `surfel_gathering_reference` is the slow, readable reference.
 """
@@ -67,8 +67,8 @@ class DepthNoise(NamedTuple):
     Attributes:
         floor: Standard deviation of the depth near the camera [m].
         growth: Growth of the standard deviation with z^2 [1/m].
-        min_cosine: Surfels that a view sees more slantingly than this cosine
-            are left out.
+        min_cosine: A surfel is ignored in views in which the cosine of its
+            angle of incidence is less than this.
         color_step: Difference of colour at which a sample's weight is halved.
     """
 
@@ -78,7 +78,7 @@ class DepthNoise(NamedTuple):
     color_step: float
 
     def deviation(self, z: np.ndarray) -> np.ndarray:
-        """Returns the standard deviation of depths z, alike in shape [m]."""
+        """Returns the standard deviation of depths z, of the same shape [m]."""
         return self.floor + self.growth * z**2
 
 
@@ -99,20 +99,23 @@ def make_view(capture: Capture, i: int) -> DepthView:
 def gather_planes(patches, view, noise, tolerance, planes, colors):
     """Adds a view's points near each patch to the patch's sums.
 
-    A pixel's point with tangential coordinates a, b and height h counts with
-    w = cos^2 (1 - (a^2 + b^2) / radius^2) / ((1 + (h / c)^2)^2 sigma^2): sigma
-    is the noise of its depth, cos the view's slant, and c the larger of
-    `tolerance` and 3 sigma (the weight of Geman and McClure, 1985).
+    A pixel's point with tangential coordinates a, b and height h has the weight
+
+    w = cos^2 (1 - (a^2 + b^2) / radius^2) / ((1 + (h / c)^2)^2 sigma^2),
+
+    where sigma is the noise of its depth, cos the cosine of the angle of
+    incidence, and c the larger of `tolerance` and 3 sigma (Geman and McClure,
+    1985).
 
     Args:
         patches: The patches.
         view: The view.
-        noise: The noise of its depth.
+        noise: The noise of the view's depth.
         tolerance: Heights up to this belong to the surface [m].
         planes: Sums of w times 1, a, b, a a, a b, b b, h, a h, b h,
             (h / sigma)^2, shape (n, PLANE_SUMS).
-        colors: Sums of weighted RGB and of the weights, with robust weights,
-            too, shape (n, COLOR_SUMS).
+        colors: Sums of weighted RGB and of the weights, with and without robust
+            weighting, shape (n, COLOR_SUMS).
     """
     for i in range(len(patches.p_WK)):
         window, cosine = _window(patches, i, view, noise)
@@ -141,16 +144,16 @@ def gather_votes(patches, view, noise, tolerance, solid, free):
     """Adds a view's votes for each patch's surface and for free space.
 
     The ray of a pixel meets a patch's plane in one cell of a grid over the
-    window. If the measured point is within c of the plane, the cell gets a vote
-    for a surface; if it is more than 1.5 c behind, a vote for free space; if it
-    is in front, the cell is occluded and gets none. c is the larger of
-    `tolerance` and 2 sigma along the normal. A view has one vote a cell, shared
-    by its pixels.
+    window. Let c be the larger of `tolerance` and 2 sigma along the normal. If
+    the measured point is within c of the plane, the cell receives a vote for a
+    surface. If the point is more than 1.5 c behind the plane, the cell receives
+    a vote for free space. If it is in front, the cell is occluded and receives
+    no vote. Each view has one vote for each cell, which its pixels share.
 
     Args:
         patches: The patches.
         view: The view.
-        noise: The noise of its depth.
+        noise: The noise of the view's depth.
         tolerance: Heights up to this belong to the surface [m].
         solid: Votes for a surface, by tangential cell, shape (n, GRID, GRID).
         free: Votes for free space, shape (n, GRID, GRID).

@@ -1,4 +1,4 @@
-"""The definition of `surfel_gathering`, slow and readable, in NumPy."""
+"""Reference of `surfel_gathering`: slow and readable, in NumPy."""
 
 import numpy as np
 

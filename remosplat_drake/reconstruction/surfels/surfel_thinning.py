@@ -1,4 +1,4 @@
-"""Thinning of surfels where several have moved onto the same place."""
+"""Thinning of surfels at places onto which several surfels have moved."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -6,7 +6,8 @@ from scipy.spatial import KDTree
 from remosplat_drake.reconstruction.surfels.surfels import Surfels
 
 _FAINT = 0.1
-"""A surfel with less than this fraction of another's weight is faint."""
+"""A surfel is faint relative to another one if it has less than this fraction
+of the other one's weight."""
 
 
 def uncrowded(
@@ -14,14 +15,15 @@ def uncrowded(
 ) -> np.ndarray:
     """Selects the most certain of crowded surfels (non-maximum suppression).
 
-    A faint one, with little information from views, is removed if a well-known
-    one is within its spacing, since its normal is unreliable.
+    A faint surfel, about which views contain little information, is removed if
+    a well-known surfel is within its spacing, since its normal is unreliable.
 
     Args:
         surfels: The n surfels.
-        weight: Information about each, see `refine`, shape (n,).
-        crowding: Of surfels that face the same way and are nearer than this
-            fraction of their spacing, one is kept.
+        weight: Information from views about each surfel, see `refine`, shape
+            (n,).
+        crowding: If surfels with similar normals are nearer to each other than
+            this fraction of their spacing, one of them is kept.
 
     Returns:
         Which surfels are kept, shape (n,), bool.
@@ -50,7 +52,7 @@ def uncrowded(
 
 
 def with_spacing(surfels: Surfels, kept: np.ndarray) -> Surfels:
-    """Returns the kept surfels, with the spacing that they have now."""
+    """Returns the selected surfels, with their new spacing."""
     p_WK, least = surfels.p_WK[kept], surfels.spacing[kept]
     neighbors, _ = KDTree(p_WK).query(p_WK, k=min(4, len(p_WK)))
     spacing = neighbors[:, 1:].mean(axis=1)

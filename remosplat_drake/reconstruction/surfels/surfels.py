@@ -1,8 +1,8 @@
-"""Surfels (oriented points) from RGB-D images, at which training starts.
+"""Makes surfels (oriented points) from RGB-D images, the start of training.
 
 Every pixel with a depth is a point on a surface, with a normal from its
-neighbours. Pooling those points in voxels gives an even cover of what the
-camera saw, as fine as a wanted number of surfels allows.
+neighbours. These points are averaged in voxels, so that the measured surfaces
+are evenly covered, as finely as the wanted number of surfels allows.
 """
 
 import dataclasses as dc
@@ -32,7 +32,7 @@ class Surfels:
 
     Attributes:
         p_WK: Centres, shape (n, 3) [m].
-        normal_W: Unit normals on the side the camera saw, shape (n, 3).
+        normal_W: Unit normals, towards the camera, shape (n, 3).
         colors: RGB in [0, 1], shape (n, 3).
         spacing: Mean distance to the three nearest others, shape (n,) [m].
     """
@@ -57,11 +57,11 @@ def surfels_from_capture(
     Args:
         capture: Posed RGB-D images.
         count: Largest number of surfels; the result has nearly as many.
-        focus: A point in W around which the cover is finest, shape (3,) [m];
-            its spacing doubles with every doubling of the distance beyond 0.6
-            m. None: the cover is equally fine everywhere.
-        stride: Every stride-th row and column of the images is used; fewer
-            where that would be too many pixels.
+        focus: A point in W around which the spacing is smallest, shape (3,)
+            [m]. Beyond 0.6 m, the spacing doubles with every doubling of the
+            distance. None: the spacing is the same everywhere.
+        stride: Every stride-th row and column of the images is used, or fewer
+            if there are too many pixels.
 
     Raises:
         RemoSplatError: The capture has no depth with a normal.
@@ -92,12 +92,13 @@ def surfels_from_capture(
 def splat_of_surfels(
     surfels: Surfels, scale: float = 0.6, opacity: float = 0.95
 ) -> GaussianSplat:
-    """Makes a splat of one disc a surfel, without training or a GPU.
+    """Makes a splat with one disc per surfel, without training or a GPU.
 
     Args:
         surfels: The surfels, at which the discs are.
-        scale: Standard deviation of a disc over its surfel's spacing; with
-            0.6 discs overlap just enough for a view to find no gaps.
+        scale: Standard deviation of a disc, as a multiple of its surfel's
+            spacing. With 0.6, discs overlap just enough that no gaps are
+            visible.
         opacity: Opacity of every disc.
     """
     n = len(surfels)

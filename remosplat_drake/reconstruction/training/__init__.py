@@ -1,1 +1,1 @@
-"""Training of a splat's discs on images; the only part that needs torch."""
+"""Training of a splat's discs on images; only this folder needs torch."""

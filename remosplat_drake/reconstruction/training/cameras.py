@@ -1,9 +1,9 @@
 """`Cameras`: small errors of the cameras, as unknowns of the training.
 
 A view's true pose is R_WC = exp(theta_W) R_given, p_WC = p_given + t_W, as in
-`alignment.perturbation`. All views have one lens, a matrix L by which pixels
-are K L r for a ray r = (x, y, 1), and one curve of the depth,
-z = offset + (1 + scale) z_given + growth z_given².
+`alignment.perturbation`. All views share the same lens, a matrix L with which a
+ray r = (x, y, 1) has the pixel K L r. They also share the same depth curve, z =
+offset + (1 + scale) z_given + growth z_given².
 """
 
 import dataclasses as dc
@@ -33,14 +33,14 @@ from remosplat_drake.reconstruction.training.views import Views
 class CameraDeviations:
     """Prior standard deviations of cameras' errors.
 
-    Zero means that a number is exact.
+    A deviation of zero means that the parameter is exact.
 
     Attributes:
         turn: Rotation of a view, about each axis [rad].
         shift: Position of a view, along each axis [m].
-        camera: Parameters that all views share: focal lengths, principal point,
-            and scale, offset and growth of the depth; all others count as
-            exact.
+        camera: Deviations of parameters that all views share: focal lengths,
+            principal point, and scale, offset and growth of the depth. Other
+            parameters are assumed exact.
     """
 
     turn: float = 0.01
@@ -51,19 +51,19 @@ class CameraDeviations:
 class Cameras(nn.Module):
     """The errors of the cameras of v views, all zero at first.
 
-    Parameters are in units of their standard deviations: one learning rate
+    Parameters are in units of their standard deviations. So one learning rate
     suits millimetres, pixels and angles, and the prior is a sum of squares.
 
     Args:
         X_WC: Given poses, shape (v, 4, 4).
         deviations: Standard deviations of the errors.
-        trained: Mask of the trained views, which define W, see `hold_frame`,
-            shape (v,), bool.
+        trained: Mask of the views used in training, which define W (see
+            `hold_frame`), shape (v,), bool.
 
     Attributes:
         poses: theta_W and t_W of each view, (v, 6).
-        lens: Logarithms of the growth of f_x and f_y, then the shift of the
-            principal point in units of f_x and f_y, (4,).
+        lens: Logarithms of the factors of f_x and f_y, then the shift of the
+            principal point as a fraction of f_x and f_y, (4,).
         depth: Scale, offset and growth of the depth, (3,).
     """
 
@@ -114,7 +114,7 @@ class Cameras(nn.Module):
         return errors
 
     def corrected(self, views: Views, index: Tensor) -> Views:
-        """Returns views with their true cameras, differentiable in all errors.
+        """Returns views with corrected cameras, differentiable in all errors.
 
         Args:
             views: k views with the given cameras.
@@ -134,9 +134,10 @@ class Cameras(nn.Module):
         )
 
     def prior(self, index: Tensor) -> Tensor:
-        """Computes the mean -log p of the errors of some views.
+        """Computes the mean negative log prior of the errors of some views.
 
-        The lens and the depth have the weight of one of the v views.
+        The prior of the shared lens and depth errors has the weight of one of
+        the v views.
 
         Args:
             index: The views, shape (k,).
@@ -147,11 +148,11 @@ class Cameras(nn.Module):
 
     @torch.no_grad()
     def hold_frame(self):
-        """Removes the common rotation, translation and scale of trained views.
+        """Removes the trained views' common rotation, translation and scale.
 
-        If all discs move with the cameras, they fit equally well, so images do
-        not determine this common motion. The scale of the given positions is
-        that of the map: a smaller world would have smaller losses.
+        Images do not determine a motion that all cameras and discs have in
+        common. The scale of the given positions is kept, too, since otherwise
+        training would shrink the world: a smaller world has smaller losses.
         """
         self.poses -= self.poses[self._trained].mean(dim=0)
         arms, t_W = self._arms[self._trained], self.poses[self._trained, 3:]
@@ -160,7 +161,7 @@ class Cameras(nn.Module):
 
     @torch.no_grad()
     def capture(self, given: Capture) -> Capture:
-        """Returns the capture of all v views with their true cameras."""
+        """Returns the capture of all v views with corrected cameras."""
         motion = self.motion.cpu().double().numpy()
         moved = dc.replace(given, X_WC=perturbed(given.X_WC, motion))
         return corrected(moved, self.errors)

@@ -1,4 +1,4 @@
-"""`Discs`: the parameters that training turns into a 2DGS splat."""
+"""`Discs`: the parameters of a 2DGS splat that training optimises."""
 
 import math
 
@@ -11,7 +11,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class Discs(nn.Module):
-    """n discs K as raw parameters, with their activations as properties.
+    """n discs K as unconstrained parameters; properties are their values.
 
     Args:
         splat: The surfel splat in W at which the discs start.

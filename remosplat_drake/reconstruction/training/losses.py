@@ -1,9 +1,9 @@
 """Losses of training: images, surfaces, free space, opaque discs.
 
-Images alone leave depth uncertain. So two kinds of losses use the depth images.
-For discs: each visible one must lie on the measured surface and have its
-normal, and none may lie in space that the view looked through. For pixels: the
-disc at which a ray ends must contain the measured point.
+Colour images alone leave depth uncertain. So two kinds of losses use the depth
+images. The losses of discs: each visible disc must be on the measured surface
+and have its normal, and no disc may be in free space. The losses of pixels: the
+disc at which a pixel's ray ends must contain the measured point.
 """
 
 import torch
@@ -33,7 +33,7 @@ def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
 
 
 def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
-    """Computes the depth z at which rays meet the discs that they end at.
+    """Computes the depths z at which rays meet the discs at which they end.
 
     Differentiable in centres and orientations.
 
@@ -43,8 +43,8 @@ def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
         median: Index of each pixel's disc, see `Rendered`, (v, h, w).
 
     Returns:
-        Shape (v, h, w) [m]; NaN where a ray ends nowhere or runs along its
-        disc.
+        Shape (v, h, w) [m]; NaN where a ray ends at no disc, or is parallel to
+        its disc.
     """
     p_CK, normal_C = _in_cameras(discs, views)
     view = torch.arange(len(views), device=median.device)[:, None, None]
@@ -59,11 +59,12 @@ def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
 def depth_loss(
     discs: Discs, views: Views, rendered: Rendered, margin: float
 ) -> Tensor:
-    """Computes the mean distance of measured points from their rays' discs [m].
+    """Computes the mean distance [m] of measured points from rendered discs.
 
-    It is the error of the ray-splat depth, resolved along the disc's normal:
-    at grazing rays a small tilt is a large depth. Errors beyond the margin
-    belong to another surface and count as the margin.
+    It is the error of the ray-splat depth, projected onto the disc's normal,
+    since a small tilt of a disc is a large error of depth at a grazing ray.
+    Larger errors than the margin come from another surface, and count as the
+    margin.
     """
     p_CK, normal_C = _in_cameras(discs, views)
     known = (views.depth > 0) & (rendered.median != NO_DISC)
@@ -77,18 +78,18 @@ def depth_loss(
 def disc_losses(
     discs: Discs, views: Views, margin: float
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Computes how far the discs disagree with depth images.
+    """Computes the disagreement of discs with depth images.
 
     Args:
         discs: The n discs.
         views: The depth images.
         margin: Difference of depth within which a disc belongs to a surface
-            [m]; one that is nearer to the camera hangs in free space.
+            [m]; a disc that is nearer to the camera than this is in free space.
 
     Returns:
-        Sums over the discs divided by n, averaged over the views: distance to
-        the surface's tangent plane [m]; 1 - |cos| of the angle to its normal;
-        opacity in free space.
+        Three losses, averaged over discs and views: distance to the surface's
+            tangent plane [m]; 1 - |cos| of the angle to its normal; opacity in
+            free space.
     """
     count = len(discs) * len(views)
     height, width = views.depth.shape[1:]
@@ -122,7 +123,7 @@ def disc_losses(
 def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
     """Computes the mean transmittance of pixels that show a surface.
 
-    It is 0 without any such pixel.
+    It is 0 if there is no such pixel.
     """
     known = views.depth > 0
     return (1 - rendered.alpha)[known].sum() / known.sum().clamp(min=1)

@@ -15,7 +15,7 @@ NEAR = 0.01
 """Least depth of a disc's centre for the disc to be drawn [m]."""
 
 NO_DISC = -1
-"""Index of a pixel that no disc is the median of."""
+"""Value of `Rendered.median` at pixels without a median disc."""
 
 
 class Rendered(NamedTuple):
@@ -25,7 +25,7 @@ class Rendered(NamedTuple):
         image: Colours, (v, h, w, 3).
         alpha: Accumulated opacity, (v, h, w).
         median: Index of the disc at which more than half of the light is
-            absorbed, (v, h, w); `NO_DISC` where that never happens.
+            absorbed, (v, h, w); `NO_DISC` if there is no such disc.
     """
 
     image: Tensor
@@ -41,8 +41,9 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
     """Renders all discs into all views.
 
     gsplat's own median depth is that of the disc's centre (gsplat issue 477).
-    So each disc carries its index as a fourth colour, of which gsplat then
-    picks the median; `ray_splat_depth` meets that disc with the pixel's ray.
+    So each disc has its index as a fourth colour, and gsplat returns the index
+    of the median disc. `ray_splat_depth` then intersects this disc with the
+    pixel's ray.
 
     Raises:
         MissingExtraError: gsplat is not installed.

@@ -1,6 +1,6 @@
-"""The definition of `rasterization.rasterize`, slow and readable, in torch.
+"""Reference of `rasterization.rasterize`: slow and readable, in torch.
 
-Every disc meets every pixel, so it is for small scenes only.
+It evaluates every disc at every pixel, so it is suitable only for small scenes.
 """
 
 import torch

@@ -1,7 +1,7 @@
 """Training a 2DGS splat from an RGB-D capture.
 
-The number of discs is fixed: depth already gives the surfaces, so no discs are
-added, and discs that contradict images or depth fade and are removed at the
+No discs are added, since the initial discs already cover the surfaces in the
+depth images. Discs that contradict images or depth fade, and are removed at the
 end.
 """
 
@@ -100,8 +100,9 @@ class TrainingConfig:
 
 
 CAMERA_TRAINING = TrainingConfig(refine_cameras=True, batch=8, center_rate=2e-4)
-"""Settings for cameras as unknowns: more views determine a common lens better,
-and the cameras' errors are in the discs, which have to move with them."""
+"""Settings for training with the cameras as unknowns. Steps use more views,
+which determine a common lens better. Discs may move farther, since the initial
+discs contain the errors of the cameras."""
 
 
 @dc.dataclass(frozen=True)
@@ -158,8 +159,8 @@ def train(
         capture: Posed RGB-D images.
         start: The surfel splat in the capture's W at which the discs start.
         config: Settings; None takes the defaults.
-        held_out: Views, shape (n,), bool, that are not trained on but decide
-            when to stop; without them all steps are run.
+        held_out: Mask of views, shape (n,), bool, that are not used for
+            training but determine when it stops; None: all steps are run.
         checkpoint: A file to which the state is saved at every evaluation of
             the held-out views; an interrupted training continues from it.
         report: Called with the progress every ten steps.
@@ -169,7 +170,7 @@ def train(
     Raises:
         MissingExtraError: gsplat is not installed.
         RemoSplatError: There is no CUDA device.
-        FileError: The checkpoint belongs to another training or is unreadable.
+        FileError: The checkpoint belongs to another training, or is unreadable.
     """
     config = config or TrainingConfig()
     if device == "cuda" and not torch.cuda.is_available():
@@ -191,7 +192,7 @@ def train(
 def train_without_holes(
     capture: Capture, start: GaussianSplat, *arguments, **options
 ) -> Trained:
-    """Fits discs to a capture, and puts discs back where it lost a surface.
+    """Fits discs to a capture, and restores discs on surfaces that were lost.
 
     Arguments are those of `train`; see `fill_holes`.
     """
@@ -232,7 +233,7 @@ class _Training:
 
     @property
     def is_finished(self) -> bool:
-        """Whether all steps are done, or the last ones made no progress."""
+        """Whether all steps are done, or recent steps made no progress."""
         return (
             self.progress.step >= self._config.steps
             or self._idle >= self._config.patience
@@ -280,7 +281,7 @@ class _Training:
 
     @torch.no_grad()
     def look(self):
-        """Evaluates the held-out views, and whether their loss falls."""
+        """Evaluates held-out views; records whether their loss decreases."""
         if not len(self._held_out):
             return
         each = [self._loss(torch.tensor([i])).item() for i in self._held_out]
@@ -291,7 +292,7 @@ class _Training:
         self._idle = 0 if gained else self._idle + 1
 
     def result(self) -> Trained:
-        """The present splat, and the cameras that it fits."""
+        """The present splat, and the cameras to which it is fitted."""
         splat = self.discs.splat(self._config.min_opacity)
         if not self._config.refine_cameras:
             return Trained(splat, self.progress, self._capture, np.zeros(COUNT))
@@ -319,7 +320,7 @@ class _Training:
         )
 
     def save(self, path: Path):
-        """Writes everything that `load` needs, atomically."""
+        """Writes the complete state for `load`, atomically."""
         buffer = io.BytesIO()
         torch.save(
             {

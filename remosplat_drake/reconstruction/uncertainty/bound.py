@@ -1,11 +1,13 @@
-"""A bound on how far the truth may lie in front of each disc of a splat.
+"""Bounds the distance of the true surface in front of each disc of a splat.
 
-u = g + z s + max(a, e): g is the largest gap between the disc and the
-measurements of its surface; s is the standard deviation of the disc's position,
-due to depth noise and to errors of the poses and of the camera; a is the
-distance between neighbouring pixels at the disc, as an edge may lie between
-them, and e the largest distance of an edge from the last pixel on the surface.
-z and the limit of a were chosen on rendered scenes with known truth and then
+The bound is u = g + z s + max(a, e). g is the largest gap between the disc and
+the measurements of its surface. s is the standard deviation of the disc's
+position, due to depth noise and to errors of the poses and of the camera. a is
+the distance between neighbouring pixels at the disc, since an edge may be
+between them. e is the largest distance of an edge from the last pixel on the
+surface.
+
+z and the limit of a were chosen on rendered scenes with known truth, and then
 frozen; see the studies `map_bound` and `true_maps`, and
 docs/theory/uncertainty.md.
 """
@@ -33,11 +35,11 @@ SIGNIFICANCE = 4.0
 """z: number of standard deviations in the bound."""
 
 LARGEST_PITCH = 0.002
-"""Limit of a: many views see an edge with different pixels [m]."""
+"""Limit of a, since many views show an edge at different pixels [m]."""
 
 LARGEST_EDGE = 0.008
-"""Limit of e: an edge continues along its surface, and a larger bound, which
-applies in all directions, would cost more space than edges occupy [m]."""
+"""Limit of e [m]. A larger bound would apply in all directions, and would cost
+more free space than edges occupy."""
 
 LARGEST_SIGMA = 0.005
 """Largest standard deviation of a disc; less certain points count as unseen
@@ -54,8 +56,8 @@ class Bounds:
         gap: Largest gaps g, shape (n,) [m].
         noise_sigma: Standard deviations due to the depth's noise, shape (n,)
             [m].
-        shift: Expected errors of the discs' positions due to those of poses and
-            scale, shape (n,) [m].
+        shift: Expected errors of the discs' positions due to errors of poses
+            and scale, shape (n,) [m].
         pose_sigma: Standard deviations due to errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
@@ -74,7 +76,7 @@ class Bounds:
 
     @property
     def bounded_W(self) -> GaussianSplat:
-        """The splat with these bounds as its uncertainty."""
+        """The splat, with the bounds as its uncertainty."""
         return self.splat_W.with_uncertainty(self.uncertainty())
 
     def uncertainty(
@@ -108,10 +110,10 @@ def bound_splat(
     splat_W: GaussianSplat,
     errors: PoseErrors | None = None,
 ) -> Bounds:
-    """Closes the gaps of a splat and bounds the error of each disc.
+    """Closes the gaps of a splat, and bounds the error of each disc.
 
     Args:
-        capture: The posed RGB-D images that the splat was made of.
+        capture: The posed RGB-D images from which the splat was made.
         splat_W: Discs, in W.
         errors: Samples of the errors of the poses and of the depth's scale;
             None means that poses and scale are exact.

@@ -1,4 +1,4 @@
-"""Estimates the depth noise of a capture from residuals to its splat."""
+"""Estimates the depth noise of a capture from its differences to a splat."""
 
 import numpy as np
 from scipy.optimize import nnls
@@ -16,11 +16,11 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _STEEPEST = 0.3
-"""Surfaces seen more obliquely than this cosine contain little information
-about depths."""
+"""Surfaces are ignored if the cosine of their angle of incidence is below this,
+since they tell little about depth noise."""
 
 _MAD = 1.4826
-"""Standard deviation of a Gaussian over its median absolute deviation."""
+"""Ratio of a Gaussian's standard deviation to its median absolute deviation."""
 
 
 def estimate_noise(
@@ -28,8 +28,9 @@ def estimate_noise(
 ) -> DepthNoise:
     """Estimates the standard deviation of depths z, as floor + growth z^2.
 
-    Random pixels are compared with the plane of the disc that is nearest to
-    each; a robust spread is taken for each of a dozen ranges of depth.
+    The depths of random pixels are compared with the plane of the nearest disc.
+    Their robust spread is computed for each of a dozen ranges of depth, and the
+    formula is fitted to it.
 
     Args:
         capture: Posed RGB-D images.
@@ -56,7 +57,7 @@ def estimate_noise(
     parts = np.array_split(np.argsort(z), _BINS)
     depth = np.array([np.median(z[part]) for part in parts if len(part)])
     spread = [_MAD * np.median(error[part]) for part in parts if len(part)]
-    # Relative errors count: near surfaces matter more than far ones.
+    # The fit minimises relative errors, since near surfaces matter more.
     terms = np.stack([np.ones_like(depth), depth**2], axis=1)
     spread = np.maximum(spread, _LEAST_NOISE)
     (floor, growth), _ = nnls(terms / spread[:, None], np.ones(len(depth)))

@@ -1,8 +1,10 @@
 """Propagates errors of poses and of the camera to the discs of a splat.
 
-A disc lies at the weighted mean of its views' measurements. So it moves by the
-weighted mean of their displacements, each due to its camera's error. Errors are
-samples of a joint distribution: correlated errors of views do not average out.
+A disc is at the weighted mean of the measurements of all views. An error of a
+camera's pose displaces this camera's measurements, so errors of all cameras
+displace the disc by the weighted mean of these displacements. Errors are
+samples of their joint distribution, because correlated errors of views do not
+average out.
 """
 
 import numpy as np
@@ -19,19 +21,21 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _AGREE = 0.01
-"""Difference of depths up to which a view sees a disc, independent of noise
-[m]."""
+"""A view shows a disc if the difference of depths is at most this, apart from
+noise [m]."""
 
 _STEEPEST = 0.1
-"""Least cosine of incidence in the size of a pixel's footprint."""
+"""The size of a pixel's footprint on a surface is computed with at least this
+cosine of incidence."""
 
 _UNSEEN_EDGE = float(np.log(1000))
-"""Largest distance of an edge from the last pixel on a surface, in footprints.
+"""Factor of the bound on the distance of edges from a surface's last pixel.
 
-Between the last pixel on a surface and its edge there is up to one footprint F
-of a pixel, and the grids of different views lie anywhere. So no view's pixel is
-within x of an edge with the probability of prod(1 - x / F), at most
-exp(-x sum(1 / F)): a thousandth for x = ln(1000) / sum(1 / F)."""
+Between the edge of a surface and the last pixel on it there is up to one
+footprint F of a pixel, and the pixel grids of different views are independent.
+So the probability that no view has a pixel within x of the edge is the product
+of 1 - x / F over all views, which is at most exp(-x sum(1 / F)). It is a
+thousandth for x = ln(1000) / sum(1 / F)."""
 
 
 def disc_errors(
@@ -40,7 +44,7 @@ def disc_errors(
     noise: DepthNoise,
     errors: PoseErrors,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Computes by how much draws of pose errors move discs off their planes.
+    """Computes displacements of discs along their normals by pose errors.
 
     Args:
         capture: Posed RGB-D images.
@@ -49,12 +53,13 @@ def disc_errors(
         errors: The k draws.
 
     Returns:
-        Displacements along the discs' normals, shape (n, k) [m], 0 for a disc
-        that no view sees; the distance between neighbouring pixels of the
-        nearest view at each disc, across the line of sight, shape (n,) [m], inf
-        for such a disc; and the distance by which a surface may extend beyond
-        the last pixel on it, shape (n,) [m], see `_UNSEEN_EDGE`, inf for such a
-        disc.
+        Three arrays. First, displacements along the discs' normals for each
+        draw, shape (n, k) [m]; 0 for a disc that no view shows. Second, the
+        distance between neighbouring pixels at each disc in the nearest view,
+        across the line of sight, shape (n,) [m]; inf for a disc that no view
+        shows. Third, the distance by which a surface may extend beyond the last
+        pixel on it, see `_UNSEEN_EDGE`, shape (n,) [m]; inf for a disc that no
+        view shows.
     """
     p_WK = np.array(splat_W.p_GK, float, order="C")
     normal_W = np.ascontiguousarray(splat_W.R_GK[:, :, 2])

@@ -17,13 +17,13 @@ _WINDOW = (0.006, 0.05)
 """Least and largest radius of the window around a disc [m]."""
 
 _TOLERANCE = 0.004
-"""Heights over a disc that belong to it, independent of noise [m]."""
+"""Points up to this height over a disc belong to it, apart from noise [m]."""
 
 
 def noise_of_means(
     capture: Capture, splat_W: GaussianSplat, noise: DepthNoise
 ) -> np.ndarray:
-    """Computes how well the mean height of the points on each disc is known.
+    """Computes the standard deviation of the mean height of each disc's points.
 
     Args:
         capture: Posed RGB-D images.

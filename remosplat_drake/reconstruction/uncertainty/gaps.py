@@ -1,9 +1,9 @@
 """Gaps: measured surfaces that no disc of a splat covers.
 
-A 1-Lipschitz distance field with the value g at a surface point over-estimates
-nowhere by more than g because of that point. So its values at the measured
-points bound its over-estimates, independent of how the discs were made; where
-they are too large, discs are added.
+If a 1-Lipschitz distance field has the value g at a surface point, it
+over-estimates the distance to this point nowhere by more than g. So the field's
+values at the measured points bound its over-estimates, for any method that made
+the discs. At points with too large values, discs are added.
 """
 
 import numpy as np
@@ -28,11 +28,11 @@ _TINY = 0.0005
 """Distances up to this are not gaps [m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
-"""Number of standard deviations by which noise may move points, and number of
-steps in which this is tried."""
+"""Number of standard deviations by which noise may displace points, and number
+of positions that are tried in this range."""
 
 _VOXEL = 0.008
-"""Points nearer to each other than about this share a disc [m]."""
+"""Points that are nearer to each other than about this share a disc [m]."""
 
 _REACH = 0.03
 """Points up to this distance apart belong to one surface [m]."""
@@ -40,8 +40,9 @@ _REACH = 0.03
 _NEIGHBORS = 12
 
 _FACING = 0.1
-"""Preference for planes that face the cameras, as a fraction of the points'
-variance: it rotates well determined normals by a few degrees at most."""
+"""Weight of the preference for planes that face the cameras, as a fraction of
+the points' variance. It rotates well determined normals by at most a few
+degrees."""
 
 
 def gaps(
@@ -49,8 +50,9 @@ def gaps(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Measures the distances of measured points from a splat, without noise.
 
-    Noise moves a point along its ray. So the result is the least distance of
-    any point of the ray within `_SIGNIFICANT` standard deviations.
+    Noise displaces a point along its ray. So the result is the least distance
+    from the splat of all positions on the ray within `_SIGNIFICANT` standard
+    deviations of the point.
 
     Args:
         splat_W: Discs, in W.
@@ -77,8 +79,8 @@ def close_gaps(
 ) -> GaussianSplat:
     """Adds discs at measured points that are far from all discs.
 
-    Thin objects, edges, and surfaces seen at grazing angles may have lost their
-    discs, or never had any.
+    They are necessary at thin objects, at edges, and at surfaces seen at
+    grazing angles, whose discs may have been lost or never made.
 
     Args:
         splat_W: Discs, in W.

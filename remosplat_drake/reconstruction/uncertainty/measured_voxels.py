@@ -1,4 +1,4 @@
-"""`MeasuredVoxels`: pooled measurements of all depth images, by voxel."""
+"""`MeasuredVoxels`: measurements of all depth images, averaged in voxels."""
 
 import dataclasses as dc
 
@@ -12,18 +12,18 @@ _VOXEL = (0.005, 0.015)
 """Least and greatest edge length of the voxels [m]."""
 
 _NOISE_PER_VOXEL = 6.0
-"""Ratio of the voxels' edge to the noise at a depth of 1 m: each voxel shall
-contain several points."""
+"""Ratio of the voxels' edge to the noise at a depth of 1 m, chosen so that each
+voxel contains several points."""
 
 _PAST = 0.012
-"""Least distance of a view's measurement behind a point that the view has
-looked through [m]."""
+"""A view shows free space at a point if it has measured a surface at least this
+far behind the point [m]."""
 
 _NEARLY_EXACT = 5e-4
-"""Standard deviation below which one view suffices [m]."""
+"""Standard deviation of a point below which a single view confirms it [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels, which bounds memory; more are thinned out
+"""Largest number of pixels, which limits memory; a larger number is reduced
 evenly."""
 
 
@@ -33,8 +33,8 @@ class MeasuredVoxels:
 
     Attributes:
         p_W: Means of the pixels' points in each voxel, shape (n, 3) [m].
-        ray_W: Mean unit direction from the cameras, shape (n, 3); shorter than
-            1 where these looked from different sides.
+        ray_W: Mean of the unit vectors from the cameras to the voxel, shape (n,
+            3); it is shorter than 1 if cameras looked from different sides.
         sigma: Standard deviation of these means due to the depth's noise, shape
             (n,) [m].
         views: Number of views that contributed to each, shape (n,).
@@ -51,8 +51,8 @@ class MeasuredVoxels:
     def is_confirmed(self, largest_sigma: float) -> np.ndarray:
         """Returns which voxels contain a confirmed surface, shape (n,), bool.
 
-        Noise and silhouettes create false points in single views, so two views
-        must agree about noisy depths.
+        Noise and silhouettes create false points in single views. So a point
+        with noisy depth is confirmed only if two views measured it.
 
         Args:
             largest_sigma: Largest standard deviation of a confirmed point [m].
@@ -73,8 +73,9 @@ class MeasuredVoxels:
 def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
     """Pools the measured points of all views in voxels.
 
-    Points are removed if as many views looked through as measured them: depth
-    cameras create such false points at silhouettes.
+    A point is removed if at least as many views have measured surfaces behind
+    it as have measured the point. Depth cameras create such false points at
+    silhouettes.
 
     Args:
         capture: Posed RGB-D images.
