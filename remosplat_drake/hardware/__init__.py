@@ -1,4 +1,4 @@
-"""The real robot, behind LCM messages; and a stand-in that behaves like it.
+"""Real robots, connected by LCM messages; and a simulated stand-in for them.
 
     station's ports -- client -- wire ~~ LCM ~~ wire -- drivers -- robot
                                                       or stand_in

@@ -49,8 +49,8 @@ CASES = (
         resumes=MOVES,
         text=_TOUR,
     ),
-    _stranger("foreign commands", COMMANDS, "commands, too"),
+    _stranger("foreign commands", COMMANDS, "also sends commands"),
     _stranger("foreign statuses of the arm", ARM, "PANDA_STATUS: comes from"),
     _stranger("foreign statuses of the base", BASE, "BASE_STATUS: comes from"),
-    _stranger("garbage on every channel", GARBAGE, "commands, too"),
+    _stranger("garbage on every channel", GARBAGE, "also sends commands"),
 )

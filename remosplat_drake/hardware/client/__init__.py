@@ -1,7 +1,7 @@
-"""Our end of the wire: the real robot behind the ports of every station.
+"""The controller's end of the wire: a station for a real robot.
 
 `HardwareStation` is the diagram, and `RemoteRobot` the system in it. Packets
-arrive in the `Mailbox`es of a `RobotLink`; `measurement` makes a `Measurement`
-of them, `stream` watches each channel's stamps, and `status_monitor` says
-whether the robot is there and may move.
+arrive in the `Mailbox`es of a `RobotLink`, and `measurement` converts them to a
+`Measurement`. `stream` checks each channel's stamps, and `status_monitor`
+decides whether the robot is connected and may move.
 """

@@ -1,25 +1,30 @@
 r"""Estimates a base's pose: its odometry, corrected by a localisation.
 
-The filter estimates X_WO, where the frame of the odometry lies in the map. Its
-error shows at the base: e = (x, y, yaw) in W. From one odometry to the next the
-base moves by (dx, dy) in W, and the error's covariance P becomes
+The filter estimates X_WO, the pose of the odometry's frame in the map. It
+represents the error of the estimate as an error e = (x, y, yaw) of the base's
+pose in W. If the base moves by (dx, dy) in W between two odometry messages, the
+error's covariance P becomes
 
     F P F^T + Q,    F = [1 0 -dy; 0 1 dx; 0 0 1],
 
-for a turn by the heading's error swings the way, with Q from how odometry goes
-wrong. A fix of covariance R that was measured some time ago meets the estimate
-of that time: its odometry and its P are remembered. A Kalman step shifts X_WO
-for good; what it takes from P then, F takes from P now.
+since an error of the heading turns the motion; Q is the noise of the odometry.
+A fix is a pose from the localisation, with covariance R. It may arrive late, so
+the filter stores the odometry and P of the last seconds, and compares a fix
+with the estimate for the time at which it was measured. A Kalman step changes
+X_WO for good, and F propagates the decrease of P from that time to the present.
 
-Fixes of one localisation share their errors, so that many of them are no better
-than one: P is how well they agree, and P + R how far the base may be off.
+Errors of a localisation's fixes are correlated, so many fixes are not more
+accurate than one. Therefore P only describes how well fixes agree, and P + R is
+the covariance of the base's pose.
 
-A localisation that drifts takes the estimate with it, a little with each fix.
-So a fix is held against estimates of some seconds ago, too, which odometry
-alone has brought here; and by how much they differ the base may be off.
+If a localisation drifts, the estimate follows it by a little with each fix. So
+the filter also compares a fix with estimates of some seconds ago, to which only
+odometry has been added since. Their difference from the present estimate is
+added to the bound on the base's error.
 
-The pose that the controller uses follows the estimate slowly. The remaining
-difference counts as uncertain, so a correction appears in its margin only.
+The pose that the controller uses approaches the estimate slowly. The remaining
+difference is added to the bound, too. So a correction changes the bound at
+once, but the pose does not jump.
 """
 
 import dataclasses as dc
@@ -37,34 +42,39 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 GATE = 40.0
-"""Squared Mahalanobis distance beyond which a fix is a jump; by chance one of a
-hundred million is (chi-squared, 3 degrees of freedom)."""
+"""Squared Mahalanobis distance beyond which a fix counts as a jump. By chance,
+one correct fix of a hundred million exceeds it (chi-squared, 3 degrees of
+freedom)."""
 
 MEMORY = 2.0
-"""Age of the oldest odometry that a late fix may still meet [s]."""
+"""Age of the oldest stored odometry [s]; fixes that arrive later are
+ignored."""
 
 _ANCHOR_PERIOD = 2.0
-"""Time between two estimates that later fixes are held against [s]."""
+"""Time between two estimates that are stored for comparison with later fixes
+[s]."""
 
 _ANCHORS = 2
 """Number of such estimates."""
 
 _AHEAD = 0.1
-"""Time by which a fix may be ahead of the odometry [s]; /tf may be dated into
-the future on purpose."""
+"""Time by which the stamp of a fix may be later than the odometry [s], since
+some programs date /tf into the future on purpose."""
 
 _WAITING = np.array([1e-3, 1e-3, 5e-4])
-"""How far the odometry may go wrong in a second of standing [m, rad]."""
+"""Standard deviations of the odometry's error after one second at rest [m,
+rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Anchor:
-    """An estimate of some time ago, without the fixes since then.
+    """An earlier estimate, without the fixes since then.
 
     Attributes:
-        stamp: When it was the estimate [s].
+        stamp: Time at which it was the estimate [s].
         X_WO: The estimate, shape (3,) [m, m, rad].
-        P: Covariance of the base's present x, y, yaw by it, shape (3, 3).
+        P: Covariance of the base's present x, y, yaw according to it, shape (3,
+            3).
     """
 
     stamp: float
@@ -74,22 +84,22 @@ class Anchor:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFilter:
-    """The estimate of X_WO after k odometries; copies are the object itself.
+    """Filter's state with k odometry messages; copies are the object itself.
 
     Attributes:
-        config: How far localisation and odometry are to be trusted.
-        stamp: Stamps of the latest odometries, shape (k,) [s].
+        config: Accuracies of localisation and odometry.
+        stamp: Stamps of the latest odometry messages, shape (k,) [s].
         X_OB: Their poses, shape (k, 3) [m, m, rad].
-        P: Covariance of the base's x, y, yaw in W at each, as far as fixes
-            disagree, shape (k, 3, 3).
+        P: Covariance of the base's x, y, yaw in W at each, without the errors
+            that all fixes share, shape (k, 3, 3).
         X_WO: The estimate; None before the first fix, shape (3,) [m, m, rad].
         in_effect: The X_WO in use; None before the first fix, shape (3,) [m, m,
             rad].
-        R: Covariance of the latest fix, as an error of the base's present
-            pose, shape (3, 3).
-        fixed: Stamp of the latest fix that was taken in [s].
+        R: Covariance of the latest fix, propagated to the base's present pose,
+            shape (3, 3).
+        fixed: Stamp of the latest fix that was used [s].
         anchors: Earlier estimates that fixes are also compared with.
-        refusal: Why the latest fix was not taken in; empty if it was.
+        refusal: Why the latest fix was not used; empty if it was.
     """
 
     config: LocalizationConfig
@@ -107,14 +117,14 @@ class BaseFilter:
         return self
 
     def pose(self, X_OB: np.ndarray) -> np.ndarray:
-        """Returns X_WB for an odometry; NaN before the first fix, (3,)."""
+        """Converts X_OB to X_WB, shape (3,); NaN before the first fix."""
         if self.in_effect is None:
             return np.full(3, np.nan)
         return composed(self.in_effect, X_OB)
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """How far off the base may be: shift and turn, (2,) [m, rad]."""
+        """Bound on the base's error: shift and turn, (2,) [m, rad]."""
         if self.X_WO is None or self.in_effect is None:
             return np.full(2, np.inf)
         X_OB = self.X_OB[-1]
@@ -134,11 +144,11 @@ class BaseFilter:
 def with_odometry(
     known: BaseFilter, stamp: float, X_OB: np.ndarray
 ) -> BaseFilter:
-    """Returns the filter after another odometry.
+    """Returns the filter after another odometry message.
 
     Args:
         known: The previous filter.
-        stamp: When it was measured [s]. Odometry that is not newer than the
+        stamp: Time of its measurement [s]. A message that is not newer than the
             previous one is ignored.
         X_OB: The base's x, y, yaw by its wheels, shape (3,) [m, m, rad].
     """
@@ -171,12 +181,12 @@ def with_odometry(
 
 
 def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
-    """Returns the filter after odometry has jumped.
+    """Returns the filter after a jump of the odometry, with a larger P.
 
     Args:
-        known: The filter after that odometry.
-        shift: How far [m].
-        turn: By which angle [rad].
+        known: The filter after the odometry message that jumped.
+        shift: Distance of the jump [m].
+        turn: Angle of the jump [rad].
     """
     P = known.P.copy()
     P[-1] += np.diag(np.square([shift, shift, turn]))
@@ -187,7 +197,7 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
     """Returns the filter after a fix, which may come late.
 
     Args:
-        known: The filter before; it contains an odometry at least.
+        known: The previous filter, with at least one odometry message.
         fix: The fix. One that was measured before the latest one, or before the
             stored odometry, is ignored.
     """
@@ -240,14 +250,14 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
 def _with_anchor(
     anchors: tuple[Anchor, ...], estimate: Anchor
 ) -> tuple[Anchor, ...]:
-    """Adds an estimate if it is time to, and lets the oldest go."""
+    """Adds an estimate if a period has passed, and removes the oldest."""
     if anchors and estimate.stamp - anchors[-1].stamp < _ANCHOR_PERIOD:
         return anchors
     return (*anchors, estimate)[-_ANCHORS:]
 
 
 def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """How far a measured pose is off, by W's axes, shape (3,)."""
+    """Difference between a measured and an expected pose, in W, shape (3,)."""
     error = measured - expected
     error[2] = (error[2] + np.pi) % (2 * np.pi) - np.pi
     return error
@@ -256,7 +266,7 @@ def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
 def _swing(
     X_WO: np.ndarray, X_OB: np.ndarray, X_OB_after: np.ndarray
 ) -> np.ndarray:
-    """How an error of the base's pose shows after a motion, shape (3, 3)."""
+    """The matrix F of the module, for a motion of the base, shape (3, 3)."""
     c, s = np.cos(X_WO[2]), np.sin(X_WO[2])
     x, y = (X_OB_after - X_OB)[:2]
     F = np.eye(3)
@@ -279,9 +289,9 @@ def _noise(
 
 
 def _odometry_at(known: BaseFilter, stamp: float, i: int) -> np.ndarray:
-    """The odometry at a time between the i-th and the next, shape (3,).
+    """Interpolates the odometry between messages i and i + 1, shape (3,).
 
-    After the latest one the base continues as before.
+    After the latest message, the last motion is extrapolated.
     """
     later = min(i + 1, len(known.stamp) - 1)
     if later == 0:
@@ -302,7 +312,7 @@ def _wrong_frame(config: LocalizationConfig, fix: BaseFix) -> str:
 
 
 def _same(frame: str, other: str) -> bool:
-    """Whether two names mean one frame; ROS 1 has some with a slash."""
+    """Whether two names denote one frame; in ROS 1 some begin with a slash."""
     return frame.strip("/") == other.strip("/")
 
 

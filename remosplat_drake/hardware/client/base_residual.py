@@ -1,16 +1,18 @@
 """Detects a base that does not follow its commands, by its displacement.
 
-A base that stops by itself does not say so on ROS. Its speed tells little: at
-0.05 m/s it differs from a standstill by less than it does from its command
-while the base speeds up. Its displacement over a while tells much: the errors
-of speed even out, and a base that stands falls behind by 5 cm a second.
+A base that stops by itself does not report that on ROS. Its measured speed does
+not show it either: at 0.05 m/s, the difference between motion and standstill is
+less than the lag of a base that accelerates. Its displacement over some time
+shows it: errors of the speed average out, and at this speed a base at rest
+falls behind by 5 cm a second.
 
-Its measured speeds are compared with its pose in the same way, which detects a
+The measured speeds are compared with the pose in the same way, which detects a
 pose that drifts.
 
-Its expected motion is that of the commands, some delay ago. That delay is known
-roughly: the delay counts, of all up to the longest, with which the motion fits
-best, and differences between neighbouring delays are not errors.
+The expected motion is that of the commands, after a delay. Only a bound on the
+delay is known. So the motion is compared with the commands for several delays
+up to this bound, and the best fit counts. Differences between neighbouring
+delays do not count as errors.
 """
 
 import dataclasses as dc
@@ -27,32 +29,32 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.planar_pose import relative
 
 WINDOWS = np.array([0.4, 2.0])
-"""Times over which motions are compared [s]: a short one sees a stop at once, a
-long one a slow drift."""
+"""Durations of the compared motions [s]: the short one detects a stop quickly,
+the long one a slow drift."""
 
 SLACK = np.array([0.008, 0.012])
-"""How far a motion may differ from the commanded one [m, rad]."""
+"""Permitted difference of a motion from the commanded one [m, rad]."""
 
 SHARE = 0.06
-"""Further permitted error, as a share of the distance driven: wheels slip, and
-no base is calibrated perfectly."""
+"""Further permitted difference, as a fraction of the distance driven, for slip
+of the wheels and errors of calibration."""
 
 OWN_DELAY = 0.15
 """Longest delay of a base's reported speeds [s]."""
 
 _OWN_HELD = 0.25
-"""Longest time for which a measured speed replaces the next ones [s]."""
+"""Longest time for which a measured speed is assumed to last [s]."""
 
 _DELAYS = 6
 """Number of delays that are tried, from none to the longest."""
 
 _CAPACITY = 4096
-"""Number of commands that are remembered: 4 s at 1 kHz."""
+"""Number of stored commands: 4 s at 1 kHz."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class ArcPath:
-    """A path that is made of arcs, one for each row.
+    """A path of circular arcs, one for each row.
 
     Attributes:
         rows: Time, x, y, yaw, speeds forward and to the left and turning rate
@@ -65,15 +67,15 @@ class ArcPath:
     held: float
 
     def motions(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Returns motions between pairs of times, by their own axes.
+        """Returns motions along the path between pairs of times.
 
         Args:
             start: Times at which the motions begin, shape (n,) [s].
             end: Times at which they end, shape (n,) [s].
 
         Returns:
-            x, y, yaw at the end as seen from the start, shape (n, 3)
-            [m, m, rad].
+            x, y, yaw at the end, relative to the pose at the start, shape (n,
+            3) [m, m, rad].
         """
         return path_motions(self.rows, self.held, start, end)
 
@@ -85,18 +87,19 @@ class ArcPath:
         delay: float,
         share: float = SHARE,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compares n motions with those along this path, which is delayed.
+        """Compares n motions with those along this path, after a delay.
 
         Args:
             start: Times at which the motions began, shape (n,) [s].
             end: Times at which they ended, shape (n,) [s].
-            moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
+            moved: The motions, relative to their starts, shape (n, 3) [m, m,
+                rad].
             delay: Longest delay of this path [s].
             share: Share of its way by which a motion may differ.
 
         Returns:
-            The motion along this path that fits each best, shape (n, 3), and
-            its error, relative to the permitted one, shape (n,).
+            For each motion the one along this path that fits best, shape (n,
+            3), and its error, divided by the permitted one, shape (n,).
         """
         late = np.linspace(0.0, delay, _DELAYS)
         return path_residuals(
@@ -109,13 +112,13 @@ class BaseSample:
     """Pose of a base by its own odometry.
 
     Attributes:
-        stamp: When, by the base's clock [s].
+        stamp: Time of measurement, by the base's clock [s].
         received: Time of arrival, by our clock [s].
         pose: x, y, yaw by odometry, shape (3,) [m, m, rad].
         velocity: Speeds forward and to the left, and turning rate, shape (3,)
             [m/s, m/s, rad/s].
-        driven: x, y, yaw by the speeds alone, from (0, 0, 0) at the first
-            sample, shape (3,) [m, m, rad].
+        driven: x, y, yaw by integration of the speeds, from (0, 0, 0) at the
+            first sample, shape (3,) [m, m, rad].
     """
 
     stamp: float
@@ -131,7 +134,7 @@ class BaseSample:
         pose: np.ndarray,
         velocity: np.ndarray,
     ) -> "BaseSample":
-        """Returns the next sample; the arguments are its attributes."""
+        """Returns the next sample, with the speeds integrated up to it."""
         held = min(max(stamp - self.stamp, 0.0), _OWN_HELD)
         driven = extrapolated_pose(self.driven, self.velocity, held)
         return BaseSample(stamp, received, pose, velocity, driven)
@@ -157,12 +160,12 @@ class BaseSamples:
 
     @property
     def stamp(self) -> np.ndarray:
-        """When the base was there, by its clock, shape (k,) [s]."""
+        """Times of measurement, by the base's clock, shape (k,) [s]."""
         return self.rows[:, 0]
 
     @property
     def received(self) -> np.ndarray:
-        """Time of arrival, by our clock, shape (k,) [s]."""
+        """Times of arrival, by our clock, shape (k,) [s]."""
         return self.rows[:, _RECEIVED]
 
     @property
@@ -172,12 +175,12 @@ class BaseSamples:
 
     @property
     def driven(self) -> np.ndarray:
-        """x, y, yaw by the speeds alone, shape (k, 3) [m, m, rad]."""
+        """x, y, yaw by integration of the speeds, shape (k, 3) [m, m, rad]."""
         return self.rows[:, _DRIVEN]
 
     @property
     def latest(self) -> BaseSample:
-        """The latest sample, of which there must be one."""
+        """The latest sample; there must be at least one."""
         row = self.rows[-1]
         return BaseSample(
             float(row[0]),
@@ -208,7 +211,7 @@ class BaseSamples:
 
 
 class CommandedPath:
-    """Pose of a base that follows its commands at once, from (0, 0, 0).
+    """Path of an ideal base that follows its commands without delay.
 
     Attributes:
         began: When the first command was sent [s]; infinite before.
@@ -245,27 +248,27 @@ class CommandedPath:
 
     @property
     def arcs(self) -> ArcPath:
-        """The path; a command counts no longer than drivers let it."""
+        """The path; each command ends at the latest when it expires."""
         return ArcPath(self._rows[: self._n], COMMAND_EXPIRY)
 
 
 def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
-    """Says that a base's pose is not where its own speeds put it.
+    """Compares a base's poses with the integral of its measured speeds.
 
-    Speeds are reported late, so the poses are delayed here.
+    Speeds are reported late, so the integral is compared with delayed poses.
 
     Args:
         samples: Where it was.
         share: Share of its way by which a motion may differ.
 
     Returns:
-        In words; empty if it is.
+        The difference, in words; empty if they agree.
     """
     found = _compared(
         ArcPath(samples.rows, _OWN_HELD),
         samples.stamp,
         samples.driven,
-        # Of earlier poses nothing is known.
+        # Earlier poses are unknown.
         samples.stamp[0] + OWN_DELAY,
         OWN_DELAY,
         share,
@@ -284,7 +287,7 @@ def follow_problem(
     delay: float,
     share: float = SHARE,
 ) -> str:
-    """Says that a base does not follow its commands; empty if it does.
+    """Describes how a base deviates from its commands; empty if it does not.
 
     Args:
         commanded: Its commands.
@@ -296,7 +299,7 @@ def follow_problem(
         commanded.arcs,
         samples.stamp,
         samples.pose,
-        # The first command follows those of other programs.
+        # Before our first command, other programs may have moved the base.
         commanded.began,
         delay,
         share,
@@ -320,15 +323,15 @@ def _compared(
     """Finds motions that differ from the expected ones.
 
     Args:
-        path: Where the base should have been, delayed.
-        stamp: When it was somewhere, ascending, shape (k,) [s].
-        poses: Where it was, shape (k, 3) [m, m, rad].
-        began: Since when that is known [s].
+        path: The expected path, which the base follows with a delay.
+        stamp: Times of the measured poses, ascending, shape (k,) [s].
+        poses: The measured poses, shape (k, 3) [m, m, rad].
+        began: Time since which the expected path is known [s].
         delay: Longest delay [s].
         share: Share of its way by which a motion may differ.
 
     Returns:
-        The motion, and that which should be, in words, and how long it took
+        The measured motion and the expected one, in words, and the duration
         [s]; empty if they agree.
     """
     since = np.maximum(stamp[-1] - WINDOWS, began)

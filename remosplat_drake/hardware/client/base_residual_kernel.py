@@ -1,6 +1,6 @@
-"""Motions along paths of arcs, and how far others differ from them, compiled.
+"""Compiled functions for motions along paths, and their differences.
 
-`base_residual_reference.py` says the same with arrays.
+`base_residual_reference.py` computes the same with arrays.
 """
 
 import math
@@ -12,7 +12,7 @@ from remosplat_drake.base.kernels import helper, kernel
 
 @helper
 def _relative(before, after):
-    """The pose `after` as seen from `before`, yaw in [-pi, pi)."""
+    """The pose `after` relative to `before`, with yaw in [-pi, pi)."""
     x, y = after[0] - before[0], after[1] - before[1]
     c, s = math.cos(before[2]), math.sin(before[2])
     yaw = (after[2] - before[2] + math.pi) % (2.0 * math.pi) - math.pi
@@ -78,7 +78,7 @@ def path_residuals(rows, held, start, end, moved, late, slack, share):
                 shift_spread = max(shift_spread, shift)
                 angle_spread = max(angle_spread, turn)
         turn_allowed = slack[1] + share * angle + 0.5 * angle_spread
-        # A heading that is off swings the way.
+        # An error of the heading turns the motion.
         shift_allowed = slack[0] + share * length + 0.5 * shift_spread
         shift_allowed += 0.5 * turn_allowed * length
         excess[i] = math.inf

@@ -32,28 +32,29 @@ def path_residuals(
     slack: np.ndarray,
     share: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compares n motions with those along a path, delayed.
+    """Compares n motions with those along a path, after a delay.
 
     Args:
         rows: The path, as `path_motions` takes it.
         held: Longest time for which a speed counts [s].
         start: Times at which the motions began, shape (n,) [s].
         end: Times at which they ended, shape (n,) [s].
-        moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
+        moved: The motions, relative to their starts, shape (n, 3) [m, m, rad].
         late: Delays that are tried, ascending, shape (k,) [s].
-        slack: How far a motion may differ, shape (2,) [m, rad].
-        share: Further permitted error, as a share of the distance driven.
+        slack: Permitted difference of a motion, shape (2,) [m, rad].
+        share: Further permitted difference, as a fraction of the distance
+            driven.
 
     Returns:
-        The motion along the path that fits each best, shape (n, 3), and its
-        error, relative to the permitted one, shape (n,).
+        For each motion the one along the path that fits best, shape (n, 3), and
+        its error, divided by the permitted one, shape (n,).
     """
     told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)
     error = _size(_relative(told, moved[:, None]))
     spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
     way = np.maximum(_size(told).max(axis=1), _size(moved))
     allowed = slack + share * way + spread
-    # A heading that is off swings the way.
+    # An error of the heading turns the motion.
     allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
     excess = (error / allowed[:, None]).max(axis=2)
     best = excess.argmin(axis=1)

@@ -1,8 +1,8 @@
 """`BaseTrack`: a base's recent poses, and faults of their measurement.
 
-Measurements of the base's pose may be wrong: odometry jumps when something
-corrects it, a clock is off, wheels turn in the air, a bridge hides that the
-base has stopped. Each shows in what came over the last seconds.
+Measurements of the base's pose may be wrong: odometry jumps when a program
+corrects it, a clock is wrong, wheels spin, or a bridge does not report that the
+base has stopped. The messages of the last seconds show each of these faults.
 """
 
 import dataclasses as dc
@@ -43,22 +43,24 @@ _SPACING = 0.015
 """Least time between two samples that are kept [s]."""
 
 _LATENCY_SPAN = 0.2
-"""Time over which the least delay of the base's statuses is sought [s]."""
+"""Duration over which the least delay of the base's statuses is determined
+[s]."""
 
 _STEP = np.array([0.015, 0.03])
-"""How far a pose may be from where the one before and the speed put it [m,
-rad]."""
+"""Permitted difference of a pose from the one predicted from the previous pose
+and the speed [m, rad]."""
 
 _STEP_RATE = np.array([0.15, 0.4])
-"""Additional distance after a second, since speeds are reported late [m/s,
-rad/s]."""
+"""Increase of that difference per second of prediction, since speeds are
+reported late [m/s, rad/s]."""
 
 CERTAIN = np.zeros(2)
-"""Bounds on the error of a pose that is trusted [m, rad]."""
+"""Bounds on the error of a pose that is assumed to be exact [m, rad]."""
 
 
 _CLOCK_STEP = 0.1
-"""Beyond this the base's clock has been set, or the network stalled [s]."""
+"""Change of a message's delay that means that the base's clock has been set, or
+that the network has stalled [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -67,11 +69,12 @@ class BaseTrack:
 
     Attributes:
         samples: The statuses of the last seconds.
-        jumped: The pose of the odometry's frame, as jumps have moved it, in
-            the frame of the first status, shape (3,) [m, m, rad].
-        disobeys: How the base's motion differs from its commands, or from its
-            own speeds; empty if it does not.
-        filter: The fusion with a localisation; None without one.
+        jumped: Pose of the odometry's frame after all jumps, relative to the
+            frame of the first status, shape (3,) [m, m, rad].
+        disobeys: Difference of the base's motion from its commands, or from its
+            own speeds, in words; empty if there is none.
+        filter: The fusion of odometry and localisation; None without a
+            localisation.
         fixes: Timing and faults of the localisation's channel.
     """
 
@@ -86,9 +89,10 @@ class BaseTrack:
 
     @property
     def latency(self) -> float:
-        """Least age of the latest statuses when they came [s].
+        """Least age of the latest statuses on arrival [s].
 
-        It includes an error of the clock, which cannot be distinguished.
+        It includes the difference between the base's clock and ours, which
+        cannot be separated from it.
         """
         received = self.samples.received
         recent = received >= received[-1] - _LATENCY_SPAN
@@ -96,14 +100,15 @@ class BaseTrack:
         return float(late[np.abs(late).argmin()])
 
     def pose(self, X_OB: np.ndarray) -> np.ndarray:
-        """Returns x, y, yaw of the base in W for an odometry, shape (3,)."""
+        """Converts a pose X_OB by odometry to x, y, yaw in W, shape (3,)."""
         return X_OB if self.filter is None else self.filter.pose(X_OB)
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """How far off that pose may be: shift and turn, (2,) [m, rad].
+        """Bound on the error of that pose: shift and turn, (2,) [m, rad].
 
-        If stamps are late, it is unknown when the base was there.
+        It grows with the latency: if stamps are late, the time of the pose is
+        uncertain.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
@@ -115,7 +120,7 @@ class BaseTrack:
 
 
 def compile_kernels(config: HardwareConfig) -> None:
-    """Compiles the code for statuses of a base, so that no tick waits for that.
+    """Compiles the kernels for statuses of a base, before the first tick.
 
     Args:
         config: Configuration of the track.
@@ -144,7 +149,7 @@ def with_base_sample(
         state: The status.
         received: When it came, by our wall clock [s].
         commanded: The base's commands; None if they are unknown.
-        config: The longest delay of commands, and how far to trust fixes.
+        config: The longest delay of commands, and the accuracy of fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
     sample, expected, begins_anew = BaseSample(*values), state.pose, False
@@ -160,8 +165,8 @@ def with_base_sample(
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
     samples = _kept(track.samples, sample.stamp)
     if off.any() or begins_anew:
-        # The way of a jump is no disobedience, and the base's speed is unknown
-        # while nothing came.
+        # A jump does not mean that the base ignores its commands; and without
+        # messages its speed is unknown.
         samples = BaseSamples()
     samples = samples.with_sample(sample)
     share = config.base_share
@@ -192,7 +197,7 @@ def with_localization(
     """Returns the track after a packet of the base's localisation.
 
     Args:
-        track: The track before; without odometry a fix says nothing.
+        track: The previous track; without odometry the packet is ignored.
         data: The encoded packet.
         received: When it came, by our wall clock [s].
     """
@@ -210,7 +215,7 @@ def with_localization(
 
 
 def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
-    """Says why the base's pose must not be relied on; empty if it may.
+    """Returns why the base's pose is not reliable; empty if it is.
 
     Args:
         track: The base's track, which has a sample.
@@ -240,7 +245,7 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
 
 
 def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
-    """The fault of the localisation."""
+    """Returns the fault of the localisation; empty if there is none."""
     if fusion.refusal:
         return fusion.refusal
     if track.fixes.broken:
@@ -254,7 +259,7 @@ def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
 
 
 def _doubt(track: BaseTrack) -> str:
-    """Whether the pose is too uncertain to move."""
+    """Returns that the pose is too uncertain to move, if it is."""
     assert track.filter is not None
     config, (shift, turn) = track.filter.config, track.uncertainty
     if shift <= config.max_shift and turn <= config.max_turn:
@@ -267,11 +272,11 @@ def _doubt(track: BaseTrack) -> str:
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
-    """Removes old samples, and those hardly older than the sample before them.
+    """Removes old samples, and a last one that is too close to its predecessor.
 
     Args:
         samples: The samples before.
-        stamp: Stamp of the one that comes [s].
+        stamp: Stamp of the next sample [s].
     """
     age = stamp - samples.stamp
     kept = samples.where((age > 0) & (age <= _KEPT))
@@ -280,9 +285,10 @@ def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
 
 
 def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
-    """Expected pose after the one before, shape (3,).
+    """Predicts a pose from the previous one, shape (3,).
 
-    It is where it is, if noise and a change of speed explain that.
+    If noise and a change of speed explain the measured pose, that is the
+    result.
     """
     seconds = max(after.stamp - before.stamp, 0.0)
     velocity = 0.5 * (before.velocity + after.velocity)
@@ -293,7 +299,7 @@ def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
 
 
 def _sets_its_clock(before: BaseSample, after: BaseSample) -> bool:
-    """Whether stamps go on otherwise than time does."""
+    """Whether stamps and times of arrival advance by different amounts."""
     passed = after.received - before.received
     return abs(after.stamp - before.stamp - passed) > _CLOCK_STEP
 

@@ -1,4 +1,4 @@
-"""`HardwareStation`: the real robot behind the ports of every station."""
+"""`HardwareStation`: a real robot, with the ports that all stations have."""
 
 import math
 
@@ -18,12 +18,12 @@ from remosplat_drake.station.export import export_ports
 
 
 class HardwareStation(Diagram):
-    """The real robot as a diagram with the ports of every station.
+    """A diagram that represents a real robot, with the ports of a station.
 
-    Its ports are those of `signals.station_ports`, and `movers` where the
-    configuration says that a process senses these. It hears
-    the drivers when it is told to `receive`, and sends a command when it is
-    told to publish (`ForcedPublish`); never otherwise. See `RemoteRobot`.
+    Its ports are those of `signals.station_ports`, and `movers` if a process
+    senses moving objects according to the configuration. It processes the
+    drivers' messages only in `receive`, and sends a command only in a forced
+    publish (`ForcedPublish`). See `RemoteRobot`.
 
     Attributes:
         link: The LCM connection to the robot's drivers.
@@ -39,7 +39,7 @@ class HardwareStation(Diagram):
         robot: RobotModel,
         wrist_camera: bool,
     ):
-        """Builds the station and opens the wire.
+        """Builds the station and opens the LCM connection.
 
         Args:
             config: LCM URL, channels and expiry times of the drivers.
@@ -47,7 +47,7 @@ class HardwareStation(Diagram):
             wrist_camera: Whether the station has the wrist camera's ports.
 
         Raises:
-            RemoSplatError: The wire cannot be opened.
+            RemoSplatError: The connection cannot be opened.
         """
         super().__init__()
         self.link = RobotLink(config, robot)
@@ -58,7 +58,8 @@ class HardwareStation(Diagram):
         )
         self.camera, images = None, None
         if wrist_camera:
-            # Images would crowd the statuses out of a socket's buffer.
+            # On a shared socket, images would displace statuses from the
+            # buffer.
             self.camera = builder.AddNamedSystem(
                 "wrist_camera",
                 WristCameraReceiver(
@@ -82,7 +83,7 @@ class HardwareStation(Diagram):
         self.set_name("station")
 
     def newest_image(self, context: Context) -> float:
-        """Returns when cameras have last seen what moves [s].
+        """Returns the time of the newest camera image for movers [s].
 
         Args:
             context: The station's own context.
@@ -104,7 +105,7 @@ class HardwareStation(Diagram):
         return self._robot.measurement(self._robot.GetMyContextFromRoot(root))
 
     def receive(self, root: Context) -> None:
-        """Puts the packets that the link has received onto the ports.
+        """Updates the ports with the packets that the link has received.
 
         Args:
             root: Context of the whole diagram, between two steps of it.

@@ -1,4 +1,4 @@
-"""`HeardMovers`: the movers of the wire's messages, and faults of these."""
+"""`HeardMovers`: movers (moving objects) received by LCM, and their faults."""
 
 import dataclasses as dc
 
@@ -8,23 +8,23 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.scene.mover import Movers
 
 NONE_HEARD = Movers(0.0, problem="no message about movers has come")
-"""Before the first message: so old that no supervisor lets a robot move."""
+"""Movers before the first message: so old that the supervisor stops the
+robot."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class HeardMovers:
     """The latest valid movers; copying returns the object itself.
 
-    A message that cannot be used leaves the previous movers in place. These
-    grow older, and the robot keeps away from all positions that they can have
-    reached. When they are too old, the supervisor stops the robot, and the
-    problem is the reason.
+    After an unusable message, the previous movers are kept. They become older,
+    and the robot keeps away from all positions that they may have reached. When
+    they are too old, the supervisor stops the robot and reports the problem.
 
     Attributes:
-        movers: Movers, with the problem of the latest message if it could not
-            be used.
-        refused: Number of messages that could not be used.
-        count: Number of packets of the mailbox that have been looked at.
+        movers: Movers, with the problem of the latest message if that was
+            unusable.
+        refused: Number of unusable messages.
+        count: Number of packets of the mailbox that have been processed.
     """
 
     movers: Movers = NONE_HEARD
@@ -44,7 +44,7 @@ def with_movers(
         heard: The state so far.
         data: The encoded packet.
         received: When it came, by our wall clock [s].
-        config: How far ahead of our clock its stamp may be.
+        config: Limit on how far its stamp may be ahead of our clock.
     """
     try:
         movers = decode_movers(data)
@@ -53,7 +53,7 @@ def with_movers(
             raise BrokenMessage(f"is stamped {ahead:.3g} s in the future")
         late = heard.movers.stamp - movers.stamp
         if late >= 0.0:
-            raise BrokenMessage(f"is {late:.3g} s older than the one before")
+            raise BrokenMessage(f"is {late:.3g} s older than the previous one")
     except BrokenMessage as error:
         known = dc.replace(heard.movers, problem=str(error))
         return dc.replace(heard, movers=known, refused=heard.refused + 1)

@@ -9,16 +9,16 @@ from remosplat_drake.hardware.wire.packets import from_utime, stamp_of
 
 
 class Mailbox:
-    """Keeps the latest packet of an LCM channel, as it came.
+    """Keeps the latest packet of an LCM channel, still encoded.
 
-    Drake's subscription holds one packet and drops newer ones until a program
-    calls `HandleSubscriptions`, so "latest" is as of the call before the
-    present one; `RobotLink.flush` is how to get at the newest.
+    Between two calls of `HandleSubscriptions`, Drake's subscription holds one
+    packet and drops newer ones. So the mailbox gets a packet that came soon
+    after the previous call. `RobotLink.flush` fetches a newer one.
 
     Attributes:
         channel: Name of the LCM channel.
         data: The latest packet, encoded; None before the first one.
-        received: When it was handed over, by our wall clock [s].
+        received: Time at which the mailbox received it, by our wall clock [s].
         count: Number of packets so far.
     """
 

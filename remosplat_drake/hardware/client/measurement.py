@@ -1,4 +1,4 @@
-"""`Measurement`: the latest state of arm, base and gripper from the wire."""
+"""`Measurement`: the latest received states of arm, base and gripper."""
 
 import dataclasses as dc
 import math
@@ -21,25 +21,26 @@ from remosplat_drake.hardware.wire.panda import PandaState, decode_panda_status
 
 @dc.dataclass(frozen=True, eq=False)
 class Measurement:
-    """The latest good state of each part; copying returns the object itself.
+    """The latest valid state of each part; copying returns the object itself.
 
-    A part that has sent nothing is None. A message that is unusable leaves the
-    state before it in place; its stream has the reason.
+    The state of a part that has sent nothing is None. After an unusable message
+    the previous state is kept, and the part's stream contains the reason.
 
     Attributes:
         arm: Latest good state of the arm.
         arm_stream: Timing and faults of the arm's status channel.
         base: Latest good state of the base.
         base_stream: Timing and faults of the base's status channel.
-        base_track: Where the base has been, and is in the map.
+        base_track: The base's recent poses, and its pose in the map.
         hand: Latest good state of the gripper.
         counts: Numbers of packets so far, from arm, base, gripper and
             localisation.
-        moving_since: Time since when the arm has been commanded to move, by our
-            wall clock [s]; infinite while it is commanded to rest.
-        intruder: Sender on the wire that must not be there; empty for none.
-        sent: When our latest command was sent, by our wall clock [s]; -inf
-            before the first.
+        moving_since: Time at which the arm was commanded to move, by our wall
+            clock [s]; infinite while its command is zero.
+        intruder: Another program that sends commands or statuses, in words;
+            empty if there is none.
+        sent: Time at which our latest command was sent, by our wall clock [s];
+            -inf before the first.
     """
 
     arm: PandaState | None = None
@@ -64,7 +65,7 @@ class Measurement:
             expiry: Age at which its latest status is stale [s].
 
         Returns:
-            The reading; NaN if there is none that is not stale.
+            The reading; NaN if there is none, or if it is stale.
         """
         if self.hand is None or now - self.hand.stamp > expiry:
             return np.full(3, np.nan)
@@ -81,9 +82,9 @@ def with_arm_status(
 ) -> Measurement:
     """Returns the measurement after a status packet from the arm.
 
-    A packet with a motion that no arm can make is taken, too. It or the packet
-    before is wrong: the robot stops, and the next packet is compared with this
-    one.
+    A packet that implies an impossible motion of the arm is used, too: the
+    robot stops, since this packet or the previous one is wrong, and the next
+    packet is compared with this one.
 
     Args:
         measurement: The measurement before.
@@ -113,7 +114,7 @@ def with_arm_status(
 
 
 def _arm_changed(before: PandaState, after: PandaState) -> bool:
-    """Whether the robot's clock or, if it is not sent, a joint has advanced."""
+    """Whether the robot's clock or, if it sends none, a joint has advanced."""
     if after.robot_stamp:
         return after.robot_stamp != before.robot_stamp
     return not (
@@ -143,8 +144,8 @@ def with_base_status(
     except BrokenMessage as error:
         stream = broken(stream, received, str(error))
         return dc.replace(measurement, base_stream=stream)
-    # A base that is told to turn the arm only stands still: its odometry may
-    # repeat itself for good.
+    # The base may stand still while the arm moves, so its odometry may remain
+    # the same.
     stream = advanced(
         stream, base.stamp, received, True, config.base_status_expiry
     )
@@ -159,7 +160,7 @@ def with_base_status(
 def with_hand_status(measurement: Measurement, data: bytes) -> Measurement:
     """Returns the measurement after a status packet from the gripper.
 
-    A broken packet is ignored: nothing that keeps the robot safe rests on
+    A malformed packet is ignored, since the robot's safety does not depend on
     the gripper's width.
     """
     try:

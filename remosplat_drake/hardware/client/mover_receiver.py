@@ -1,4 +1,4 @@
-"""`MoverReceiver`: movers, as a perception process sends them by LCM."""
+"""`MoverReceiver`: receives movers from a perception process by LCM."""
 
 import dataclasses as dc
 
@@ -15,7 +15,7 @@ from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 
 
 class MoverReceiver(LeafSystem):
-    """The latest movers that arrived and are valid.
+    """Outputs the latest valid movers (moving objects) that arrived by LCM.
 
     .. pydrake_system::
 
@@ -23,12 +23,12 @@ class MoverReceiver(LeafSystem):
         output_ports:
         - movers
 
-    `receive` takes the newest packet of a mailbox into the state. `movers` are
-    `Movers` with the stamp of their image: without a new message they grow
-    older. See `HeardMovers` for unusable messages.
+    `receive` stores the newest packet of a mailbox in the state. `movers` are
+    `Movers` with the stamp of their image, which become older without a new
+    message. See `HeardMovers` for unusable messages.
 
     Args:
-        mailbox: Where the packets come.
+        mailbox: The mailbox of the movers' channel.
         config: Limits of valid movers.
     """
 
@@ -44,7 +44,7 @@ class MoverReceiver(LeafSystem):
         )
 
     def receive(self, context: Context) -> None:
-        """Takes the newest packet into the state.
+        """Stores the newest packet in the state.
 
         Args:
             context: The system's own context, between two steps.

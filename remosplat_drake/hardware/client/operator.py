@@ -1,4 +1,4 @@
-"""`Operator`: a person beside a robot, and the sessions that may move it."""
+"""`Operator`: lets a person permit controllers to move their robots."""
 
 import getpass
 import socket
@@ -18,11 +18,11 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 _YIELD = 5e-3
-"""Period at which the wire is looked at [s]."""
+"""Period at which packets are processed [s]."""
 
 
 class Operator:
-    """Hears the sessions that command robots, and arms those a person names."""
+    """Lists the sessions that command robots, and arms selected ones."""
 
     def __init__(self, lcm: DrakeLcm):
         """Joins the wire.
@@ -38,7 +38,7 @@ class Operator:
         self._heard: dict[int, tuple[float, Lease]] = {}
 
     def leases(self) -> list[Lease]:
-        """Returns the latest message of each present session."""
+        """Returns the latest lease message of each present session."""
         now = time.monotonic()
         for channel, data, *_ in self._listener.fetch():
             if channel == SESSION_LEASE:
@@ -62,10 +62,10 @@ class Operator:
         return self.leases()
 
     def arm(self, session: int) -> None:
-        """Lets a session move its robot, or go on after a stop.
+        """Permits a session to move its robot, or to continue after a stop.
 
         Args:
-            session: The session, as its lease has it.
+            session: The number of the session, from its lease.
         """
         name = f"{getpass.getuser()}@{socket.gethostname()}"
         self._lcm.Publish(OPERATOR_REQUEST, encode_request(session, name))

@@ -1,16 +1,16 @@
-"""Finds statuses that no arm can have: of another robot, or of an error."""
+"""Detects impossible statuses of an arm, such as those of another robot."""
 
 import numpy as np
 
 from remosplat_drake.hardware.wire.panda import PandaState
 
 _SLACK = 0.02
-"""By how much a joint may seem to move beyond its speed limit, since stamps
-and arrivals are not quite the measurements' times [rad]."""
+"""Permitted motion of a joint beyond its speed limit [rad], since stamps and
+times of arrival differ slightly from the times of measurement."""
 
 _FASTER = 1.2
-"""How much faster than its limit a joint may be said to turn: limits keep
-commands, and measurements have noise."""
+"""Factor by which a measured rate may exceed the joint's limit, since limits
+apply to commands, and measurements have noise."""
 
 
 def arm_jump(
@@ -21,7 +21,7 @@ def arm_jump(
     Args:
         before: The state before.
         after: The state after it.
-        duration: Time between the two, at least [s].
+        duration: Time between the two states [s].
         limit: Bounds on |v|, shape (n,) or (1,) [rad/s].
     """
     limit = np.broadcast_to(limit, after.q.shape)
@@ -29,8 +29,8 @@ def arm_jump(
     if fast.any():
         i = int(fast.argmax())
         return (
-            f"joint {i + 1} is said to turn at {abs(after.v[i]):.2f} rad/s,"
-            f" and can do {limit[i]:.2f}"
+            f"joint {i + 1} reports {abs(after.v[i]):.2f} rad/s, beyond its"
+            f" limit {limit[i]:.2f} rad/s"
         )
     moved = np.abs(after.q - before.q)
     excess = moved - (limit * max(duration, 0.0) + _SLACK)

@@ -1,4 +1,4 @@
-"""`RemoteRobot`: the ports of a station, for a robot at the end of a wire."""
+"""`RemoteRobot`: the ports of a station, for a robot that is reached by LCM."""
 
 import dataclasses as dc
 
@@ -45,18 +45,19 @@ class RemoteRobot(LeafSystem):
         - hand.state
         - status
 
-    The context's time is the wall clock, in seconds of the Unix epoch.
-    Nothing happens on its own: `receive` takes what the link has heard into
-    the state (initialization does, too), a forced publish sends the commands.
-    A loop that has stopped ticking falls silent, and the drivers' watchdogs
+    The context's time is the wall clock, in seconds of the Unix epoch. The
+    system has no events of its own: `receive` and initialization store the
+    packets of the link in the state, and a forced publish sends the commands.
+    If the control loop stops, no commands are sent, and the drivers' watchdogs
     stop the robot.
 
-    Names are those of `signals.station_ports`; a fixed robot has no `base`
-    ports, one without a gripper no `hand` ports. `base.pose_measured` is the
-    odometry, extrapolated to the context's time. Before the first status of
-    a part its outputs are NaN; those of a hand are NaN again when its latest
-    status is stale. A command that is not finite is replaced by
-    zeros, one beyond the base's limits is scaled to them, and `status` says so.
+    Names are those of `signals.station_ports`; a robot on a fixed base has no
+    `base` ports, and one without a gripper no `hand` ports.
+    `base.pose_measured` is the odometry, extrapolated to the context's time.
+    Before the first status of a part, its outputs are NaN; those of a hand are
+    NaN again if its latest status is stale. A command that is not finite is
+    replaced by zeros, and one beyond the base's limits is scaled to them; in
+    both cases `status` contains the reason.
     """
 
     def __init__(
@@ -124,12 +125,10 @@ class RemoteRobot(LeafSystem):
         return context.get_abstract_state(int(self._cell)).get_value()
 
     def receive(self, context: Context) -> None:
-        """Takes the packets that the link has received into the state.
+        """Stores the packets that the link has received in the state.
 
-        It is called between two steps of the diagram.
-
-        An event of each step would do the same, but copy the state of the
-        whole diagram every time.
+        It is called between two steps of the diagram. An event would do the
+        same, but Drake would copy the state of the whole diagram at every step.
 
         Args:
             context: The system's own context.

@@ -1,4 +1,4 @@
-"""`RobotLink`: the LCM connection to a robot, statuses in, commands out."""
+"""`RobotLink`: receives a robot's statuses and sends commands, by LCM."""
 
 import dataclasses as dc
 import math
@@ -50,16 +50,16 @@ _BASE_AXES = (
 
 
 class RobotLink:
-    """Talks to the drivers of one robot by LCM.
+    """The LCM connection to the drivers of one robot.
 
-    It outlives the diagram: when that fails, the program that runs it can still
-    bring the robot to rest.
+    It is independent of the diagram: after an error in the diagram, the program
+    can still use the link to bring the robot to rest.
 
     Attributes:
         lcm: The LCM network.
         guard: Monitor of other senders; None within one process.
-        is_armed: Whether an operator has let the robot go; before, the hand
-            stands, too.
+        is_armed: Whether an operator has permitted motion. Before that, the
+            hand gets no commands, either.
         arm: Mailbox of the arm's statuses.
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
@@ -68,10 +68,11 @@ class RobotLink:
             configured.
         movers: Mailbox of movers; None if none is configured.
         commanded: The commands to the base so far.
-        period: Control period, by which the drivers compute when to brake [s];
-            None sends none, so that commands only expire.
+        period: Control period [s], which is sent to the drivers so that they
+            know when to brake. None: it is not sent, and commands only expire.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
-        sent: When it was sent, by our wall clock [s]; -inf before the first.
+        sent: Time at which it was sent, by our wall clock [s]; -inf before the
+            first.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class RobotLink:
         Args:
             config: LCM URL, channels, expiry times and the base's limits.
             robot: The robot.
-            name: Name of this program, for its hearers.
+            name: Name of this program, for people.
 
         Raises:
             FieldError: A value of the configuration is unusable.
@@ -129,7 +130,7 @@ class RobotLink:
         self._hear(0)
 
     def _hear(self, milliseconds: int) -> None:
-        """Waits for packets, and notes their senders."""
+        """Waits for packets, and records their senders."""
         self.lcm.HandleSubscriptions(milliseconds)
         if self.guard is not None:
             self.guard.listen()
@@ -137,10 +138,10 @@ class RobotLink:
     def flush(self, timeout: float) -> bool:
         """Fetches the newest packets into the mailboxes.
 
-        Those that waited in Drake's subscriptions are the oldest since the
-        last call. They are taken out first; unless the arm's status among
-        them is younger than a period of its statuses, the next one is waited
-        for.
+        The packets in Drake's subscriptions came soon after the previous call,
+        so they may be old. They are fetched first. If the arm's status among
+        them is older than one period of its statuses, the function waits for
+        the next one.
 
         Args:
             timeout: Longest wait for the arm [s].
@@ -163,7 +164,7 @@ class RobotLink:
         """Waits for a new message of arm, base and all configured parts.
 
         Raises:
-            RemoSplatError: One of them kept silent; names its channel.
+            RemoSplatError: No message came on a channel, which the text names.
         """
         self.take_out()
         silent = {
@@ -235,7 +236,7 @@ class RobotLink:
         )
 
     def command_problem(self, u: np.ndarray) -> str:
-        """Says why a command must not be sent; empty if it may.
+        """Returns why a command must not be sent; empty if it may.
 
         Args:
             u: Base and arm velocities, shape (n_u,) [m/s, rad/s].
@@ -254,9 +255,9 @@ class RobotLink:
         """Sends a velocity command to base and arm, stamped now.
 
         Args:
-            u: Velocities, shape (n_u,) [m/s, rad/s]; scaled as a whole to the
-                base's limits, and replaced by zeros where not finite. Either
-                is a fault, for which the station's status has a reason.
+            u: Velocities, shape (n_u,) [m/s, rad/s]. They are scaled by one
+                factor to the base's limits, and replaced by zeros if any is not
+                finite. Both are faults, which the station's status reports.
         """
         if not np.isfinite(u).all():
             u = np.zeros_like(u)
@@ -299,7 +300,7 @@ class RobotLink:
             )
 
     def _publish(self, channel: str, data: bytes) -> None:
-        """Sends a packet; as a shadow, nothing."""
+        """Sends a packet; in shadow mode, sends nothing."""
         if self._config.shadow:
             return
         self.lcm.Publish(channel, data)
@@ -307,10 +308,11 @@ class RobotLink:
             self.guard.sent += 1
 
     def take_command(self) -> None:
-        """Names us in the lease, once no other program commands the drivers.
+        """Claims the drivers by a lease, when no other program commands them.
 
         Raises:
-            RemoSplatError: Another program does, or two robots answer.
+            RemoSplatError: Another program commands them, or two robots
+                answer.
         """
         problem = self.guard.take_command(LEASE_EXPIRY) if self.guard else ""
         if problem:
@@ -321,6 +323,6 @@ class RobotLink:
         return self.guard.take_request() if self.guard else ""
 
     def tell(self, mode: str, reason: str) -> None:
-        """Sends the supervisor's state and reason on the wire."""
+        """Stores the supervisor's mode and reason for the next lease."""
         if self.guard is not None:
             self.guard.mode, self.guard.reason = mode, reason

@@ -1,4 +1,4 @@
-"""Judges the station's status: the robot's presence, and reasons to stop."""
+"""Computes a real robot's station status, with reasons to stop."""
 
 import math
 
@@ -21,16 +21,17 @@ from remosplat_drake.signals.station_status import (
 )
 
 _STANDS = {"guiding", "reflex", "user_stopped", "automatic_error_recovery"}
-"""Modes of the arm in which it follows no command."""
+"""Modes in which the arm does not follow commands."""
 
 
 def station_status(
     measurement: Measurement, config: HardwareConfig, has_base: bool, now: float
 ) -> StationStatus:
-    """Decides whether the robot is there and may move.
+    """Computes the status of the station: whether the robot may move.
 
-    The status' age is that of the arm's state. The base's odometry is
-    slower, is extrapolated to now, and has an expiry of its own.
+    The age of the status is that of the arm's state. The base's odometry has a
+    lower rate. It is extrapolated to the present, and has an expiry time of its
+    own.
 
     Args:
         measurement: The latest states from the drivers.
@@ -64,7 +65,7 @@ def _arm_problem(
     measurement: Measurement, config: HardwareConfig, now: float
 ) -> str:
     limits = StreamLimits(config.arm_status_limit, config.frozen_after)
-    # The robot's own clock always runs; joints may stand still.
+    # The robot's own clock always advances, but joints may stand still.
     should_change = bool(measurement.arm and measurement.arm.robot_stamp) or (
         now - measurement.moving_since > config.frozen_after
     )

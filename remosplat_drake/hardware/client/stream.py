@@ -1,4 +1,4 @@
-"""Judges streams of stamped messages: fresh, frozen, late or broken."""
+"""Checks a channel's messages for silence, stale stamps and frozen content."""
 
 import dataclasses as dc
 import math
@@ -9,14 +9,13 @@ class Stream:
     """The history of one status channel, in a few numbers.
 
     Attributes:
-        stamp: Stamp of the latest good message, by the sender's wall clock
+        stamp: Stamp of the latest valid message, by the sender's wall clock
             [s].
         received: When the latest message came, by our wall clock [s].
-        jump: How far the sender's clock was set, by the latest message that
-            showed it [s]; 0 if it was never set.
-        changed: When the content of a message last differed from the one
-            before, by our wall clock [s].
-        broken: Faults of the latest message; empty if nothing is.
+        jump: Latest jump of the sender's clock [s]; 0 if there was none.
+        changed: Time at which the content of a message last differed from the
+            previous one, by our wall clock [s].
+        broken: Faults of the latest message; empty if there are none.
     """
 
     stamp: float = -math.inf
@@ -28,13 +27,13 @@ class Stream:
 
 @dc.dataclass(frozen=True)
 class StreamLimits:
-    """When a stream of messages is no longer to be trusted.
+    """Limits beyond which a channel's messages are not reliable.
 
     Attributes:
-        expiry: Difference from our clock, into the past or the future, at
+        expiry: Difference from our clock, to the past or the future, beyond
             which a stamp is stale [s].
-        frozen_after: How long the content may stay the same while it should
-            be changing [s].
+        frozen_after: Longest time for which the content may stay the same if it
+            should change [s].
     """
 
     expiry: float
@@ -44,17 +43,17 @@ class StreamLimits:
 def advanced(
     stream: Stream, stamp: float, received: float, changed: bool, expiry: float
 ) -> Stream:
-    """Returns a stream's history after another good message.
+    """Returns a stream's history after another valid message.
 
-    A clock that was set shows as stamps that advance by another amount than
-    the time between their arrivals.
+    If the sender's clock was set, the stamps advance by another amount than the
+    times of arrival.
 
     Args:
         stream: The history so far.
         stamp: Stamp of the new message, by the sender's wall clock [s].
         received: When it came, by our wall clock [s].
         changed: Whether its content differs from that of the message before.
-        expiry: Size from which on a jump of the clock is noted [s].
+        expiry: Jumps of the clock beyond this value are stored [s].
     """
     first = math.isinf(stream.stamp)
     jump = (stamp - stream.stamp) - (received - stream.received)
@@ -67,12 +66,12 @@ def advanced(
 
 
 def broken(stream: Stream, received: float, problem: str) -> Stream:
-    """Returns a stream's history after a message that cannot be used.
+    """Returns a stream's history after an unusable message.
 
     Args:
         stream: The history so far.
         received: When the message came, by our wall clock [s].
-        problem: Faults of it.
+        problem: The faults of the message.
     """
     return dc.replace(stream, received=received, broken=problem)
 
@@ -86,8 +85,8 @@ def stream_problem(
         stream: The stream's history.
         now: Our wall clock [s].
         limits: When a stream is stale or frozen.
-        should_change: Whether the content should be changing by now, because
-            the robot was commanded to move.
+        should_change: Whether the content should change, because the robot has
+            been commanded to move.
     """
     if math.isinf(stream.received):
         return "nothing came yet"
@@ -108,7 +107,7 @@ def _why_stale(
         return f"nothing came for {_seconds(silence)}"
     if abs(stream.jump) > limits.expiry:
         jump = _seconds(stream.jump)
-        return f"its stamps jumped by {jump}: a clock, or the network's delay"
+        return f"its stamps jumped by {jump}: check clocks and network"
     if age < 0:
         return f"stamped {_seconds(-age)} in the future: set the clocks"
     return f"stamped {_seconds(age)} ago"

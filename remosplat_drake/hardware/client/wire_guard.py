@@ -1,10 +1,10 @@
-"""`WireGuard`: the wire's other senders; one master, one robot.
+"""`WireGuard`: detects other controllers or robots on the LCM network.
 
 It identifies the senders on all channels by their addresses. A command of
 another sender, or statuses from two senders at once, are a problem until half a
-second after the last one. A lease or a report from the same address names the
-sender. A stock driver or another stranger, which sends no lease, is detected,
-too.
+second after the last one. A lease or a report from the same address contains
+the name of the sender. Programs that send no lease, such as a driver of another
+project, are detected, too.
 """
 
 import dataclasses as dc
@@ -33,7 +33,7 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener, Packet
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 PRESENT = 0.5
-"""Time since a sender's last message for which it counts as there [s]."""
+"""Time since a sender's last message for which it counts as present [s]."""
 
 _FORGOTTEN = 60.0
 """Time since a sender's last message after which it is forgotten [s]."""
@@ -47,22 +47,22 @@ class Senders:
     """The senders of one channel, by address.
 
     Attributes:
-        heard: When each last sent a packet [s].
-        first: The one that sent first, of those present.
+        heard: Time of each sender's last packet [s].
+        first: Of the present senders, the one that sent first.
     """
 
     heard: dict[str, float] = dc.field(default_factory=dict)
     first: str = ""
 
     def hear(self, sender: str, now: float) -> None:
-        """Notes a message."""
+        """Records a message of a sender."""
         first = self.heard.get(self.first, -math.inf)
         self.heard[sender] = now
         if not now - first <= LEASE_EXPIRY:
             self.first = sender
 
     def present(self, now: float) -> list[str]:
-        """Returns those that are there, the first one first."""
+        """Returns the present senders; the one that sent first comes first."""
         there = [s for s, t in self.heard.items() if now - t <= PRESENT]
         return sorted(there, key=lambda sender: sender != self.first)
 
@@ -74,17 +74,18 @@ class Senders:
 
 
 class Watch:
-    """The senders on the wire, and what is wrong with them.
+    """The senders on the network, and the conflicts between them.
 
-    It uses neither clock nor socket.
+    This class uses neither clock nor socket: its methods get the packets and
+    the time.
 
     Attributes:
         identity: Our identity.
-        own: Our address, once our own lease came back; empty before.
+        own: Our address, known when our own lease has come back; empty before.
         requested_by: Operator that requested motion since `take_request`.
-        broken: Number of leases, reports and requests that were none.
-        strange: Number of messages of strangers on channels of commands and
-            statuses, and the latest of them by channel and address.
+        broken: Number of malformed leases, reports and requests.
+        strange: Number of messages of unexpected senders on channels of
+            commands and statuses, and channel and address of the latest.
     """
 
     def __init__(
@@ -93,12 +94,12 @@ class Watch:
         commands: Sequence[str],
         statuses: Sequence[str],
     ):
-        """Starts before any packet.
+        """Starts without senders.
 
         Args:
             identity: Our identity.
             commands: Channels on which only we may send.
-            statuses: Channels on which one driver each may send.
+            statuses: Channels on each of which only one driver may send.
         """
         self.identity = identity
         self.own = ""
@@ -113,10 +114,10 @@ class Watch:
         self._claims = Senders()
 
     def hear(self, packet: Packet, now: float) -> None:
-        """Notes a packet.
+        """Records the sender of a packet.
 
         Args:
-            packet: Any packet of the wire.
+            packet: A packet of any channel.
             now: Our wall clock [s].
         """
         channel, data, sender, _ = packet
@@ -147,7 +148,7 @@ class Watch:
             self._claims.hear(sender, now)
 
     def drivers(self, now: float) -> tuple[int, ...]:
-        """Returns the sessions of the drivers that our statuses come from."""
+        """Returns the sessions of the drivers that send our statuses."""
         sessions = (
             self._drivers[senders.present(now)[0]].identity.session
             for senders in self._statuses.values()
@@ -161,23 +162,24 @@ class Watch:
         return operator or ""
 
     def problem(self, now: float, *, listens_only: bool = False) -> str:
-        """Names a sender that must not be there, and its address, if any.
+        """Describes a sender that must not send; empty if there is none.
 
         Args:
             now: Our wall clock [s].
-            listens_only: Whether we command nothing, and others may.
+            listens_only: Whether we send no commands, so that others may.
         """
         if not listens_only:
             channels: Mapping = {**self._commands, SESSION_LEASE: self._claims}
             for channel, senders in channels.items():
                 others = [s for s in senders.present(now) if s != self.own]
                 if others:
-                    return f"{channel}: {self._named(others[0])} commands, too"
+                    other = self._named(others[0])
+                    return f"{channel}: {other} also sends commands"
         for channel, senders in self._statuses.items():
             there = senders.present(now)
             if len(there) > 1:
                 first, second = map(self._named, there[:2])
-                return f"{channel}: comes from {second}, too, besides {first}"
+                return f"{channel}: has two senders, {first} and {second}"
         return ""
 
     def _named(self, sender: str) -> str:
@@ -192,34 +194,34 @@ class Watch:
             self._claims,
         ):
             senders.forget(now)
-        # A driver that is started again has another address.
+        # A driver that is restarted has another address.
         for sender, told in list(self._told.items()):
             if now - told > _FORGOTTEN:
                 for known in (self._drivers, self._sessions, self._told):
                     known.pop(sender, None)
 
     def _keep(self, known: dict, sender: str, what, now: float) -> None:
-        """Stores the identity of an address, of a hundred at most."""
+        """Stores the identity of an address, up to a hundred addresses."""
         if sender in known or len(known) < _MOST_NAMES:
             known[sender], self._told[sender] = what, now
 
 
 class WireGuard:
-    """Watches the wire beside a robot's link, and keeps our lease.
+    """Monitors the network of a robot's link, and sends our lease.
 
     Attributes:
         sent: Number of messages that we have sent so far.
         mode: Mode of our supervisor, which the lease contains.
-        reason: Why that mode.
+        reason: Reason for that mode.
     """
 
     def __init__(self, lcm: DrakeLcm, config: HardwareConfig, name: str):
-        """Joins the wire a second time, to see its senders.
+        """Joins the network with another socket, to get senders' addresses.
 
         Args:
             lcm: The network on which our commands go out.
-            config: The names of the channels, and whether we are a shadow,
-                which sends nothing, not even a lease.
+            config: The names of the channels, and whether we are in shadow
+                mode, in which nothing is sent, not even a lease.
             name: Our name, for people.
 
         Raises:
@@ -248,7 +250,7 @@ class WireGuard:
         """Processes new packets, and renews the lease when it is due."""
         now = time.time()
         for packet in self._listener.fetch():
-            # Another suffix is another robot.
+            # Channels with another suffix belong to another robot.
             if packet.channel.endswith(self._suffix):
                 name = packet.channel.removesuffix(self._suffix)
                 self._watch.hear(packet._replace(channel=name), now)
@@ -267,13 +269,13 @@ class WireGuard:
         self._lcm.Publish(SESSION_LEASE, encode_lease(lease))
 
     def take_command(self, patience: float) -> str:
-        """Claims the drivers, once no other program commands them.
+        """Claims the drivers by a lease, when no other program commands them.
 
         Args:
-            patience: Longest wait until the wire is ours [s].
+            patience: Longest time to wait until no other program commands [s].
 
         Returns:
-            Why it is not; empty once the lease names us.
+            Why the drivers were not claimed; empty if they were.
         """
         end = time.monotonic() + patience
         while problem := self._objection():
@@ -292,7 +294,7 @@ class WireGuard:
         return self.problem()
 
     def problem(self) -> str:
-        """Names the sender that must not be on the wire; empty if none."""
+        """Describes a sender that must not send; empty if there is none."""
         return self._watch.problem(time.time(), listens_only=self._shadow)
 
     def take_request(self) -> str:
@@ -300,11 +302,13 @@ class WireGuard:
         return self._watch.take_request()
 
     def summary(self) -> str:
-        """Says how many messages should not have been there; empty if none."""
+        """Returns the numbers of unexpected messages, in words; or ""."""
         (strange, latest), broken = self._watch.strange, self._watch.broken
         said = []
         if strange and not self._shadow:
-            said.append(f"{strange} messages of strangers, lately {latest}")
+            said.append(
+                f"{strange} messages of unknown senders, latest {latest}"
+            )
         if broken:
-            said.append(f"{broken} broken leases, reports or requests")
+            said.append(f"{broken} malformed leases, reports or requests")
         return "; ".join(said)

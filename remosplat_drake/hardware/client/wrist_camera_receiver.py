@@ -1,4 +1,4 @@
-"""`WristCameraReceiver`: the wrist camera's ports of a real robot's station."""
+"""`WristCameraReceiver`: outputs images of a real robot's wrist camera."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -21,14 +21,13 @@ class WristCameraReceiver(LeafSystem):
         - color_image
         - depth_image
 
-    `receive` takes the newest packet into the state. It is decoded when
-    a system reads a port, so that a control loop which reads none does not
-    wait for that. Images without pixels
-    mean that none has arrived; after a broken packet the images before it
-    stay on the ports.
+    `receive` stores the newest packet in the state. The packet is decoded when
+    a system reads a port, so a control loop that reads no images does not wait
+    for the decoding. Before the first packet, the images have no pixels. After
+    a malformed packet, the previous images remain on the ports.
 
     Attributes:
-        decoder: Counts the broken packets among those that were looked at.
+        decoder: The decoder, which counts malformed packets.
     """
 
     def __init__(self, lcm: DrakeLcmInterface, channel: str):
@@ -55,7 +54,7 @@ class WristCameraReceiver(LeafSystem):
             )
 
     def receive(self, context: Context) -> None:
-        """Takes the newest packet into the state.
+        """Stores the newest packet in the state.
 
         Args:
             context: The system's own context, between two steps.
@@ -89,10 +88,10 @@ class WristCameraReceiver(LeafSystem):
 
 
 class ImageDecoder:
-    """Decodes packets of a camera; counts and names those that are broken.
+    """Decodes packets of a camera, and counts malformed ones.
 
     Attributes:
-        broken: Number of broken packets so far.
+        broken: Number of malformed packets so far.
         problem: Faults of the latest of them, with the channel's name; empty
             before the first.
     """
@@ -110,11 +109,11 @@ class ImageDecoder:
         self.problem = ""
 
     def latest(self, packet: bytes) -> CameraImages | None:
-        """Returns the latest good images; None before the first.
+        """Returns the latest valid images; None before the first.
 
         Args:
-            packet: The newest packet; a given one again is not looked at
-                again. An empty one stands for none.
+            packet: The newest packet, empty if there is none. A packet that was
+                already decoded is not decoded again.
         """
         if packet and packet is not self._packet:
             self._packet = packet

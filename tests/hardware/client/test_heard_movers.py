@@ -51,8 +51,8 @@ def test_good_movers_replace_those_before():
     ("packet", "problem"),
     [
         ((10.1, told(10.2)), "stamped 0.1 s in the future"),
-        ((10.1, told(9.9)), "0.1 s older than the one before"),
-        ((10.1, told(10.0)), "0 s older than the one before"),
+        ((10.1, told(9.9)), "0.1 s older than the previous one"),
+        ((10.1, told(10.0)), "0 s older than the previous one"),
         ((10.1, told(0.0)), "no stamp"),
         ((10.1, b"noise"), "not a whole mover_list"),
     ],
@@ -114,7 +114,10 @@ def test_they_come_by_real_packets(three_link):
     for data, problem in (
         (b"noise", "not a whole mover_list"),
         (encode_movers(Movers(now + 60.0, [BALL])), "in the future"),
-        (encode_movers(Movers(now - 60.0, [BALL])), "older than the one"),
+        (
+            encode_movers(Movers(now - 60.0, [BALL])),
+            "older than the previous one",
+        ),
     ):
         kept = say(data)
         assert (kept.stamp, len(kept)) == (movers.stamp, 1)

@@ -342,7 +342,7 @@ def test_who_else_commands_is_the_stations_problem(link, drivers, url):
         heard = link.updated(heard)
     assert heard.intruder.startswith(f"{channels.PANDA_COMMAND}: ")
     assert link.guard is not None
-    assert "commands, too" in link.guard.take_command(0.0)
+    assert "also sends commands" in link.guard.take_command(0.0)
 
 
 def test_another_network_keeps_the_names_of_channels():

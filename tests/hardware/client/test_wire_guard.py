@@ -60,7 +60,7 @@ def test_alone_with_a_robot_nothing_is_wrong():
 
 def test_a_foreign_command_is_named_by_address_and_lease():
     stranger = watch((COMMAND, b"", THEIR))
-    assert stranger.problem(0.0) == f"{COMMAND}: {THEIR} commands, too"
+    assert stranger.problem(0.0) == f"{COMMAND}: {THEIR} also sends commands"
     known = watch((COMMAND, b"", THEIR), lease_of(THEM, THEIR))
     assert "b:2 (theirs, pid 20 on lab)" in known.problem(0.0)
 
@@ -98,8 +98,8 @@ def test_a_second_robot_is_named_and_not_claimed():
         (STATUS, b"", ARM),
     )
     assert two.problem(0.0) == (
-        f"{STATUS}: comes from d:4 (hardware-sim, pid 60 on rt), too, besides"
-        " c:3 (panda-driver, pid 50 on rt)"
+        f"{STATUS}: has two senders, c:3 (panda-driver, pid 50 on rt) and d:4"
+        " (hardware-sim, pid 60 on rt)"
     )
     assert two.drivers(0.0) == (PANDA.session,)
 
