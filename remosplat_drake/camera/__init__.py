@@ -16,13 +16,13 @@ There are six sources of images:
 | Intel RealSense, by USB           | `RealSenseCamera`                |
 | Its driver, sends by LCM          | `CameraDriver`                   |
 
-The live map takes its pictures with a `WristCamera`, which `RenderedCamera` and
-`LcmCamera` are. `MotionHistory` provides the robot's configuration at the time
-of an image from `LcmCamera`; `CameraScene` renders for `RenderedCamera` and
+The live map takes its pictures with a `WristCamera`: a `RenderedCamera` or an
+`LcmCamera`. `MotionHistory` provides the robot's configuration at the time of
+an image from `LcmCamera`; `CameraScene` renders for `RenderedCamera` and
 `CameraSim`.
 
 Two modules are for programs of your own, and no run uses them: `live_frames`
-collects a capture from a station's camera or from any other, a RealSense for
-example, and `hand_eye_calibration` finds the camera's pose on the robot from
-such images alone.
+collects a capture from a station's camera or from another camera, for example a
+RealSense. `hand_eye_calibration` finds the camera's pose on the robot from the
+images of such a capture alone.
 """

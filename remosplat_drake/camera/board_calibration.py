@@ -1,14 +1,15 @@
 """Hand-eye calibration from images of a fixed ChArUco board.
 
-A camera C is fixed to a frame F of the robot, a board K to the world W. Both
-X_FC and X_WK are unknown; they minimise the reprojection error of the board's
-corners,
+A camera C is fixed to a frame F of the robot, and a board K to the world W. The
+poses X_FC and X_WK are unknown. The calibration minimises the reprojection
+error of the board's corners,
 
     min over X_FC, X_WK of sum |pi(X_CF X_FW X_WK p_KQ) - z|^2,
 
-with the robot's own X_WF. The start is the closed form of Park and Martin
-(1994) for A_i X = X B_i, with A_i the motions of F and B_i those of the camera
-from single images of the board. No knowledge of the mount is needed.
+with X_WF from the robot's kinematics. The start is the closed form of Park and
+Martin (1994) for A_i X = X B_i, where A_i are the motions of F, and B_i the
+motions of the camera relative to the board in the images. No initial guess of
+X_FC is needed.
 """
 
 import dataclasses as dc
@@ -95,7 +96,7 @@ class CharucoBoard:
         markers = aruco.getPredefinedDictionary(number)
         if self.columns * self.rows // 2 > len(markers.bytesList):
             raise RemoSplatError(
-                f"--board: {self.dictionary} has too few markers for it"
+                f"--board: {self.dictionary} has too few markers for the board"
             )
         return aruco.CharucoBoard(
             (self.columns, self.rows), self.square, self.marker, markers
@@ -132,8 +133,8 @@ class BoardFit:
         images: Number of images that show the board.
         turn_deviation: Standard deviation of the rotation about its least
             certain axis [rad], from the scatter between images.
-        deviation: Standard deviation of the translation along its least
-            certain axis [m], likewise.
+        deviation: Standard deviation of the translation along its least certain
+            axis [m], from the scatter between images.
     """
 
     X_FC: np.ndarray
@@ -151,8 +152,9 @@ def find_board(
 
     Args:
         board: The board.
-        capture: Images at poses X_WC = X_WF X_FC with the robot's own X_WF.
-        X_FC: The hand-eye transform that gave these poses, shape (4, 4).
+        capture: Images at poses X_WC = X_WF X_FC, with X_WF from the robot's
+            kinematics.
+        X_FC: The hand-eye transform in these poses, shape (4, 4).
 
     Returns:
         A view of each image that shows enough of the board.
@@ -189,8 +191,8 @@ def fit_board(views: list[BoardView]) -> BoardFit:
     """
     if len(views) < _FEWEST_IMAGES:
         raise RemoSplatError(
-            f"hand-eye calibration: {len(views)} images show the board;"
-            f" {_FEWEST_IMAGES} must"
+            f"hand-eye calibration: only {len(views)} images show the board; at"
+            f" least {_FEWEST_IMAGES} are needed"
         )
     check_turns(np.stack([view.X_WF for view in views]))
     X_FC = _closed_form(views)
@@ -205,8 +207,8 @@ def fit_board(views: list[BoardView]) -> BoardFit:
     if rms > _WORST:
         raise RemoSplatError(
             f"hand-eye calibration: the corners are {rms:.1f} pixels off on"
-            f" average, more than {_WORST:g}: is the board measured rightly,"
-            " and did it stand still?"
+            f" average, more than {_WORST:g}: check the board's dimensions, and"
+            " that it did not move"
         )
     covariance = _covariance(fit.fun, fit.jac, [v.z.size for v in views])
     return BoardFit(

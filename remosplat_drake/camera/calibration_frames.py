@@ -16,7 +16,7 @@ APART = np.deg2rad(8.0)
 """Least angle between the directions of two frames that are kept [rad]."""
 
 _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
-"""Largest motion between two images of a robot that stands [rad, m]."""
+"""Largest motion of a robot between two images that counts as rest [rad, m]."""
 
 
 _SILENCE = 10.0
@@ -38,9 +38,9 @@ def collect_still_frames(
 ) -> Capture:
     """Takes frames from different poses, each when the robot stands still.
 
-    The program does not move the robot: a person does, by hand or by
-    teleoperation. Images without a pose, because the camera or the robot was
-    silent for a moment, are skipped.
+    A person moves the robot, by hand or by teleoperation; this function does
+    not. Images without a pose are skipped: the camera or the robot was silent
+    for a moment.
 
     Args:
         camera: The robot's camera.
@@ -49,7 +49,8 @@ def collect_still_frames(
             returns whether to continue.
 
     Returns:
-        The frames, as many as there are when it ends.
+        The frames that were taken: `count`, or fewer if `on_frame` ended the
+            collection.
 
     Raises:
         RemoSplatError: The camera or the robot stays silent.

@@ -34,12 +34,12 @@ class Camera(Protocol):
 class CameraDriver:
     """Publishes a camera's images in the format of the scenario.
 
-    If a camera stops sending, it is closed; attempts to reopen it follow until
-    it sends again.
+    If a camera stops sending, the driver closes it, and tries to reopen it
+    until it sends again.
 
     Attributes:
         sent: Number of sent images.
-        problem: Why no images come at present; empty while they do.
+        problem: Reason why no images arrive at present; empty if they do.
     """
 
     def __init__(
@@ -69,11 +69,11 @@ class CameraDriver:
 
     @property
     def coverage(self) -> float:
-        """Share of the scenario's image that the lens sees."""
+        """Fraction of the scenario's image that the camera's lens covers."""
         return self._rectified.coverage
 
     def step(self) -> None:
-        """Sends the next image, or tries once to get a lost camera back."""
+        """Sends the next image, or tries once to reopen a lost camera."""
         try:
             if self._camera is None:
                 self._camera = self._open_camera()

@@ -1,4 +1,4 @@
-"""`CameraScene`: a robot and a scene that are rendered, never simulated."""
+"""`CameraScene`: a plant with robot and scene, only for rendering."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -18,14 +18,14 @@ from remosplat_drake.station.station_config import DynamicStation
 
 @dc.dataclass(frozen=True, eq=False)
 class CameraScene:
-    """A plant that is only rendered, in a diagram that is never simulated.
+    """A plant with robot and scene that is rendered but not simulated.
 
-    Both simulated cameras outside of a station's diagram render with it:
+    The two simulated cameras that are not part of a station's diagram use it:
     `RenderedCamera` and `CameraSim`.
 
     Attributes:
         plant: The plant that poses robot and scene.
-        joints: Index of each of the robot's positions in the plant's.
+        joints: Index of each position of the robot in the plant's positions.
         tracks: Motions of the movers over time.
         movers: The bodies of the movers in the plant, in the order of `tracks`.
         images: The camera's output ports by their names in

@@ -34,7 +34,8 @@ from remosplat_drake.signals import station_ports as ports
 class CameraSim:
     """Renders the wrist camera's images and publishes them by LCM.
 
-    Images are compressed: raw ones overflow the usual buffers of sockets.
+    Images are compressed, since uncompressed ones overflow the usual buffers of
+    sockets.
     """
 
     def __init__(
@@ -101,11 +102,11 @@ _MOVED = 5e-3
 class HeardConfiguration:
     """The robot's latest configuration, assembled from LCM statuses.
 
-    Movers start when the robot first moves. All processes that receive its
-    statuses before that use the same start.
+    Movers start when the robot first moves. So all processes that receive the
+    robot's statuses from before its first motion have the same start time.
 
     Attributes:
-        channels: The LCM channels that it must receive.
+        channels: The LCM channels whose messages this object must receive.
     """
 
     def __init__(self, description: RobotDescription):
@@ -124,7 +125,7 @@ class HeardConfiguration:
         self.channels = [*base, PANDA_STATUS]
 
     def receive(self, channel: str, data: bytes) -> None:
-        """Processes a message; broken ones and other channels are ignored.
+        """Processes a message; ignores broken messages and other channels.
 
         Args:
             channel: The LCM channel that it came on.

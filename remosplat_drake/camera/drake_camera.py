@@ -23,7 +23,8 @@ _SOURCES = {
 """The field of Drake's config for each field of `WristCameraConfig`."""
 
 _FREE = ("name", "depth")
-"""Ignored fields: nothing depends on a name, and depth is always rendered."""
+"""Ignored fields: the name, which has no effect, and the flag for depth, which
+is always rendered."""
 
 
 def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
@@ -52,10 +53,10 @@ def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
 
 
 def camera_problems(config: CameraConfig) -> Iterator[tuple[str, str]]:
-    """Yields the settings of Drake's that the wrist camera does not support.
+    """Yields Drake's settings that the wrist camera does not support.
 
     Args:
-        config: Its numbers are finite.
+        config: A configuration with finite numbers.
 
     Yields:
         A field of Drake's config and its problem.
@@ -65,7 +66,7 @@ def camera_problems(config: CameraConfig) -> Iterator[tuple[str, str]]:
         if name in (*_SOURCES.values(), *_FREE):
             continue
         if repr(getattr(config, name)) != repr(getattr(new, name)):
-            yield name, "the wrist camera has no such setting: leave it out"
+            yield name, "the wrist camera has no such setting: remove it"
     if not config.X_PB.base_frame:
         yield "X_PB.base_frame", "must be a frame of the robot"
         return

@@ -1,9 +1,9 @@
 """Hand-eye calibration from the images alone, without a calibration board.
 
 A camera C is fixed to a frame F of the robot. If its assumed pose in F is
-wrong, the error of each image's pose depends on the robot's configuration, and
-surfaces appear twice. The correct hand-eye transform X_FC makes overlapping
-images agree.
+wrong, each image's pose has an error that depends on the robot's configuration,
+so that one surface appears at several positions. With the correct hand-eye
+transform X_FC, overlapping images agree.
 
 `refine_hand_eye` is for programs of your own: no run calls it. `live_frames`
 takes the images; the resulting transform goes into a scenario as
@@ -35,22 +35,24 @@ _DELTA = 2e-3
 single pixels would dominate."""
 
 _RIDGE = 1e-9
-"""Regularization, as a share of the information matrix' trace: it damps
-directions that the images do not constrain."""
+"""Regularization, as a fraction of the trace of the information matrix. It
+damps directions that the images do not constrain."""
 
 _POINTS, _MIN_POINTS = 2000, 100
-"""Number of points of an image that are compared, and least number of
-comparable points of all images."""
+"""Number of compared points of each image, and least number of comparable
+points in total."""
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
 """Relative difference of depths above which points belong to different
-surfaces, for each round."""
+surfaces, one value for each round."""
 
 _SPREAD, _MIN_NOISE = 1.5, 1e-6
-"""Scale of the robust weight (standard deviation over median)."""
+"""Ratio of the robust weight's scale to the median residual, and least
+scale."""
 
 _MIN_TURN = np.deg2rad(3.0)
-"""Least standard deviation of the camera's rotations about each of two axes."""
+"""Least standard deviation of the camera's rotations about each of two axes
+[rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ class HandEyeFit:
     Attributes:
         X_FC: The camera's pose (OpenCV axes) in the frame F that carries it,
             shape (4, 4).
-        capture: The same images at the poses that follow from it.
+        capture: The same images, at the poses that follow from `X_FC`.
     """
 
     X_FC: np.ndarray
@@ -72,20 +74,21 @@ def refine_hand_eye(
 ) -> HandEyeFit:
     """Refines a hand-eye transform with an error of a few degrees.
 
-    It takes images whose views overlap well, such as a dozen of one corner of a
-    room; check `measure_overlap` of the result before you use it. Depth noise
-    of 0.2 % of each pixel left 0.1 mm of error in a test, but 0.5 % left 5 mm.
+    The views should overlap well, for example a dozen images of one corner of a
+    room. Check `measure_overlap` of the result before you use it. In a test,
+    the error of the result was 0.1 mm with depth noise of 0.2 % per pixel, but
+    5 mm with 0.5 %.
 
     Args:
-        capture: Images of a scene at rest, at poses X_WC = X_WF X_FC with
-            the robot's own X_WF. The camera must have turned about two axes
-            at least: turning about one leaves the translation along it
-            unknown.
-        X_FC: The hand-eye transform that gave these poses, shape (4, 4).
+        capture: Images of a scene at rest, at poses X_WC = X_WF X_FC, with X_WF
+            from the robot's kinematics. The camera must have turned about at
+            least two axes. With rotations about one axis only, the translation
+            along this axis cannot be determined.
+        X_FC: The hand-eye transform in these poses, shape (4, 4).
         seed: Seed of the random choice of points.
 
     Returns:
-        The refined transform, and the capture at its poses.
+        The refined transform, and the capture with the refined poses.
 
     Raises:
         RemoSplatError: The camera turned too little, or too few images

@@ -25,12 +25,13 @@ class LcmCamera:
     """A `WristCamera` that receives images and the robot's statuses.
 
     An image's pose follows from the robot's configuration at the image's stamp.
-    A frame is the first image that arrives after its request, so that the robot
-    can come to rest before.
+    A request for a frame returns the first image that arrives after it. So a
+    robot that has come to rest before the request is at rest in the image.
 
     Attributes:
         broken: Number of broken images so far.
-        problem: The problem of the latest of them; empty before the first.
+        problem: The problem of the latest broken image; empty if there was
+            none.
     """
 
     def __init__(
@@ -88,13 +89,13 @@ class LcmCamera:
         """Waits for the next image, and gives it its pose.
 
         Args:
-            q: Not used: the pose follows from the statuses around the
-                image's stamp.
-            time: Not used: the image's stamp is by the wall clock, as a real
-                robot's diagram is.
+            q: Not used, since the pose follows from the robot's statuses around
+                the image's time stamp.
+            time: Not used, since the image's time stamp is by the wall clock,
+                like the time of a real robot's diagram.
 
         Returns:
-            The frame, with its time by that clock [s].
+            The frame, with its time by the wall clock [s].
 
         Raises:
             RemoSplatError: The camera is silent or sends something else, or the
@@ -125,7 +126,7 @@ class LcmCamera:
         config, (height, width) = self._config, images.depth.shape
         if (width, height) != (config.width, config.height):
             raise RemoSplatError(
-                f"the camera sends {width}x{height} pixels; wrist_camera says"
+                f"the camera sends {width}x{height} pixels; wrist_camera has"
                 f" {config.width}x{config.height}"
             )
         known = np.isfinite(images.depth)

@@ -1,6 +1,6 @@
 """Captures from a live camera on a robot, without a live map.
 
-A program of your own takes them with any camera and any robot:
+For programs of your own, with any camera and any robot:
 
     mount = CameraMount(robot, config.hand_eye(), config.frame)
     with RealSenseCamera() as camera:
@@ -9,8 +9,8 @@ A program of your own takes them with any camera and any robot:
         )
         capture = collect(source, count=12, move=go_to_view)
 
-`station_frames` is the same for the wrist camera of a simulated station. The
-images of such a capture are the input of `hand_eye_calibration`.
+For the wrist camera of a simulated station, `station_frames` makes the source.
+Such a capture is the input of `hand_eye_calibration`.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class FrameSource(Protocol):
     """A source of posed images."""
 
     def frame(self) -> Frame:
-        """Takes the latest posed image, with only the scene unmasked."""
+        """Takes the latest posed image, with all but the scene masked."""
         ...
 
 
@@ -52,9 +52,9 @@ class RobotFrames:
         Args:
             image: Returns the camera's latest image.
             configuration: Returns the measured configuration q, shape (n_q,),
-                at a time of the image's clock [s]. An image is older than the
-                latest measurement, and with an arm at 0.5 m/s, a delay of 20 ms
-                shifts walls by 10 mm.
+                at a time by the image's clock [s]. The latest measurement would
+                be too new: at 0.5 m/s, a difference of 20 ms shifts walls by 10
+                mm.
             mount: The camera's mount on the robot.
         """
         self._image = image
@@ -74,12 +74,12 @@ def station_frames(
     config: WristCameraConfig,
     margin: float = 0.02,
 ) -> RobotFrames:
-    """Makes a source of frames of a simulated station's wrist camera.
+    """Makes a source of frames from a simulated station's wrist camera.
 
     Args:
         station: A station with a wrist camera and the ports of
             `signals.station_ports`.
-        context: The station's own context; frames follow its state.
+        context: The station's context, whose state determines the frames.
         robot: The station's robot.
         config: The assumed camera: its intrinsics, and a hand-eye transform
             that may differ from the true one.

@@ -12,7 +12,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 _LENGTH = 1000
-"""Number of statuses of each part that are kept; they span seconds."""
+"""Number of statuses of each part that are kept, which is some seconds."""
 
 _MAX_GAP = 0.12
 """Longest time between two statuses over which a motion is interpolated [s]."""
@@ -39,13 +39,13 @@ class MotionHistory:
         self._base = _Track("the base") if has_base else None
 
     def hear_arm(self, data: bytes) -> None:
-        """Stores an encoded status of the arm; a broken one is ignored."""
+        """Stores an encoded status of the arm; ignores a broken one."""
         with contextlib.suppress(BrokenMessage):
             arm = decode_panda_status(data, self._n_arm)
             self._arm.append(arm.stamp, arm.q)
 
     def hear_base(self, data: bytes) -> None:
-        """Stores an encoded status of the base; a broken one is ignored."""
+        """Stores an encoded status of the base; ignores a broken one."""
         if self._base is None:
             return
         with contextlib.suppress(BrokenMessage):
@@ -73,8 +73,8 @@ class MotionHistory:
             The configuration q, shape (n_q,) [m, rad].
 
         Raises:
-            RemoSplatError: Arm or base was silent then, or moved during a gap
-                between two statuses.
+            RemoSplatError: Arm or base sent no status around this time, or
+                moved during a gap between two statuses.
         """
         joints = self._arm.at(time, ahead)
         if self._base is None:

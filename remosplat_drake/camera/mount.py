@@ -38,7 +38,7 @@ class CameraMount:
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: Distance by which the robot's spheres are inflated [m].
-            field: The field that errors about the frame name.
+            field: Name of the field that contains the frame's name, for errors.
 
         Raises:
             FieldError: The robot has no such frame.

@@ -118,9 +118,9 @@ def from_realsense(frames) -> RgbdImage:
 def stamp_of(frame, now: float) -> float:
     """Returns the time at which a frame was taken, by the wall clock [s].
 
-    By default, librealsense synchronises the camera's clock with the computer's
-    and provides the stamp. Otherwise the frame is stamped with the present
-    time, which is tens of milliseconds late, and images of a moving robot get
+    By default, librealsense synchronises the camera's clock with the
+    computer's, and provides the time. Otherwise the result is the present time,
+    which is tens of milliseconds late, so that images of a moving robot have
     wrong poses.
 
     Args:
@@ -151,9 +151,9 @@ def matrix_of(intrinsics) -> np.ndarray:
 def distortion_of(intrinsics) -> Distortion | None:
     """Turns `pyrealsense2.intrinsics` into the distortion of a lens.
 
-    The inverse and the modified Brown-Conrady model differ from
-    `Distortion` in the second order of the tangential terms only: by less
-    than a hundredth of a pixel for the coefficients of real cameras.
+    The inverse and the modified Brown-Conrady model differ from `Distortion`
+    only in second-order tangential terms. For the coefficients of real cameras,
+    the difference is less than a hundredth of a pixel.
 
     Returns:
         The distortion; None for a pinhole camera.

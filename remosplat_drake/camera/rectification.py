@@ -14,10 +14,10 @@ from remosplat_drake.capture.undistortion import (
 class Rectifier:
     """Resamples a camera's images to those of a pinhole camera.
 
-    Messages and their receivers describe a camera only by size and field of
-    view. Colour and depth of a pixel are those of the nearest pixel of the real
-    image, at most half a pixel from the ray. Pixels beyond the lens' field of
-    view are black, and their depths unknown.
+    It is necessary since messages describe a camera only by size and field of
+    view. Each pixel of the result has the colour and depth of the nearest pixel
+    of the real image, which is at most half a pixel from the ray. Pixels
+    outside the lens' field of view are black, and their depths unknown.
     """
 
     def __init__(self, config: WristCameraConfig):
@@ -54,7 +54,7 @@ class Rectifier:
 
     @property
     def coverage(self) -> float:
-        """Share of the scenario's image that the latest lens covers."""
+        """Fraction of the scenario's image that the latest lens covers."""
         return 1.0 - float(self._outside.mean()) if self._outside.size else 0.0
 
     def _look_up(self, image: RgbdImage) -> None:

@@ -19,8 +19,8 @@ from remosplat_drake.signals import station_ports as ports
 class RenderedCamera:
     """A `WristCamera` that renders the true scene, the robot and movers.
 
-    It runs beside a simulation, in the mapping process, and receives only
-    configurations and times from it. The robot is masked in frames.
+    The camera is in the mapping process. It receives only configurations and
+    times from the simulation. The robot is masked in frames.
     """
 
     def __init__(
@@ -37,8 +37,8 @@ class RenderedCamera:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids in view besides the robot; None for none.
-            odometry_drift: Velocity of the drift of received base
-                configurations from the true ones [m/s, m/s, rad/s].
+            odometry_drift: Velocity at which the received base poses drift from
+                the true ones [m/s, m/s, rad/s].
             tracks: Motions of the movers over time.
 
         Raises:

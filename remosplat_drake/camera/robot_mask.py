@@ -1,8 +1,8 @@
 """Masks the robot in its own depth images.
 
-A robot's camera sees its arm and fingers, and a map with them as obstacles
-would block the robot permanently. Its spheres cover it, so points in a sphere,
-or seen through one, are not part of the scene.
+A robot's camera sees the robot's own arm and fingers. A map with these as
+obstacles would block the robot permanently. The robot's spheres cover it, so a
+measured point in or behind a sphere may not be part of the scene.
 """
 
 import numpy as np
@@ -19,18 +19,18 @@ def robot_mask(
 ) -> np.ndarray:
     """Finds the pixels that may show the robot.
 
-    A pixel is hidden if its ray meets an inflated sphere nearer than the
-    measured point and a margin beyond it, or anywhere if nothing was measured.
-    A camera that is itself inside an inflated sphere looks out of it: that
-    sphere masks only points that it contains.
+    A pixel is hidden if its ray enters an inflated sphere before a distance
+    `margin` behind the measured point. If the pixel has no depth, it is hidden
+    if its ray meets an inflated sphere at all. A sphere that contains the
+    camera masks only points inside it, and pixels without depth.
 
     Args:
         spheres: The robot's spheres in W; they must cover it.
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.
-        margin: Distance by which spheres are inflated, and largest distance of
-            a measured point in front of the robot [m]: the sum of the errors of
+        margin: Distance by which spheres are inflated, and by which a measured
+            point may be in front of the robot [m]: the sum of the errors of
             kinematics, calibration and depth.
 
     Returns:

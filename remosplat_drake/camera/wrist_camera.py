@@ -11,8 +11,8 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 class WristCamera(Protocol):
     """A camera with which the mapping process takes its pictures.
 
-    `RenderedCamera` and `LcmCamera` are such cameras. Their poses are X_WC
-    with OpenCV axes, and their frames have the robot's own pixels hidden.
+    `RenderedCamera` and `LcmCamera` implement it. Poses are X_WC with OpenCV
+    axes, and the robot's own pixels are hidden in frames.
     """
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
@@ -36,7 +36,7 @@ class WristCamera(Protocol):
         ...
 
     def show(self, scene: PrimitiveScene) -> None:
-        """Changes the scene that a simulated camera sees.
+        """Changes the scene of a simulated camera.
 
         Args:
             scene: The solids that are there from now on.

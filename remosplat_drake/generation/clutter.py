@@ -15,21 +15,22 @@ POSTS, BEAMS = 5, 3
 """Number of posts, and of beams."""
 
 _ROOM = 0.15
-"""Least distance of a post or beam from the robot at home [m]."""
+"""Least distance of a post or beam from the robot in its home configuration
+[m]."""
 
 _TRIES = 200
-"""Number of draws for each; if none fits, it is omitted."""
+"""Number of draws for each post or beam; if none fits, it is omitted."""
 
 
 def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:
     """Generates a scene around a robot that stands at the origin.
 
-    - Posts: up to 5, from the floor to z in [0.5 m, above the shoulder by 0.6
-      of the arm's reach], radius in [0.02, 0.05].
-    - Beams: up to 3, level, 0.2 to 0.7 m long and 0.06 m thick, from half the
-      shoulder's height to above it by 0.8 of the reach.
-    - Both: 0.3 m from the shoulder or farther, up to 0.9 of the reach of a
-      fixed robot, and twice the reach of a mobile one.
+    - Posts: up to 5, from the floor to a height between 0.5 m and 0.6 of the
+    arm's reach above the shoulder, radius in [0.02, 0.05]. - Beams: up to 3,
+    level, 0.2 to 0.7 m long and 0.06 m thick, at heights from half the
+    shoulder's height to 0.8 of the reach above the shoulder. - Both: at least
+    0.3 m from the shoulder, and at most 0.9 of the reach for a fixed robot, or
+    twice the reach for a mobile one.
 
     Args:
         robot: The robot.

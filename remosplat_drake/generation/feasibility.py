@@ -1,9 +1,9 @@
 """Decides which generated scenes are feasible, by their goals.
 
 The generators keep the target point clear of obstacles, but not the gripper and
-the arm around it. Here a goal counts as feasible if a search with random
-restarts over the base pose and the arm finds a configuration that reaches it
-with every sphere clear. A failed search does not prove that the goal is
+the arm around it. A goal counts as feasible if a search over base pose and arm
+joints, with random restarts, finds a configuration that reaches it and keeps
+the clearance of every sphere. A failed search does not prove that the goal is
 infeasible.
 """
 
@@ -26,23 +26,27 @@ FILTER_VERSION = 1
 """Version of the filter, increased whenever its decisions may change."""
 
 BASE_DISTANCE = (0.6, 1.0)
-"""Smallest and largest distance of guessed bases from the target [m]."""
+"""Smallest and largest distance of initial base positions from the target
+[m]."""
 
 BEARING_SPREAD, BASE_TURN = 0.6, 0.8
-"""Standard deviation of the bearing of guessed bases from the target, and
-their largest turn away from it [rad]."""
+"""Standard deviation of the bearing of initial base positions as seen from the
+target, and the largest angle by which the base turns away from the target
+[rad]."""
 
 ARM_SPREAD = 0.8
-"""Standard deviation of guessed arms about the home configuration [rad]."""
+"""Standard deviation of initial arm joints from the home configuration
+[rad]."""
 
 ARM_LENGTH = 0.3
-"""Length by which an angle is weighed while an arm is guessed [m]."""
+"""Length by which angles are multiplied when the arm's initial posture is found
+[m]."""
 
 MARGIN = 0.5
-"""Fraction of the tolerances that the search aims at."""
+"""The search aims at this fraction of the tolerances."""
 
 CLEARANCE_MARGIN = 5e-4
-"""Clearance at which the search aims beyond the required one [m]."""
+"""The search aims at a clearance that exceeds the required one by this [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -95,9 +99,10 @@ def hand_fits(
 ) -> bool:
     """Whether the spheres fixed to the end effector are clear at the goal.
 
-    The test is quick, and a negative result is certain: within the tolerances a
-    sphere moves, and so gains clearance, by no more than the position's
-    tolerance and the angle's times its distance from the end effector.
+    The test is quick, and a negative result proves that the goal is infeasible.
+    It is evaluated at the exact goal with allowance for the tolerances: within
+    these, a sphere moves by no more than the position tolerance plus the angle
+    tolerance times its distance from the end effector.
     """
     assert scene.X_WE_target is not None
     fixed = robot.leading_spheres
@@ -120,13 +125,13 @@ def goal_configuration(
     criteria: FeasibilityFilter,
     margin: float = MARGIN,
 ) -> np.ndarray | None:
-    """Searches a configuration at the goal that is clear of everything.
+    """Searches for a collision-free configuration at the goal.
 
     Args:
         robot: Model of a robot with a mobile base.
         scene: Scene with a target.
         criteria: Clearances, tolerances and extent of the search.
-        margin: Fraction of the tolerances that the search aims at.
+        margin: The search aims at this fraction of the tolerances.
 
     Returns:
         The configuration, shape (n_q,); None if none is found.

@@ -1,7 +1,7 @@
 """The seeds of generated scenes that pass the feasibility filter.
 
-Decisions are stored in a file, since the search for an unreachable goal takes
-seconds.
+Results of the filter are stored in a file, since the search for a configuration
+at an unreachable goal takes seconds.
 """
 
 import dataclasses as dc
@@ -29,8 +29,8 @@ from remosplat_drake.generation.scene_generators import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Robot that must reach the goals, and height below which its floor links
-ignore obstacles, as in scenarios [m]."""
+"""Robot that must reach the goals, and height below which its links near the
+floor ignore obstacles, as in scenarios [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -52,20 +52,20 @@ def feasible_seeds(
 ) -> list[int]:
     """Returns the first seeds of a family whose scenes pass the filter.
 
-    Decisions are stored when enough seeds are found, and when the search is
+    Results are stored when enough seeds are found, and when the search is
     interrupted.
 
     Args:
         family: Name of the family, one of `FAMILIES`.
         count: Number of seeds.
         criteria: Criteria of the filter.
-        folder: Folder in which decisions are stored.
-        jobs: Number of worker processes; 0 decides in this one. The seeds do
-            not depend on it.
+        folder: Folder in which results are stored.
+        jobs: Number of worker processes; 0: the calling process does the work.
+            The result does not depend on it.
         on_found: Callback for the number of seeds found so far.
 
     Raises:
-        RemoSplatError: A scene cannot be decided on.
+        RemoSplatError: The filter cannot be applied to a scene.
     """
     robot = _robot(criteria.spheres)
     path = folder / f"feasible-{family}-{_digest(robot, criteria)}.json"

@@ -1,4 +1,4 @@
-"""Floaters: faint splats in free space, like those of a poor reconstruction."""
+"""Adds floaters: faint splats in free space, as in poor reconstructions."""
 
 import numpy as np
 
@@ -7,17 +7,19 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FAINTEST = 1 / 255
-"""Smallest opacity: training lowers floaters' opacity to the threshold of the
-renderer."""
+"""Smallest opacity of floaters: training lowers it to the renderer's
+threshold."""
 
 SCALE_MEDIAN, SCALE_SPREAD = 0.075, 0.45
-"""Median [m] and log-spread of the discs' log-normal standard deviations."""
+"""Median [m], and standard deviation of the logarithm, of the log-normal sizes
+of floaters."""
 
 FADED = 0.9
 """Fraction of the floaters that training has faded to `FAINTEST`."""
 
 LOG_OPACITY_MEAN = 1.5
-"""Mean of the exponential ln(opacity / FAINTEST) of the others."""
+"""Mean of ln(opacity / FAINTEST) of the other floaters, which is exponentially
+distributed."""
 
 MIN_DISTANCE = 0.02
 """Smallest distance of centres from the true surfaces [m]."""
@@ -31,16 +33,17 @@ def with_floaters(
 ) -> GaussianSplat:
     """Returns a splat with random discs added in the free part of its box.
 
-    The box contains the splat's centres above the floor, like that of the
-    random points which the paper's experiment 3 adds before training. Sizes and
-    opacities are drawn from fits to 1,000 such points after 1,000 steps of
-    training on a table: nine in ten fade to 1/255, one in a hundred keeps an
-    opacity above 0.1, and the discs are large (median standard deviation 75 mm,
-    while the scene's own are about 10 mm).
+    The box contains the splat's centres above the floor. The paper's experiment
+    3 adds random points in such a box before training. Sizes and opacities of
+    floaters follow distributions that were fitted to 1,000 such points after
+    1,000 steps of training on a table: nine in ten faded to 1/255, and one in a
+    hundred kept an opacity above 0.1. They are large, with a median standard
+    deviation of 75 mm; discs on surfaces have about 10 mm.
 
     Args:
         splat_W: Splat of surfels, expressed in W.
-        truth: Distances to the true scene; its solids and surfaces stay free.
+        truth: Distances to the true scene; no floater is in its solids or at
+            its surfaces.
         count: Number of floaters to add.
         seed: Seed of the random numbers.
     """

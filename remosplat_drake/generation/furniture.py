@@ -23,7 +23,7 @@ _LEG = 0.04
 """Thickness of a table's legs [m]."""
 
 _ROOM = 0.2
-"""Least distance from the robot at home [m]."""
+"""Least distance of furniture from the robot in its home configuration [m]."""
 
 _TRIES = 2000
 """Number of random places that are tried for a piece of furniture."""
@@ -31,18 +31,18 @@ _TRIES = 2000
 
 @dc.dataclass(frozen=True, eq=False)
 class Furniture:
-    """A piece of furniture, and the space in it that hands reach into.
+    """A piece of furniture, and the space inside it for the hand.
 
     Attributes:
         scene: The boards.
-        inside: Boxes in which the hand is at goals.
+        inside: Boxes that contain the hand's position at goals.
     """
 
     scene: PrimitiveScene
     inside: tuple[Box, ...]
 
     def holds(self, p_WE: np.ndarray) -> bool:
-        """Returns whether a point is inside.
+        """Returns whether a point is in the space for the hand.
 
         Args:
             p_WE: The point in W, shape (3,) [m].
@@ -63,8 +63,8 @@ def furniture(robot: RobotModel, kind: str, seed: int) -> Furniture:
     - `under_table`: a table on four legs, 0.8 to 1.4 m wide, 0.5 to 0.8 m deep
       and 0.55 to 0.75 m high; hands reach under it.
 
-    It stands 0.35 to 0.75 of the arm's reach from the shoulder. The bottom of a
-    shelf or a box is below the shoulder.
+    The distance from the shoulder is 0.35 to 0.75 of the arm's reach. The
+    bottom of a shelf or a box is below the shoulder.
 
     Args:
         robot: The robot.
@@ -97,8 +97,8 @@ def furniture(robot: RobotModel, kind: str, seed: int) -> Furniture:
 
 
 Boards = tuple[list[Box], list[Box]]
-"""Boards and the space inside, in a frame F on the floor, in the middle of the
-front, with the x axis pointing inwards."""
+"""Boards and the space for the hand. Their frame F is on the floor, at the
+middle of the front, and its x axis points inwards."""
 
 
 def _shelf(rng: np.random.Generator, shoulder_height: float) -> Boards:

@@ -1,8 +1,8 @@
 """Random movers for a scene with a reaching robot.
 
-They cross the paths of the hand and of the base, and reach for the robot's
-target. None is faster than 1 m/s, except the swinging limbs of walking people;
-each leaves in the end, so that the target can be reached.
+Movers cross the paths of the hand and of the base, or reach for the robot's
+target. Their speeds are at most 1 m/s, except for the swinging limbs of walking
+people. All movers leave in the end, so that the robot can reach the target.
 """
 
 import math
@@ -21,11 +21,12 @@ MOST_MOVERS = 5
 """Largest number of movers in a scene."""
 
 SLOWEST, FASTEST = 0.3, 1.0
-"""Greatest speeds of things that cross and of hands [m/s]."""
+"""Greatest speed of movers that cross the robot's path, and of people's hands
+[m/s]."""
 
 TOLD_SPEED, TOLD_ACCELERATION = 1.6, 4.0
-"""Bounds of crossing movers that the robot receives: walking speed (ISO 13855),
-and the acceleration of a hand [m/s, m/s^2]."""
+"""Limits of crossing movers, as reported to the robot: walking speed (ISO
+13855), and the acceleration of a hand [m/s, m/s^2]."""
 
 START_ROOM = 0.9
 """Least initial distance of movers from the middle of the robot [m]."""
@@ -78,7 +79,7 @@ def crosser(
 
     Args:
         rng: The random numbers.
-        name: Its name.
+        name: Name of the mover.
         base: Start position of the base [m].
         hand: Start position of the hand [m].
         goal: Target of the hand [m].
@@ -152,11 +153,11 @@ def _out_of_the_way(
 def forearm(
     rng: np.random.Generator, name: str, goal: np.ndarray
 ) -> MoverConfig:
-    """Draws a forearm that reaches for the robot's target, and leaves.
+    """Draws a forearm that reaches for the robot's target and withdraws.
 
     Args:
         rng: The random numbers.
-        name: Its name.
+        name: Name of the mover.
         goal: Target position of the robot's hand [m].
     """
     speed = rng.uniform(SLOWEST, FASTEST)
@@ -192,7 +193,8 @@ def walker(
 ) -> Person:
     """Draws a person who walks between the robot and its target, or behind it.
 
-    Half of them stop behind it, reach for it and continue.
+    With a probability of one half, the person stops behind the target, reaches
+    for it, and continues.
 
     Args:
         rng: The random numbers.

@@ -1,7 +1,7 @@
 """Objects to grasp: cans, boxes and bottles, and meshes from a folder.
 
-PyBullet's wheel holds 1,000 random meshes. They are read without importing it:
-unpack the wheel, and name the folder `pybullet_data/random_urdfs`.
+PyBullet's wheel contains 1,000 random meshes. PyBullet itself is not needed:
+unpack the wheel, and use its folder `pybullet_data/random_urdfs`.
 """
 
 import dataclasses as dc
@@ -25,7 +25,8 @@ DENSITY = 150.0, 900.0
 [kg/m^3]."""
 
 _STEADY = 0.008
-"""Least distance of the centre of mass from the edge of the base [m]."""
+"""Least distance of the projected centre of mass from the edge of the base, for
+a stable object [m]."""
 
 _SIDES = 12  # Sizes of a bottle.
 
@@ -72,7 +73,7 @@ def read_mesh_library(folder: Path) -> MeshLibrary:
 
 
 def standing(vertices: np.ndarray) -> np.ndarray | None:
-    """Turns a hull so that it stands, with its centre of mass at the origin.
+    """Turns a hull so that it stands; moves its centre of mass to the origin.
 
     It stands on the face for which the distance of the projected centre of mass
     from the face's edge is largest.
@@ -146,7 +147,7 @@ def placed_object(
     yaw: float,
     rng: np.random.Generator,
 ) -> SceneObject:
-    """Puts a solid down, and draws its mass.
+    """Makes an object from a solid, at a place, with a random mass.
 
     Args:
         solid: A solid that stands at the origin.

@@ -28,20 +28,21 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
-"""Names of the object to grasp, and of its supports before and after."""
+"""Names of the object to grasp, and of its supports before and after the
+task."""
 
 LEAST_GAP = 0.09
-"""Least gap between two objects, for a finger and its distances [m]."""
+"""Least gap between two objects: room for a finger and its clearances [m]."""
 
 GRASPS = 12
 """Number of grasps of a problem."""
 
 _FRICTION = 0.2
-"""Coefficient of friction of the grasps: faces are parallel to 11 degrees, so
-that no hand slides off a bottle's shoulder."""
+"""Coefficient of friction of the grasps. Grasped faces are then parallel to
+within 11 degrees, so that no hand slides off a bottle's shoulder."""
 
 _LOOKS = 25
-"""Number of points of an object from which grasps are sought."""
+"""Number of points of an object at which grasps are sought."""
 
 _KEPT = 0.025
 """Least distance of the hand's spheres from all objects except the target [m]:
@@ -54,7 +55,7 @@ _SPACING = 0.015
 """Spacing of points on the surroundings of an object [m]."""
 
 _NEAR = 0.25
-"""Distance up to which other surfaces count as around an object [m]."""
+"""Surfaces up to this distance count as the surroundings of an object [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -84,10 +85,10 @@ class PickAndPlace:
         scene: The furniture.
         objects: The objects, the target first.
         pick: Rectangle on which the target stands.
-        place: Rectangle on which it shall be put.
+        place: Rectangle on which the target must be put down.
         X_WO_goal: Pose of the target in W at the goal.
-        grasps: Grasps of it that suit both places, the best first; empty if
-            the hand is too small for it.
+        grasps: Grasps of the target that are possible at both places, the best
+            first; empty if the hand is too small for the target.
     """
 
     name: str
@@ -106,15 +107,15 @@ def pick_and_place(
     gripper: ParallelGripper,
     hulls: Sequence[np.ndarray] = (),
 ) -> PickAndPlace:
-    """Generates a problem.
+    """Generates a problem of picking and placing.
 
     - `table`: a Panda before a table, which is as high as its foot or up to
       0.15 higher; the goal is another place on it.
-    - `shelf`: as `table`, and the goal is in a bay beside the robot. - `room`:
-    Frankie drives through a doorway to a table (family `room` of the
+    - `shelf`: as `table`, but the goal is in a bay beside the robot.
+    - `room`: Frankie drives through a doorway to a table (family `room` of the
       scenes), and puts the target elsewhere on it.
 
-    One to four other objects stand around. Half of all objects are from
+    One to four other objects are near the target. Half of all objects are from
     `hulls`, if there are any.
 
     Args:
@@ -192,7 +193,7 @@ def _free_place(
 
 
 def footprint(solid: Solid) -> float:
-    """Returns the radius of a circle about O around a solid's footprint [m]."""
+    """Returns the radius [m] of a circle about O around a solid's footprint."""
     if isinstance(solid, Box):
         return float(np.linalg.norm(solid.half_extents[:2]))
     if isinstance(solid, ConvexHull):
@@ -310,7 +311,8 @@ def in_world(surface: Surface, X_WO: RigidTransform) -> Surface:
 
 
 Family = tuple[PrimitiveScene, Spot, Spot]
-"""The furniture, and the target's rectangles before and after."""
+"""The furniture, and the rectangles for the target before and after the
+task."""
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -1,7 +1,8 @@
 """Seeded random scenes: a family and a seed determine a scene.
 
-The families are in `scene_families` and `room`. The rejection rule is that of
-the published scenes; the random stream is our own, so seeds do not repeat them.
+The families are in `scene_families` and `room`. Scenes are rejected by the rule
+of the published scenes. But random numbers are drawn differently, so no seed
+gives a published scene.
 """
 
 import numpy as np
@@ -13,8 +14,8 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 GENERATOR_VERSION = 1
-"""Version of the generators, increased whenever a seed gives another scene;
-part of every name."""
+"""Version of the generators, which is part of every scene's name. It is
+increased whenever a seed gives another scene."""
 
 TARGET_CLEARANCE = 0.025
 """Smallest distance of the target point to an obstacle [m]."""

@@ -39,7 +39,7 @@ def checked_splat(
     sh_rest: np.ndarray,
     uncertainty: np.ndarray | None = None,
 ) -> GaussianSplat:
-    """Makes a `GaussianSplat` of the activated values that a file holds.
+    """Makes a `GaussianSplat` from activated values that were read from a file.
 
     Scales and opacities that underflowed to zero are raised to the smallest
     normal float; quaternions may have any nonzero norm. The arrays are those of

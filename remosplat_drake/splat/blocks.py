@@ -1,7 +1,7 @@
 """Computes arrays of splats block by block, on several threads.
 
-Computations of many steps are faster in blocks, which stay in a core's cache
-from step to step; only the result needs new memory.
+Computations with many steps are faster in blocks, because a block remains in a
+core's cache from step to step. Only the result needs new memory.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,14 +21,16 @@ def in_blocks(
 
     Args:
         n: Number of rows, of splats.
-        part: Computes some rows of all arrays, independent of the other rows.
+        part: Function that computes some rows of all arrays, independent of the
+            other rows.
 
     Returns:
         The arrays by their names, single precision.
 
     Raises:
-        RemoSplatError: The error of `part` for all rows at once, since messages
-            count all of them.
+        RemoSplatError: `part` failed for some rows. The error is that of one
+            call of `part` for all rows, since messages contain the number of
+            invalid rows.
     """
     arrays: dict[str, np.ndarray] = {}
 

@@ -1,7 +1,8 @@
 """A bounding volume hierarchy over boxes, for nearest-splat queries.
 
-A node is one cache line: both children's boxes, the highest centre below
-each, and two links. Boxes are stored in single precision, rounded outwards.
+A node is one cache line: the boxes of both children, the height of the highest
+box centre below each child, and two links. Boxes are stored in single
+precision, rounded outwards.
 """
 
 import dataclasses as dc
@@ -58,8 +59,8 @@ def build_hierarchy(
     Args:
         lower: Lower corners of the boxes, shape (n, 3) [m].
         upper: Upper corners, shape (n, 3) [m].
-        center_z: Height by which queries may ignore a box, shape (n,) [m]; it
-            lies inside the box.
+        center_z: Height z by which queries may ignore a box, shape (n,) [m]; it
+            is inside the box.
     """
     boxes = np.column_stack([lower, upper, center_z]).astype(np.float64)
     table = np.empty((len(boxes), 8), np.float32)
@@ -83,12 +84,12 @@ def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
 def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:
     """Returns whether kernels can safely traverse a hierarchy of n boxes.
 
-    Kernels do not check its indices and its depth. The boxes themselves are not
-    checked here.
+    This function checks the indices and the depth of the tree, which kernels do
+    not check. It does not check the boxes.
 
     Args:
         nodes: As in `BoundingVolumeHierarchy`.
-        order: As there, of any type of integers.
+        order: As in `BoundingVolumeHierarchy`, with any integer type.
         n: Number of boxes.
     """
     if nodes.ndim != 2 or nodes.shape[1] != 16 or nodes.dtype != np.float32:
@@ -143,7 +144,7 @@ def leaf_range(link: int) -> tuple[int, int]:
         link: A negative entry of `BoundingVolumeHierarchy.links`.
 
     Returns:
-        The first and the one-past-last place.
+        First place, and the place after the last one.
     """
     code = -1 - link
     first = code // LEAF_STRIDE

@@ -1,7 +1,7 @@
 """Builds a `BoundingVolumeHierarchy` from the root down (Numba).
 
-Large tables of boxes are first split into pieces, which threads then sort. The
-hierarchy does not depend on the number of threads.
+Large tables of boxes are first split into pieces, which are then sorted by
+several threads. The hierarchy does not depend on the number of threads.
 """
 
 import dataclasses as dc
@@ -24,7 +24,7 @@ LEAF_STRIDE = 16
 """Factor of a leaf's first place in its link, see `leaf_range`."""
 
 PIECE = 1 << 17
-"""Largest number of boxes of a piece, which one thread sorts."""
+"""Largest number of boxes of a piece, which is sorted by one thread."""
 
 
 @dc.dataclass
@@ -55,8 +55,8 @@ class _Part:
 def build_nodes(table: np.ndarray) -> np.ndarray:
     """Sorts boxes into leaf order, and returns the nodes over them.
 
-    A node is numbered before those below it, and those on its left before those
-    on its right.
+    Nodes are numbered in preorder: a node, then the nodes below its left child,
+    then the nodes below its right child.
 
     Args:
         table: The boxes, shape (n, 8), sorted in place.

@@ -14,12 +14,13 @@ LEAF_SIZE = 4
 """Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
 
 MAX_DEPTH = 96
-"""Upper bound on the depth, since deep nodes are split by count."""
+"""Upper bound on the depth of a hierarchy: nodes that are deep are split into
+halves of equal count."""
 
 _BINS = 16
 _FEW_BINS = 8
-"""Number of bins for nodes of few boxes: sixteen take longer to fill than they
-save."""
+"""Number of bins for nodes with few boxes, for which more bins take longer to
+fill than they save."""
 
 _FEW = 16
 _BALANCE_DEPTH = 48
@@ -28,7 +29,7 @@ _LOWEST = np.float32(-np.finfo(np.float32).max)
 
 @kernel
 def round_outwards(boxes, table):
-    """Writes boxes into rows of a table, rounded outwards; see the module.
+    """Writes boxes into rows of this module's table, rounded outwards.
 
     Args:
         boxes: Lower corner, upper corner, height of the centre [m], shape (n,
@@ -45,7 +46,7 @@ def round_outwards(boxes, table):
 
 @helper
 def scratch():
-    """Memory for `split`: of bins, of both children, of counts and costs."""
+    """Allocates working memory for `split`."""
     return (
         np.empty((_BINS, 8), np.float32),
         np.empty((2, 8), np.float32),
@@ -56,7 +57,7 @@ def scratch():
 
 @helper
 def split(table, first, end, depth, memory) -> int:
-    """Partitions boxes in place, and bounds those of each side.
+    """Partitions boxes in place into two sides, and bounds each side.
 
     Returns:
         The first box of the right side.

@@ -43,8 +43,8 @@ class SplatFormat:
         suffix: Suffix of its files' names.
         read: Function that reads a file.
         write: Function that writes a file, whole or not at all.
-        loss: The loss of writing, as a sentence; empty if only rounding to
-            single precision.
+        loss: What is lost when a splat is written, as a sentence; empty if
+            values are only rounded to single precision.
         keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
             discs are written as ellipsoids of one tiny thickness, from which
             they are recognised.
@@ -96,7 +96,7 @@ SPZ = SplatFormat(
     ".spz",
     read_spz,
     write_spz,
-    loss="Positions have steps of 0.24 mm, scales steps of 6 % and a least of"
+    loss="Positions have steps of 0.24 mm, scales steps of 6 % and a minimum of"
     " 45 um; rotations are rounded to 10 bits, colours and opacities to 8.",
 )
 """Niantic's SPZ."""

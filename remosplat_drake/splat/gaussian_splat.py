@@ -21,8 +21,8 @@ SH_C0 = 0.28209479177387814
 """
 
 LEAST_SCALE, LARGEST_SCALE = 1e-4, 1e4
-"""Factors by which splats may be scaled: from one in tenths of a millimetre to
-one in tens of kilometres [m per unit of the file]."""
+"""Least and greatest factor by which splats may be scaled: units of a tenth of
+a millimetre to tens of kilometres [m per unit of the file]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class GaussianSplat:
 
     Two scales make a 2DGS surfel (Huang et al., 2024): a flat disc whose normal
     is the third column of its rotation. Three scales make a 3DGS ellipsoid
-    (Kerbl et al., 2023). The arrays are read-only, so a splat may be shared by
-    every system of a diagram; copying one returns the object itself.
+    (Kerbl et al., 2023). The arrays are read-only, so all systems of a diagram
+    can share a splat. A deep copy is the object itself.
 
     Attributes:
         p_GK: Centres of the splats K in G, shape (N, 3) [m].
@@ -43,9 +43,9 @@ class GaussianSplat:
         sh_rest: Coefficients of the higher spherical harmonics,
             coefficient-major, shape (N, K, 3) with K = (degree + 1)^2 - 1; K =
             0 if a file has none.
-        uncertainty: Bounds on how far the true surface may lie in front of each
-            splat, towards the point of measurement, shape (N,), not negative
-            [m]; None if unknown.
+        uncertainty: Bounds on the distance of the true surface in front of each
+            splat, on the side of a query point, shape (N,), not negative [m];
+            None if unknown.
 
     Raises:
         RemoSplatError: The arrays do not match, or a value is invalid; the
@@ -198,7 +198,7 @@ class GaussianSplat:
         return GaussianSplat.restored(ordered)
 
     def joined_with(self, other: "GaussianSplat") -> "GaussianSplat":
-        """Returns these splats, then another's of the same kind and degree.
+        """Appends other splats of the same kind and degree.
 
         Args:
             other: The splats that follow.
@@ -220,7 +220,7 @@ class GaussianSplat:
     def with_uncertainty(
         self, uncertainty: np.ndarray | float | None
     ) -> "GaussianSplat":
-        """Returns these splats with other bounds, see `uncertainty`.
+        """Returns these splats with another `uncertainty`.
 
         Args:
             uncertainty: Shape (N,), or one number for all [m]; None means

@@ -1,7 +1,8 @@
 """Spherical harmonics: view-dependent colours of a splat.
 
 The real harmonics are those of 3D Gaussian splatting (Kerbl et al., 2023), with
-the Condon-Shortley sign (-1)^m. Each degree l has 2 l + 1, by m from -l to l.
+the Condon-Shortley sign (-1)^m. Each degree l has 2 l + 1 harmonics, ordered by
+m from -l to l.
 """
 
 import math
@@ -13,7 +14,7 @@ from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import RemoSplatError
 
 _SAMPLES = 64
-"""Directions at which the harmonics of a degree are compared."""
+"""Directions at which harmonics are evaluated to find their rotation."""
 
 
 def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
@@ -24,7 +25,7 @@ def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
         directions: Unit vectors, shape (n, 3).
 
     Returns:
-        Shape (n, 2 l + 1), by m from -l to l.
+        Values, shape (n, 2 l + 1), ordered by m from -l to l.
     """
     x, y, z = directions.T
     azimuth = np.arctan2(y, x)
@@ -62,8 +63,8 @@ def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
     """Expresses the higher harmonics of splats in another frame F.
 
     The colour along a direction d_G becomes the colour along R_FG d_G. A
-    rotation mixes only harmonics of one degree, so its matrix follows from
-    their values at more directions than there are harmonics.
+    rotation mixes only harmonics of the same degree. The matrix of each degree
+    is found by least squares from the harmonics' values at many directions.
 
     Args:
         sh_rest: Coefficients as in `GaussianSplat`, shape (N, K, 3).

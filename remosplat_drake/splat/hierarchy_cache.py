@@ -1,7 +1,8 @@
 """Keeps expensive hierarchies in the user's cache.
 
-A file is named by the inputs of its boxes. A truncated or damaged file, or one
-of another version, is deleted and computed again.
+The name of a file is a digest of the inputs from which its boxes were computed.
+A truncated or damaged file, or one of another version, is deleted, and its
+hierarchy computed again.
 """
 
 import contextlib
@@ -26,23 +27,24 @@ MOST_BYTES = 1 << 30
 deleted."""
 
 _KIND = FileKind("hierarchy", b"RSDBVH\0\0", 2)
-"""Increase the version when the construction or search of hierarchies
-changes."""
+"""Version of the files; increase it when the construction or search of
+hierarchies changes."""
 
 
 def is_kept(n: int) -> bool:
-    """Returns whether a hierarchy of n boxes is worth a file."""
+    """Returns whether a hierarchy of n boxes is large enough for the cache."""
     return n >= LEAST_BOXES
 
 
 def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
     """Returns the hierarchy of n boxes from the cache; None if there is none.
 
-    Kernels can safely traverse it; whether it contains the boxes is not
-    checked.
+    Its structure is checked, so that kernels can safely traverse it. Its boxes
+    are not checked.
 
     Args:
-        key: Name for all inputs of the boxes, of letters and digits.
+        key: Digest of all inputs from which the boxes are computed, of letters
+            and digits.
         n: Number of the boxes.
     """
     path = _path(key)

@@ -18,17 +18,17 @@ It is the least scale of SPZ.
 """
 
 _FLAT = 1e-4
-"""Ellipsoids of equal third scales up to this were discs [m]."""
+"""Ellipsoids whose third scales are equal and at most this were discs [m]."""
 
 _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
-"""Quaternions wxyz of the turns that carry z to axis 0, and to axis 1."""
+"""Quaternions wxyz of the rotations that turn z to axis 0, and to axis 1."""
 
 
 def is_flat(splat: GaussianSplat) -> bool:
     """Returns whether the ellipsoids are discs that were given a thickness.
 
-    True if their third scales are all equal, to float precision, and at most
-    0.1 mm; training does not produce such scenes.
+    They are if their third scales are all equal, to float precision, and at
+    most 0.1 mm; training does not produce such splats.
     """
     if splat.is_surfel or not len(splat):
         return False
@@ -44,7 +44,8 @@ def without_thickness(splat: GaussianSplat) -> GaussianSplat:
 def with_thickness(splat: GaussianSplat) -> GaussianSplat:
     """Turns discs into ellipsoids as thin as `THICKNESS`; keeps ellipsoids.
 
-    A disc smaller than that becomes a ball, or a thinner disc.
+    If a scale of a disc is below `THICKNESS`, the ellipsoid's shortest axis is
+    another one than the disc's normal.
     """
     if not splat.is_surfel:
         return splat
@@ -55,9 +56,10 @@ def with_thickness(splat: GaussianSplat) -> GaussianSplat:
 def flattened(splat: GaussianSplat) -> GaussianSplat:
     """Turns ellipsoids into discs with the shortest axis as their normal.
 
-    K's axes are renamed cyclically, so that R_GK stays a rotation: with the
-    first axis the shortest they become y, z, x; with the second z, x, y. Among
-    equal scales the last is taken. Discs stay as they are.
+    K's axes are renamed cyclically, so that R_GK remains a rotation: they
+    become y, z, x if the first axis is the shortest, and z, x, y if the second
+    axis is. If scales are equal, the last axis is the normal. Discs are not
+    changed.
     """
     if splat.is_surfel:
         return splat

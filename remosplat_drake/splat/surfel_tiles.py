@@ -13,7 +13,7 @@ MAX_SURFELS = 150_000
 """Largest number of discs on a Meshcat page, at about 250 bytes each."""
 
 TILE_SIZE = 1000
-"""Number of discs in a tile: handing one to Meshcat takes about 0.1 ms."""
+"""Number of discs in a tile; Meshcat takes about 0.1 ms to receive a tile."""
 
 SIDES = 6
 """Number of corners of the polygon that represents a disc in a tile."""
@@ -52,8 +52,8 @@ def make_tiles(
     """Cuts a splat into meshes of neighbouring discs.
 
     Args:
-        splat: The scene in its frame G; of more than `MAX_SURFELS` splats,
-            those with the largest area are used.
+        splat: The scene in its frame G; if it has more than `MAX_SURFELS`
+            splats, those with the largest area are used.
         order: Indices of splats such that neighbours are consecutive, like the
             leaf order of a hierarchy; None builds one.
         size: Number of discs in a tile; the last one may have fewer.
@@ -105,7 +105,7 @@ def surfel_mesh(
 
 @lru_cache(maxsize=8)
 def polygon_faces(count: int, sides: int) -> np.ndarray:
-    """Triangulates polygons, whose corners follow each other, as triangle fans.
+    """Triangulates polygons as triangle fans; their corners are consecutive.
 
     Args:
         count: Number of polygons.
@@ -126,7 +126,7 @@ def polygon_faces(count: int, sides: int) -> np.ndarray:
 def largest(
     splat: GaussianSplat, count: int, min_opacity: float = 0.0
 ) -> GaussianSplat:
-    """Returns at most `count` splats, those of largest area times opacity.
+    """Returns the `count` splats with the largest area times opacity.
 
     Of splats with equal area, the first ones are used. The splats keep their
     order.

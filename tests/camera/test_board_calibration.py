@@ -71,7 +71,9 @@ def test_a_camera_that_turned_about_one_axis_is_refused(capture):
 
 
 def test_too_few_images_are_refused(capture):
-    with pytest.raises(RemoSplatError, match="4 images show the board; 5 must"):
+    with pytest.raises(
+        RemoSplatError, match="only 4 images show the board; at least 5"
+    ):
         fit_board(views_of(capture, TRUTH)[:4])
 
 

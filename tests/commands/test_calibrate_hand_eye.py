@@ -84,4 +84,4 @@ def test_another_board_is_not_found(folder, capsys):
         *("--board", f"{SPEC}:DICT_6X6_50"),
         *("--capture", str(folder / "board")),
     )
-    assert "0 images show the board; 5 must" in line
+    assert "only 0 images show the board; at least 5 are needed" in line

@@ -184,4 +184,4 @@ def test_a_lens_is_told_if_it_is_strange_and_not_undone(k1, offset, told):
     findings = judge_lens(disagreeing(offset), undone)
     assert [finding.name for finding in findings] == ["lens"] * told
     if told:
-        assert "k1 -0.30 and k2 +0.00 was undone" in findings[0].problem
+        assert "k1 -0.30 and k2 +0.00 was corrected" in findings[0].problem

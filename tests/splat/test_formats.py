@@ -205,7 +205,7 @@ def test_spz_cannot_reach_everywhere(tmp_path):
     p_GK = splat.p_GK.copy()
     p_GK[4, 1] = 2048
     far = dc.replace(splat, p_GK=p_GK)
-    with pytest.raises(FileError, match=r"splat 4 is further .* 2048 m"):
+    with pytest.raises(FileError, match=r"splat 4 is farther .* 2048 m"):
         write_spz(tmp_path / "s.spz", far)
     with pytest.raises(FileError, match="5 higher harmonics"):
         write_spz(tmp_path / "s.spz", random_splat(3, 5))

@@ -14,8 +14,8 @@ NEIGHBOURS = 12
 """Number of neighbours to which a splat may be linked."""
 
 REACH = 3.0
-"""Extent of a splat in standard deviations: two splats with overlapping extents
-are linked."""
+"""Extent of a splat in standard deviations; two splats with overlapping extents
+touch."""
 
 _BLOCK = 1 << 13
 
@@ -25,9 +25,10 @@ class Neighbours:
     """The nearest neighbours of n splats, by their centres, nearest first.
 
     Attributes:
-        index: Their indices, shape (n, k), int32; n if there are fewer.
-        distance: Their distances, shape (n, k), single precision; inf if there
-            are fewer.
+        index: Indices of the neighbours, shape (n, k), int32; n if there are
+            fewer.
+        distance: Distances of the neighbours, shape (n, k), single precision;
+            inf if there are fewer.
     """
 
     index: np.ndarray
@@ -89,10 +90,10 @@ def find_groups(
 ) -> Groups:
     """Finds which splats touch each other, directly or through others.
 
-    Two neighbours touch if their shapes of `REACH` standard deviations meet
-    along the line between the centres: a needle reaches far along its axis, and
-    not at all across. A disc counts as a ball. So a chain of small splats is
-    one group, for any orientations.
+    Two neighbours touch if their extents of `REACH` standard deviations along
+    the line between their centres overlap. So a needle touches splats that are
+    far away along its axis, but not across it. A disc counts as a ball, so that
+    a chain of small discs is one group for any orientations.
 
     Args:
         splat: At least one splat.

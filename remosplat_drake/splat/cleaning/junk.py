@@ -1,10 +1,10 @@
-"""Finds Gaussians that are not surfaces, from the splat itself.
+"""Finds Gaussians that are not on surfaces, from the splat itself.
 
-Splats from other programs contain floaters, sky and giants, which are not
-surfaces and make distances too small. A surface that is removed by mistake
-makes distances too large, which is worse. So splats that touch a large part of
-the scene stay, however thin, unless they are nearly transparent or far too
-large for a surface.
+Splats from other programs contain floaters, sky and giants, which are not on
+surfaces and make distances too small. If a surface is removed by mistake,
+distances are too large, which is worse. So splats that touch a large part of
+the scene are kept, unless they are nearly transparent or far too large for a
+surface.
 
 All lengths are relative to the splat's own: the unit of such files is unknown.
 """
@@ -29,10 +29,10 @@ SKY, FLOATER, BEFORE, UNSEEN = "sky", "floater", "before a camera", "unseen"
 
 REASONS = {
     FAINT: "nearly transparent: an opacity below 0.05",
-    GIANT: "too large for a surface, for the scene or beside its neighbours",
+    GIANT: "too large for a surface in this scene, or next to its neighbours",
     NEEDLE: "thin and far longer than its neighbours",
-    SKY: "beyond a gap around the scene that is as wide as the scene",
-    FLOATER: "one of few that touch nothing else",
+    SKY: "separated from the scene by a gap as wide as the scene",
+    FLOATER: "in a small group that touches nothing else",
     BEFORE: "part of a small thing right before a camera",
     UNSEEN: "part of a small thing that no camera looks at",
 }
@@ -42,31 +42,35 @@ LEAST_OPACITY = 0.05
 """Splats of lower opacity are faint; half the oracle's threshold."""
 
 _GIANT = 0.3
-"""Largest standard deviation of a part of a surface, as a share of the
-scene's radius, or of the splat's distance from its middle if that is more."""
+"""Largest standard deviation of a splat on a surface, as a fraction of the
+scene's radius, or of the splat's distance from the scene's middle if that is
+larger."""
 
 _LARGE = 0.1
-"""The same share from which on a splat is compared with its neighbours."""
+"""Splats above this fraction of the same length are compared with their
+neighbours."""
 
 _BESIDE = 12.0
-"""Least ratio of such a giant's size to its neighbours' median."""
+"""A splat above `_LARGE` is a giant if it is at least this many times as large
+as the median of its neighbours."""
 
 _NEEDLE, _LONGER = 15.0, 10.0
-"""A needle's length over its width, and over its neighbours' median length."""
+"""Least ratio of a needle's length to its width, and to the median length of
+its neighbours."""
 
 _ORDINARY = 20.0
-"""Splats up to this multiple of the median size determine the size of the
-scene."""
+"""The scene's size is computed from splats up to this multiple of the median
+size."""
 
 _GAP = 2.0
 """Splats beyond this multiple of the scene's radius are outside it."""
 
 FEW = 30
-"""A group of fewer splats is not part of the scene if it touches nothing
-else."""
+"""A separate group with fewer splats than this is not part of the scene."""
 
 _PART = 0.05
-"""Share of the splats of a part that cameras may contradict."""
+"""A part contradicts the cameras only if it has less than this fraction of all
+splats."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -77,7 +81,7 @@ class Junk:
         reason: Index into `names` for each splat, shape (N,), uint8; 0 is
             `KEPT`.
         middle: Middle of the kept splats, in G, shape (3,).
-        radius: Radius around it that contains all but a hundredth of them.
+        radius: Radius around the middle that contains 99 % of the kept splats.
         has_views: Whether the cameras were known.
     """
 
@@ -94,7 +98,7 @@ class Junk:
         return self.reason == 0
 
     def counts(self) -> dict[str, int]:
-        """Returns how many splats are removed for each reason.
+        """Returns the number of splats that are removed for each reason.
 
         Reasons that need cameras are omitted if these are unknown.
         """
@@ -112,12 +116,12 @@ def find_junk(
 ) -> Junk:
     """Finds faint splats, giants, needles, sky and floaters.
 
-    With views, it also finds splats right before a camera and splats outside
-    all views, unless they touch something large.
+    With views, it also finds splats directly in front of a camera and splats
+    outside all views, unless they touch something large.
 
     Args:
-        splat: At least one splat in G, in any unit. Fewer than `FEW` that are
-            not faint are all kept.
+        splat: At least one splat in G, in any unit. If fewer than `FEW` are not
+            faint, these are all kept.
         views: The cameras that the splat was trained from, if they are known.
         on_stage: Called with the name of the next stage.
     """

@@ -44,8 +44,8 @@ _SIDE = 620
 """Length of a view's side [px]."""
 
 _RADII = 2.5
-"""Half size of a view, in radii of the kept splats; splats farther away are
-drawn at the border."""
+"""Half the side of a view, as a multiple of the radius of the kept splats;
+splats farther away are drawn at the border."""
 
 _STYLE = """
 .dot { display: inline-block; width: .8em; height: .8em; border-radius: 50%;

@@ -17,12 +17,12 @@ TRANSFORMS = "transforms.json"
 """Name of the cameras' file beside a splat."""
 
 _BEFORE = 0.1
-"""Points nearer to a camera than this share of the scene's median depth are
-right before it."""
+"""Points are directly in front of a camera if they are nearer than this
+fraction of the scene's median depth."""
 
 _MOST, _SKEW = 1e7, 1e-3
-"""Bounds on numbers of cameras [pixels], and on how far from a rotation they
-may be."""
+"""Largest number of a camera [pixels], and largest deviation of its pose from a
+rigid transform."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -46,17 +46,18 @@ class Views:
     def look(
         self, p_GK: np.ndarray, scene_G: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Finds which points cameras see, and which are right before one.
+        """Finds points in view of cameras, and points directly in front of one.
 
         A point is in view if it is inside an image, even if it is occluded.
 
         Args:
             p_GK: The points, shape (n, 3).
-            scene_G: Points of the scene, which determine its near range, shape
-                (m, 3).
+            scene_G: Points of the scene, whose depths determine this near
+                range, shape (m, 3).
 
         Returns:
-            Both as bool, shape (n,).
+            Masks of the points in view, and of those directly in front of a
+            camera, each of shape (n,), bool.
         """
         is_seen = np.zeros(len(p_GK), bool)
         is_before = np.zeros(len(p_GK), bool)
@@ -69,7 +70,7 @@ class Views:
         return is_seen, is_before
 
     def seen_share(self, p_GK: np.ndarray) -> float:
-        """Returns the fraction of points that any camera looks at."""
+        """Returns the fraction of points that are in view of a camera."""
         return float(self.look(p_GK, p_GK)[0].mean())
 
     def _depths(

@@ -27,7 +27,7 @@ _ROW = np.dtype(
 
 
 def read_antimatter(path: Path) -> GaussianSplat:
-    """Reads a `.splat` file, which always holds three scales.
+    """Reads a `.splat` file, which always contains three scales.
 
     Raises:
         FileError: The file is unreadable or truncated, or contains an invalid

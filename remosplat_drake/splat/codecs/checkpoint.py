@@ -1,7 +1,8 @@
 """Checkpoints of gsplat's trainers, and of ours: `.pt` files of raw tensors.
 
-A 2DGS checkpoint has three scales, too; its trainer never uses the third. So
-the tensors alone do not determine whether it holds discs or ellipsoids.
+A 2DGS checkpoint also has three scales, of which its trainer ignores the third.
+So the tensors alone do not determine whether a checkpoint contains discs or
+ellipsoids.
 """
 
 import io
@@ -44,10 +45,11 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
     Args:
         path: A file {"splats": {"means": ..., ...}, ...}, or the inner
             dictionary alone.
-        surfel: Whether the first two scales span 2DGS discs. None decides: two
-            scales, or third scales that are tiny and all the same, are discs;
-            otherwise the name decides, as gsplat's trainers choose it:
-            `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is 3DGS.
+        surfel: Whether the first two scales span 2DGS discs. None: detected.
+            Splats with two scales, or with third scales that are tiny and
+            equal, are discs. Otherwise the file name is used, as chosen by
+            gsplat's trainers: `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is
+            3DGS.
 
     Raises:
         FileError: The file is unreadable, is not a checkpoint, or contains an
@@ -78,7 +80,8 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
 def write_checkpoint(path: Path, splat: GaussianSplat) -> None:
     """Writes a checkpoint that gsplat's trainers and viewers can load.
 
-    Discs get a third scale, the same for all, by which they are recognised.
+    Discs are written with the same third scale for all, by which readers
+    recognise discs.
 
     Raises:
         FileError: The file cannot be written.

@@ -1,9 +1,9 @@
 """PlayCanvas' compressed PLY.
 
-Four words of 32 bits a splat: position and scale in 11, 10 and 11 bits
-between the bounds of its chunk of 256 splats, rotation as the smallest three
-of wxyz in 10 bits each, colour and opacity in 8 bits each. Higher harmonics
-may follow in a table of bytes.
+Each splat has four words of 32 bits. Position and scale have 11, 10 and 11
+bits, as fractions between the bounds of a chunk of 256 splats. The rotation has
+the three smallest components of wxyz in 10 bits each. Colour and opacity have 8
+bits each. Higher harmonics may follow in a table of bytes.
 """
 
 from pathlib import Path

@@ -1,8 +1,8 @@
 """The smallest-three packing of unit quaternions.
 
-The component of largest magnitude follows from the other three, which lie in
-[-1/sqrt(2), 1/sqrt(2)]. All packed formats do this; they differ in the order
-of the components and in how they round.
+The component of largest magnitude is omitted, since it follows from the other
+three, which are in [-1/sqrt(2), 1/sqrt(2)]. All packed formats use this method.
+They differ in the order of the components and in rounding.
 """
 
 import numpy as np

@@ -1,8 +1,8 @@
 """PlayCanvas' SOG: a splat as lossless WebP pictures, in a folder or a zip.
 
-Pixel i of each picture belongs to splat i. Positions have 16 bits an axis on
-a logarithmic scale, rotations are the smallest three of wxyz, and scales and
-colours are bytes that point into a codebook.
+Pixel i of each picture belongs to splat i. Positions have 16 bits per axis on a
+logarithmic scale. Rotations are the three smallest components of wxyz. Scales
+and colours are bytes that are indices into a codebook.
 """
 
 from pathlib import Path

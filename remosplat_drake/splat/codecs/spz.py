@@ -1,9 +1,9 @@
 """Niantic's SPZ format, versions 1 to 4.
 
-A header and six sections of quantised values, section by section: gzipped as
-one stream up to version 3, one zstandard stream a section in version 4. SPZ's
-axes are right, up, back; those of a PLY are right, down, front. So y and z
-change sign in this module, and other modules are not affected.
+A file has a header and six sections of quantised values. Up to version 3 it is
+one gzipped stream; in version 4 each section is a zstandard stream. SPZ's axes
+are right, up, back, but those of a PLY are right, down, front. So this module
+changes the signs of y and z.
 """
 
 from pathlib import Path
@@ -151,7 +151,7 @@ def _pack_positions(
     if far.any():
         raise FileError(
             path,
-            f"splat {far.argmax()} is further away than SPZ reaches,"
+            f"splat {far.argmax()} is farther away than SPZ can represent,"
             f" {2**23 / steps:.0f} m ({far.sum()} such splats)",
         )
     words = np.ascontiguousarray(fixed, "<i4").view(np.uint8)

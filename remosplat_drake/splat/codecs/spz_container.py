@@ -27,7 +27,8 @@ _TABLE_ENTRY = struct.Struct("<QQ")
 _HAS_EXTENSIONS = 2
 _MAX_WINDOW = 2**27  # Memory that zstandard may take besides [bytes].
 _HARMONICS = (0, 3, 8, 15, 24)
-"""Coefficients a colour channel beyond the constant one, by degree."""
+"""Number of coefficients per colour channel, without the constant one, by
+degree."""
 
 
 @dc.dataclass(frozen=True)
@@ -68,7 +69,8 @@ def degree_of(harmonics: int) -> int | None:
     """Returns the spherical-harmonics degree of a number of coefficients.
 
     Args:
-        harmonics: Number of coefficients of higher harmonics a colour channel.
+        harmonics: Number of coefficients of higher harmonics per colour
+            channel.
 
     Returns:
         The degree; None if there is no such degree in SPZ.

@@ -27,11 +27,11 @@ MAX_SPLATS = 2**24
 """Largest number of splats; each takes 50 to 350 bytes of memory."""
 
 _ALWAYS_ALLOWED = 2**26
-"""Unpacked size that every file may have [bytes]: a uniform picture compresses
-extremely well."""
+"""Unpacked size that is accepted at any compression ratio, since uniform
+pictures compress extremely well [bytes]."""
 
 _MAX_RATIO = 1000
-"""Compression ratio that real data of a larger size never reach."""
+"""Largest compression ratio of larger files; real data do not reach it."""
 
 
 def read_whole(path: Path) -> bytes:
