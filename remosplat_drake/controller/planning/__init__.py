@@ -1,7 +1,7 @@
 """Planning: searches paths through configurations if rollouts do not arrive.
 
-The other candidates of guidance only modify the program: an arm that is folded
-the wrong way stays folded. So a path through configurations is searched on the
-same map and with the same distances as verification uses. It is a further
-candidate of guidance, and safety does not depend on it.
+Other candidates of guidance only modify the program of a tick, which cannot
+unfold an arm that is folded the wrong way. So planning searches a path through
+configurations, with the map and the distances that verification uses. The path
+is a further candidate of guidance, and safety does not depend on it.
 """

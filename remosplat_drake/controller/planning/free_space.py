@@ -35,11 +35,11 @@ class FreeSpace:
     """The configurations and motions of a robot that keep all distances.
 
     Each sphere keeps the stopping distance from the scene, and the shapes of
-    two links keep a distance from each other; if a distance is smaller at the
-    start, the present one is kept. Joints stay within bounds. Motions are
-    checked like commands in verification, so between two samples, distances may
-    be smaller only by verification's tolerance. A free space must not be used
-    by several threads at a time.
+    two links keep a distance from each other. If a distance is already smaller
+    at the start, it must not decrease further. Joints stay within bounds.
+    Motions are checked like commands in verification: between two samples,
+    distances may be smaller by verification's tolerance. A free space must not
+    be used by several threads at a time.
 
     Attributes:
         robot: The robot.
@@ -135,7 +135,7 @@ class FreeSpace:
             return is_free_between(self.arrays, line, a, b)
 
     def rooms(self, q: np.ndarray, far: float) -> np.ndarray:
-        """Measures the rooms: each clearance minus the required one.
+        """Measures the rooms: clearances of spheres minus the required ones.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
@@ -151,7 +151,7 @@ class FreeSpace:
     def calls(self) -> AbstractContextManager[int]:
         """Context in which kernels can query a map that is computed in Python.
 
-        A `with` statement returns the number of the calls.
+        Its `with` statement returns the number by which kernels find the map.
         """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)

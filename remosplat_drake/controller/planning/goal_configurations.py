@@ -17,28 +17,31 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _ROUND = 20, 100
-"""Number of groups of draws in the first round, and in later ones; the search
-ends as soon as it has found enough."""
+"""Number of groups of draws in the first round, and in later ones. The search
+ends as soon as it has found enough configurations."""
 
 _COMPARED = 100
-"""Largest number of configurations with too little room that are compared."""
+"""Largest number of configurations among which the one that comes nearest to
+keeping all distances is selected, if none keeps them."""
 
 _ENOUGH = 0.06
-"""Room above which the price does not fall further [m]."""
+"""Excess of the least clearance over the required one above which the cost of a
+goal does not decrease further [m]."""
 
 _GROUP = 4
-"""Number of draws in a group, of which the one nearest to the target is the
-seed."""
+"""Number of random configurations in a group. The one nearest to the target is
+a seed of inverse kinematics."""
 
 _PATIENCE = 4
-"""Largest number of groups for each requested seed; most drawn bases
-collide."""
+"""Largest number of groups for each requested seed. Several are needed, since
+most random poses of a base collide."""
 
 _BASE_DISTANCE = (0.35, 0.95)
-"""Least and greatest distance of drawn bases from the target [m]."""
+"""Least and greatest distance of random base positions from the target [m]."""
 
 _BASE_TURN = 0.8
-"""Largest angle between a drawn base's heading and the target [rad]."""
+"""Largest angle between a random base heading and the direction to the target
+[rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -51,9 +54,9 @@ class GoalConfigurations:
         seeds: Number of seeds that were tried.
         reached: Number of seeds from which inverse kinematics reached the
             target.
-        tightest: Index of the sphere with the least room in `cramped`; -1
-            without it.
-        missing: Distance that this sphere lacks [m].
+        tightest: Index of the sphere that is most too near to the scene in
+            `cramped`; -1 if that is None.
+        missing: Distance by which this sphere is too near [m].
         cramped: The best configuration that reaches the target without keeping
             all distances, shape (n_q,) [rad, m]; None if there is none.
     """
@@ -77,8 +80,8 @@ def goal_configurations(
 ) -> GoalConfigurations:
     """Searches configurations that reach a target and keep all distances.
 
-    An aim that names its configuration has that one alone, with the base's yaw
-    at the whole turn that is nearest.
+    If the aim names a configuration, only that one is checked. Its base yaw is
+    shifted by whole turns to be nearest to the present yaw.
 
     Args:
         space: The free space.

@@ -245,13 +245,14 @@ class MotionPlanner:
     def _no_goal(self, goals: GoalConfigurations, stopping: float) -> str:
         if not goals.reached:
             return (
-                f"no configuration that reaches it found from {goals.seeds}"
-                " seeds; move or turn the target"
+                "no configuration that reaches the target found from"
+                f" {goals.seeds} seeds; move or turn the target"
             )
         link = self.robot.spheres.links[goals.tightest]
         part = self.robot.description.called(link)
         return (
-            f"of {goals.reached} configurations that reach it none keeps"
-            f" {1e3 * stopping:.3g} mm from the scene: in the best {part} lacks"
-            f" {max(1.0, 1e3 * goals.missing):.0f} mm; move or turn the target"
+            f"none of {goals.reached} configurations that reach the target"
+            f" keeps {1e3 * stopping:.3g} mm from the scene: in the best one,"
+            f" {part} is {max(1.0, 1e3 * goals.missing):.0f} mm too near; move"
+            " or turn the target"
         )

@@ -10,20 +10,20 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""Time for which paths leave room in case standing movers start to move [s]:
-paths avoid all places that they can reach within it. This permits higher speeds
-along the path."""
+"""Time for which a standing mover is assumed to start moving [s]: paths avoid
+all places that it can reach in this time. The robot may then pass it faster."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class StandingMovers:
-    """Standing movers, enlarged by the room that paths leave.
+    """Standing movers, enlarged by the distance that paths keep from them.
 
-    Motions are checked with verification's sweep, with movers that cannot move.
+    Planned motions are checked by the same sweep as in verification, which
+    treats these movers as immovable.
 
     Attributes:
-        movers: The movers, at rest, stamped now, and enlarged by the required
-            distance.
+        movers: The movers at rest, enlarged by the required distance. Their
+            stamp is the present time.
     """
 
     movers: Movers

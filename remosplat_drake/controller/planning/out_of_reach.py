@@ -22,7 +22,7 @@ def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
         if lacking > 0.0:
             length = end_effector_reach(robot, effector)
             return (
-                f"no configuration reaches it: it is {lacking:.2f} m out of"
-                f" reach of the arm, which is {length:.2f} m long"
+                f"the target is {lacking:.2f} m out of reach of the arm, which"
+                f" is {length:.2f} m long; move the target"
             )
     return ""

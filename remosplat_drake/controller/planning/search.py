@@ -59,7 +59,7 @@ class Search:
             goals: Possible ends, the best first, shape (k, n_q) [rad, m].
 
         Returns:
-            Both, shape (2, n_q); None if no motion is free.
+            The two configurations, shape (2, n_q); None if no motion is free.
         """
         for goal in goals[: self.checks]:
             if self.interrupted():

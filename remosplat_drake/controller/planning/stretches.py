@@ -1,6 +1,7 @@
-"""Converts a path to the stretches that are driven, without needless turns.
+"""Converts a path to stretches on which the base only turns or only drives.
 
-The base's heading between two drives is arbitrary, but a search draws one.
+A search draws the base's heading at each corner at random. Turns that only
+serve to reach such a heading are omitted.
 """
 
 from itertools import pairwise

@@ -29,7 +29,7 @@ def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
 
 
 def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
-    """Returns a map whose rows rollouts can query; see `map_for_kernels`.
+    """Returns a map for kernels of rollouts; see `map_for_kernels`.
 
     Args:
         field: The map.
@@ -58,7 +58,9 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 
 
 class MapCalls:
-    """Answers kernels' queries of a map; a context that returns its number.
+    """Context in which Python answers the map queries of kernels.
+
+    Its `with` statement returns the number that kernels must be given:
 
     with MapCalls(robot, field) as line:
         kernel(..., line)

@@ -35,7 +35,7 @@ class Monitoring:
         separation: The additional distance C [m].
         reaction: Time until the command acts, plus the time for which it is
             held [s].
-        braking: Time from then to rest [s].
+        braking: Time from the end of `reaction` to rest [s].
         braking_way: Time in which the held command would cover the braking
             distance [s].
     """
@@ -105,7 +105,7 @@ class ProtectiveSeparation:
 
     @property
     def needed(self) -> np.ndarray:
-        """S_p, shape (m,) [m]."""
+        """The protective separation distance S_p, shape (m,) [m]."""
         return (
             self.mover_way
             + self.reaction_way
@@ -117,7 +117,7 @@ class ProtectiveSeparation:
 
     @property
     def margin(self) -> np.ndarray:
-        """The distances in excess of S_p, shape (m,) [m]."""
+        """Distance minus S_p of each pair, shape (m,) [m]."""
         return self.distance - self.needed
 
     def least(self, links: Sequence[str], movers: Movers) -> Separation | None:

@@ -25,8 +25,8 @@ class BaseSpheres(NamedTuple):
     Attributes:
         order: Order in which they are checked, shape (m,); kernels change it.
         sphere: Their indices, shape (m,).
-        p_BS: Their centres in the base's frame: its origin on the ground, its
-            x forward, shape (m, 3) [m].
+        p_BS: Their centres in the base's frame, which has its origin on the
+            ground and x forward, shape (m, 3) [m].
         R_BL: Orientations of their links in the base's frame, shape (m, 3, 3).
         reach: Clearances that they must keep, shape (m,) [m].
     """
@@ -81,7 +81,7 @@ def _is_moved_by_arm(robot, body):
 
 @kernel(returns=TRUTH)
 def may_stand(space, line, base, q):
-    """Returns whether the base's spheres are free at a pose.
+    """Returns whether the base's spheres are free of collisions at a pose.
 
     Args:
         space: The `SpaceArrays`.

@@ -1,6 +1,6 @@
-"""The greatest speeds along a path with which the rest can be followed.
+"""Computes the greatest speeds with which the rest of a path is feasible.
 
-Also the greatest acceleration of a robot that is slower.
+It also computes the greatest acceleration at each point of the path.
 """
 
 import numpy as np
@@ -34,12 +34,11 @@ def controllable_speeds(rate, bend, offset, bound, step, fastest):
 
     Args:
         rate: r on each of the k pieces between the nodes, shape (k, m).
-        bend: r' at the nodes but the last, shape (k, m).
-        offset: o there, within the bounds, shape (k, m).
+        bend: r' at all nodes but the last, shape (k, m).
+        offset: o at these nodes, with |o| <= b, shape (k, m).
         bound: The bounds b, shape (m,).
         step: Arc length from each node to the next, shape (k,).
-        fastest: Bounds on the speed at the nodes but the last, shape (k,)
-            [1/s].
+        fastest: Bounds on the speed at these nodes, shape (k,) [1/s].
 
     Returns:
         The speeds at all nodes, shape (k + 1,) [1/s], and the greatest dv/dt at

@@ -59,12 +59,13 @@ class Arms(NamedTuple):
 
 @kernel(returns=REAL)
 def reach_from(arms, q, steps, tolerance):
-    """Solves for a configuration that brings each E to its T, from a seed.
+    """Solves for a configuration in which each end effector E is at its target.
 
     Args:
         arms: The `Arms`.
-        q: Input: the seed; output: the final configuration, shape (n_q,) [rad,
-            m]. Entries before those of the arms do not change.
+        q: Input: the seed, from which the iteration starts; output: the final
+            configuration, shape (n_q,) [rad, m]. Entries before those of the
+            arms do not change.
         steps: Largest number of steps; with 0, only the seed's error is
             computed.
         tolerance: Error at which the iteration ends, with angles times 0.3 m

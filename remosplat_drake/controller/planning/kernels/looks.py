@@ -1,8 +1,8 @@
 """Checks that configurations, and motions between them, keep distances.
 
 A motion is checked like a command in verification: between two samples,
-distances are kept up to verification's tolerance; see `map_looks.py` and
-`self_looks.py`.
+distances may be smaller than required by verification's tolerance. See
+`map_looks.py` and `self_looks.py`.
 """
 
 import numpy as np
@@ -39,13 +39,13 @@ _LOOK = 0.8
 """Motion of a sphere between two samples of the first round [m]."""
 
 _MOST_PLACES = 8
-"""Largest number of parts between the few configurations that are checked
-before the whole motion: of the blocked motions of a search that end at a free
-configuration, nine in ten are blocked at one of these."""
+"""Largest number of equal parts of a motion. The configurations between these
+parts are checked before the whole motion: of the blocked motions of a search
+that end at a free configuration, nine in ten are blocked at one of these."""
 
 _LEAST_PLACE = 0.3
-"""Length below which parts are not divided, radians and metres alike: blocked
-short motions are mostly blocked at their end."""
+"""Length below which a motion is not divided into such parts, in radians and
+metres alike. Short motions that are blocked are mostly blocked at their end."""
 
 _MOVER_LOOK = 0.02
 """Motion of a sphere between two samples for standing movers [m]."""

@@ -1,9 +1,10 @@
 """Checks distances from a map, at a configuration or along a motion.
 
-A part of a motion is sampled in its middle. If a sphere's room there exceeds
-the length of its path from the middle to either end, the sphere is free on the
+A part of a motion is sampled in its middle. The room of a sphere is its
+clearance minus the required clearance. If the room in the middle exceeds the
+length of the sphere's path from there to either end, the sphere is free on the
 part. For other spheres, the part is halved, and both middles are sampled. Balls
-around several spheres are checked first.
+that each enclose several spheres are checked first.
 """
 
 import numpy as np
@@ -30,7 +31,8 @@ from remosplat_drake.signals.compiled_map import (
 )
 
 _HALVES = 10
-"""Number of halvings, after which an undecided part is rejected."""
+"""Number of halvings after which a motion that is still undecided counts as not
+free."""
 
 _SOME = 4
 """Number of spheres between two checks for an interruption."""
@@ -93,10 +95,10 @@ def rooms(space, line, q, far):
 
 @kernel(returns=TRUTH)
 def keeps_off_the_map(space, line, q, u, looks):
-    """Returns whether all spheres keep their clearances on a motion.
+    """Returns whether all spheres keep their clearances along a motion.
 
-    Clearances may be smaller by verification's tolerance. For a map that is not
-    1-Lipschitz, this holds only at the samples.
+    Between samples, clearances may be smaller by verification's tolerance. For
+    a map that is not 1-Lipschitz, clearances are kept only at the samples.
 
     Args:
         space: The `SpaceArrays`.
@@ -245,7 +247,9 @@ def _measure_in_python(space, line, at, item, reach, found):
 
 @helper
 def look(space, line, at, wanted, room, least):
-    """Queries the map if a lower bound of a room is smaller than needed.
+    """Queries the map for spheres whose lower bounds of rooms are too small.
+
+    The room of a sphere is its clearance minus the required clearance.
 
     Args:
         space: The `SpaceArrays`.

@@ -9,18 +9,18 @@ import numpy as np
 
 
 class MapWork(NamedTuple):
-    """Working arrays for m balls and spheres.
+    """Working arrays for m spheres, and balls around several spheres.
 
     Attributes:
         item: Balls and spheres to check, shape (m,).
-        opened: Balls whose spheres are checked next, shape (m,).
+        opened: Balls whose enclosed spheres are checked next, shape (m,).
         bend: Bounds on accelerations, shape (m,) [m/s^2].
         p_WS: Centres in W, shape (m, 3) [m].
         p_before: One of these centres at the end of a part, shape (3,) [m].
         reach: Clearances up to which results are exact, shape (m,) [m].
         found: Clearances, shape (m,) [m].
-        room: Rooms, shape (m,) [m].
-        wanted: Required rooms, shape (m,) [m].
+        room: Rooms: clearances minus required clearances, shape (m,) [m].
+        wanted: Rooms with which a part of a motion is free, shape (m,) [m].
     """
 
     item: np.ndarray

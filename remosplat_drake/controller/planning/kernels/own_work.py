@@ -35,7 +35,7 @@ class OwnWork(NamedTuple):
         p_WC: Centres of the shapes, shape (m, s, 3) [m].
         p_WL: Centres of the links' boxes, shape (m, l, 3) [m].
         guess: The latest computed directions from the first to the second shape
-            of each pair, in the first's link, shape (k, 3).
+            of each pair, in the frame of the first shape's link, shape (k, 3).
         guess_W: One of them in W, shape (3,).
         stack: Times of samples, shape (`DEPTH`,).
         room: Rooms at these times, shape (`DEPTH`,) [m].

@@ -40,8 +40,8 @@ def reaching(space, line, arms, draws, most):
 
     Returns:
         Configurations that reach the aim, shape (m, n_q) [rad, m], which of
-        them are free, shape (m,), and the number of seeds: groups with a base
-        that is not free have none.
+        them are free, shape (m,), and the number of seeds. A group whose base
+        pose is not free has no seed.
     """
     base, count, free, seeds = base_spheres(space), 0, 0, 0
     found = np.empty((len(draws), draws.shape[2]))

@@ -10,19 +10,21 @@ from remosplat_drake.robot.kinematics import body_poses, place_points
 from remosplat_drake.signals.compiled_map import is_lipschitz
 
 _FAR = 0.2
-"""Room above which a sphere does not limit the speed [m]."""
+"""Excess of a clearance over the stopping distance above which a sphere does
+not limit the speed [m]."""
 
 _AHEAD = 0.05
-"""Additional distance of queries [m]: until a sphere has moved by it, no other
-query is needed."""
+"""Distance by which queries reach farther than needed [m]. Until a sphere has
+moved by that distance, no other query is needed."""
 
 
 @kernel(returns=reals(1))
 def speeds_in_room(space, line, path, fastest, law):
     """Bounds the speeds along a path by the clearances of the spheres.
 
-    On a segment of length s, along which the remaining clearance of a sphere
-    falls from r to r', the damper allows v (r - r') / s <= c r.
+    Let r be the excess of a sphere's clearance over the stopping distance. On a
+    segment of length s, along which it decreases from r to r', the damper
+    allows the speed v if v (r - r') / s <= c r, with the slope c of its law.
 
     Args:
         space: The `SpaceArrays`.
@@ -30,11 +32,12 @@ def speeds_in_room(space, line, path, fastest, law):
         path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].
-        law: The slope c [1/s], the stopping distance, above which room is
-            counted [m], and the speed below which nothing is limited [1/s].
+        law: The slope c [1/s], the stopping distance [m], and the speed to
+            which no sphere limits the motion further [1/s].
 
     Returns:
-        The lesser of both bounds on each piece, shape (k,) [1/s].
+        The bound on the speed on each piece, `fastest` included, shape (k,)
+        [1/s].
     """
     robot, n = space.robot, len(space.level)
     (q, s), (slope, stopping, creep) = path, law

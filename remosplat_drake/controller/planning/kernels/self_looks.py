@@ -1,9 +1,10 @@
 """Checks for self-collision, at a configuration or along a motion.
 
-The rate of a distance between two links is bounded. So a motion is sampled from
-coarse to fine, for each pair of links. If the rooms at both ends of a part add
-up to more than the possible change of the distance on it, no sample in between
-is needed.
+The rate at which the distance between two links changes is bounded. So a motion
+is sampled from coarse to fine, for each pair of links. The room of a pair is
+its distance minus the required one. If the rooms at both ends of a part add up
+to more than the possible change of the distance on that part, no sample in
+between is needed.
 """
 
 import numpy as np
@@ -19,12 +20,13 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 _BLINK = 0.01
-"""Motion of two shapes between the finest samples [m], on which their distance
-may be smaller than required. Verification samples more finely."""
+"""Relative motion of two shapes between the finest samples [m]. Between these,
+their distance may be smaller than required; verification samples more finely.
+"""
 
 _FINE = 0.05
-"""Room above which coarse bounds suffice [m], since more samples are cheaper
-than exact distances."""
+"""Distance of a pair, minus the required one, above which coarse bounds suffice
+[m]: there, more samples are cheaper than exact distances."""
 
 _ROUNDING = 1e-9
 """Bound on rounding errors of distances [m]."""

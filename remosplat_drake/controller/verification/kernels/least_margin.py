@@ -17,10 +17,11 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 @kernel(returns=REAL)
 def least_margin(robot, state, movers, u, monitoring, tube):
-    """Finds the sphere and the mover whose distance exceeds S_p the least.
+    """Finds the pair of a sphere and a mover with the least margin over S_p.
 
-    `protective_separation.py` computes the same in NumPy, and defines the
-    terms.
+    S_p is the protective separation distance, and the margin is the distance
+    minus S_p. `protective_separation.py` computes the same in NumPy, and
+    defines the terms.
 
     Args:
         robot: The `RobotArrays`.

@@ -2,7 +2,7 @@
 
 The map is queried from coarse to fine. A path that is undecided after the
 finest queries is rejected. For a map that is not 1-Lipschitz, nothing is
-guaranteed between the looks.
+guaranteed between the sampled configurations.
 """
 
 import numpy as np
@@ -24,19 +24,19 @@ from remosplat_drake.signals.compiled_map import (
 )
 
 PIECES = 4
-"""Number of pieces into which the time between two looks is divided."""
+"""Number of pieces into which the time between two samples is divided."""
 
 ROUNDS = 5
-"""Number of such divisions; a path that is undecided after 4^5 pieces is
-rejected."""
+"""Number of times that a piece is divided again; a path that is undecided after
+4^5 pieces is rejected."""
 
 
 @kernel(returns=TRUTH)
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Returns whether all spheres keep their distance from a map on a path.
 
-    At the path's `times` they keep the distance, in between the distance minus
-    a tolerance; see `between_looks.py`.
+    At the path's `times` they keep the distance; between these times, the
+    distance minus a tolerance. See `between_looks.py`.
 
     Args:
         robot: The `RobotArrays`.
@@ -218,7 +218,9 @@ def _place(robot, path, time, i, p, R):
 
 @helper
 def keeps_joint_limits(path, lower, upper):
-    """Returns whether joints stay within limits, or no farther outside.
+    """Returns whether joints stay within their limits.
+
+    A joint that is outside at the start must not move farther outside.
 
     On each piece of a path, joints move monotonically, so checking the ends of
     pieces suffices.

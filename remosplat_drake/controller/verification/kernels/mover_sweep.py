@@ -35,11 +35,12 @@ from remosplat_drake.scene.kernels.mover_reach import (
 def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     """Returns whether all spheres keep away from all movers on a path.
 
-    At each look of the path, a moving sphere keeps min(separation, its present
-    distance) from all possible positions of a mover, and in between that
-    distance minus a tolerance. Or else, from look to look, it moves away from
-    all positions at which the mover can touch it. A sphere that is already
-    touched, or nearly, must rest or retreat until the contact ends.
+    At each sampled time of the path, a moving sphere must keep min(separation,
+    its present distance) from all possible positions of a mover; between two
+    samples, it must keep that distance minus a tolerance. Otherwise, it must
+    move away from all positions at which the mover can touch it. A sphere that
+    a mover touches or nearly touches must rest or retreat until the contact
+    ends.
 
     Args:
         robot: The `RobotArrays`.

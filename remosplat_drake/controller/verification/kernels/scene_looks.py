@@ -1,4 +1,4 @@
-"""Places spheres along a path, and bounds their rooms without queries."""
+"""Places spheres along a path, and bounds their clearances without queries."""
 
 import numpy as np
 

@@ -73,7 +73,7 @@ class KeptArrays(NamedTuple):
     Attributes:
         dt: Duration of a tick [s].
         spare: Time beyond a tick for which a station holds a command [s].
-        looks_at_itself: Whether it also checks the robot's own shapes.
+        looks_at_itself: Whether self-collision is checked, too.
         own: The pairs of the robot's own shapes.
         own_stopping: The distance that these pairs keep [m].
         separation: The distance to keep from all possible positions of movers
@@ -119,21 +119,21 @@ def surroundings(
 ):
     """Finds the state and distances where a command begins to act.
 
-    Clearances are known at the configuration from which the tick plans; for a
-    robot with delay, it reaches this configuration later. A sphere at the
-    distance x from there has a clearance smaller by at most x. If this bound is
-    not sufficient, the map is queried.
+    Clearances are known at the configuration from which the tick plans, which a
+    robot with delay reaches later. A sphere at the distance x from there has a
+    clearance smaller by at most x. If this bound is not sufficient, the map is
+    queried.
 
     Args:
-        robot: See `Around`, also for `placed`, `motion` and `stopping`.
-        placed: See above.
+        robot: See `Around`.
+        placed: See `Around`.
         movers: The `MoverArrays`, at their present age.
-        motion: See above.
+        motion: See `Around`.
         now: The time of the tick [s].
         state: The `StateArrays` from which the tick plans.
         clearance: Clearances of the spheres in this state, or lower bounds that
             are at least the stopping distance, shape (n,) [m].
-        stopping: See above.
+        stopping: See `Around`.
         u: The wanted command, shape (n_u,).
         before: The command that is being executed, shape (n_u,).
 
@@ -246,11 +246,11 @@ def path_objection(kept, around, path):
     """Returns the objection to a path, as an index in `OBJECTIONS`.
 
     A path is allowed if each sphere stays at least min(d_s, its present
-    clearance) from the scene, the robot's shapes likewise from each other, and
-    each joint within its limits. At the ends of ticks there is no tolerance,
-    since distances could otherwise creep down tick by tick. If the robot may
-    deviate from the path, d_s is increased by the possible change of the
-    distance.
+    clearance) from the scene, if the robot's own shapes keep their distances in
+    the same way, and if each joint stays within its limits. At the ends of
+    ticks there is no tolerance, since distances could otherwise creep down tick
+    by tick. If the robot may deviate from the path, d_s is increased by the
+    possible change of the distance.
 
     Args:
         kept: The `KeptArrays`.
