@@ -1,4 +1,4 @@
-"""The compiled steps of `actuators.py`: exact between two commands."""
+"""Kernels of the actuator models: the exact motion between two commands."""
 
 import math
 
@@ -43,7 +43,7 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
 
 @kernel(returns=several(reals(2), reals(2)))
 def respond(parameters, sent, u, start, v, until):
-    """Computes the same as `ActuatorModel.response`, for all axes."""
+    """Computes the motion of all axes; see `ActuatorModel.response`."""
     k, n = until.shape
     ways, velocities = np.empty((k, n)), np.empty((k, n))
     for j in range(n):

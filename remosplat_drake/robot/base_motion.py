@@ -9,7 +9,7 @@ from remosplat_drake.base.kernels import kernel
 
 @kernel
 def base_command(before, after, n_base):
-    """Returns the command that drives the base to another pose in one second.
+    """Returns the command that drives the base to a pose in one second.
 
     A differential base cannot slip sideways, so it may end beside the pose, at
     the end of an arc that starts along its heading. `kinematics.advance` is the

@@ -25,7 +25,8 @@ def braking_command(
     Args:
         u: The velocity command that was sent last, shape (n_u,) [rad/s, m/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
-        time: Time since then [s]; one control period if no tick is late.
+        time: Time since that command [s]; one control period if no tick is
+            late.
 
     Returns:
         The command to send now, shape (n_u,); zero if u is not finite.
@@ -44,7 +45,7 @@ def next_on_ramp(u, acceleration_limit, time):
     Args:
         u: The velocity command that was sent last, shape (n_u,).
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
-        time: Time since then [s].
+        time: Time since that command [s].
     """
     if not np.isfinite(u).all():
         return np.zeros_like(u)
@@ -55,7 +56,7 @@ def next_on_ramp(u, acceleration_limit, time):
 def executed_command(
     u: np.ndarray, acceleration_limit: np.ndarray, dt: float, age: float
 ) -> np.ndarray:
-    """Computes the velocities that a station executes for a command of an age.
+    """Computes the velocities that a station executes at an age of a command.
 
     Args:
         u: The command, shape (n_u,) [rad/s, m/s].

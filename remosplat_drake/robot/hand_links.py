@@ -8,7 +8,7 @@ def hand_links(robot: RobotModel, effector: int = 0) -> frozenset[str]:
     """Returns the names of the links of a hand: its fingers and its palm.
 
     Fingers are the bodies at joints that no command moves, beyond the last
-    joint of the arm. A robot without any touches with the link of its end
+    joint of the arm. If there are no fingers, the hand is the link of the end
     effector.
 
     Args:

@@ -76,21 +76,21 @@ def _check_lengths(description: RobotDescription) -> None:
             raise FieldError(
                 description.source,
                 name,
-                f"expected {n_u} numbers (base then arm)",
+                f"expected {n_u} numbers (base, then arm)",
             )
     if description.jerk_limits and len(description.jerk_limits) != len(arm):
         raise FieldError(
             description.source,
             "jerk_limits",
-            "expected one number an arm joint, or none",
+            "expected one number for each arm joint, or none",
         )
     if description.actuators and len(description.actuators) != n_u:
         raise FieldError(
             description.source,
             "actuators",
-            f"expected {n_u} of them (base then arm), or none",
+            f"expected {n_u} entries (base, then arm), or none",
         )
     if len(description.home) != len(arm):
         raise FieldError(
-            description.source, "home", "expected one number per arm joint"
+            description.source, "home", "expected one number for each arm joint"
         )

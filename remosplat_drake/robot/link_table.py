@@ -52,7 +52,7 @@ def load_link_table(
         raise FieldError(str(path), "include", str(error)) from error
     included = load_strict(schema, source)
     if included.include:
-        problem = f"{source} includes another file itself"
+        problem = f"{source} must not include a further file"
         raise FieldError(str(path), "include", problem)
     entries: dict[str, Any] = getattr(included, field)
     for link in entries:

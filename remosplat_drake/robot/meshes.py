@@ -1,4 +1,4 @@
-"""Visual meshes of the robot: rtb-data's, converted once for Drake.
+"""Visual meshes of the robot, from the package rtb-data, converted for Drake.
 
 Drake draws .gltf and .obj files; the meshes of the Robotics Toolbox are .dae
 and .stl files of up to 16 MB. The first use converts them into the user's cache

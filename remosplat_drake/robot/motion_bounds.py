@@ -1,4 +1,4 @@
-"""Bounds the speed of points of the robot, and the turn of their velocities.
+"""Bounds the first and second derivatives of points of the robot.
 
 The bounds hold for all configurations within the joint limits. Verification
 relies on them between the configurations that it checks.

@@ -16,14 +16,14 @@ def matrix(pose: np.ndarray) -> np.ndarray:
 
 
 def composed(X_AB: np.ndarray, X_BC: np.ndarray) -> np.ndarray:
-    """Returns the pose X_AC, all of shape (3,)."""
+    """Returns the pose X_AC from X_AB and X_BC, each of shape (3,)."""
     c, s = np.cos(X_AB[2]), np.sin(X_AB[2])
     x, y, yaw = X_BC
     return X_AB + np.array([c * x - s * y, s * x + c * y, yaw])
 
 
 def relative(X_AB: np.ndarray, X_AC: np.ndarray) -> np.ndarray:
-    """Returns the pose X_BC, all of shape (3,), with its yaw in [-pi, pi)."""
+    """Returns X_BC from X_AB and X_AC, shape (3,), with yaw in [-pi, pi)."""
     c, s = np.cos(X_AB[2]), np.sin(X_AB[2])
     x, y, yaw = X_AC - X_AB
     yaw = (yaw + np.pi) % (2 * np.pi) - np.pi
@@ -43,7 +43,7 @@ def relative_jacobians(
 
 
 def odometry_frame(X_WB: np.ndarray, X_OB: np.ndarray) -> np.ndarray:
-    """Returns X_WO = X_WB X_OB^-1, all of shape (3,)."""
+    """Returns the pose of odometry's frame O, X_WO = X_WB X_OB^-1, (3,)."""
     turn = np.array([0, 0, X_WB[2] - X_OB[2]])
     x, y, _ = X_WB - composed(turn, X_OB)
     return turn + np.array([x, y, 0])

@@ -240,8 +240,8 @@ def _is_a_model(path: Path) -> str:
     """Returns the error text for a file that is a model, not a description."""
     made = path.name.partition(".")[0]
     return (
-        f"is a model, not a robot's description; `remosplat import-robot"
-        f" {path}` makes one: name {made}/NAME.yaml in its place"
+        f"is a model, not a robot description; `remosplat import-robot {path}`"
+        f" makes one: name {made}/NAME.yaml in its place"
     )
 
 

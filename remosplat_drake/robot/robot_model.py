@@ -60,8 +60,8 @@ class RobotModel:
     Attributes:
         description: The robot description that it was made from.
         spheres: The sphere model in use.
-        payload: The object that its hand carries, which is one of its links;
-            None for nothing.
+        payload: The object that its hand carries, which is also a body of
+            `tree`; None for nothing.
         tree: The kinematic tree, body 0 being the world.
         dynamics: The inverse dynamics.
         n_q: Number of configuration variables (10 for Frankie).
@@ -427,7 +427,7 @@ class RobotModel:
         lower, upper = self.position_lower[i], self.position_upper[i]
         return (
             f"{names[i]} is beyond its limits: it is at {q[i]:g},"
-            f" not from {lower:g} to {upper:g}"
+            f" not between {lower:g} and {upper:g}"
         )
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
@@ -621,7 +621,8 @@ class RobotModel:
     def joint_reach(self) -> np.ndarray:
         """Largest absolute position of each joint, shape (n_q,) [m, rad].
 
-        This includes a start beyond its limits, by `most_beyond`.
+        Joints may start beyond their limits by `most_beyond`, which is
+        included.
         """
         reach = np.maximum(-self.position_lower, self.position_upper)
         return reach + self.most_beyond
@@ -688,7 +689,7 @@ def load_robot(
         name: A name such as `frankie`, or the path of a robot description.
         spheres: Name of one of the description's sphere sets.
         floor_height: Spheres of the robot's floor links ignore scene points
-            below this height [m]; -inf sees everything.
+            below this height [m]; -inf for no height.
 
     Raises:
         RemoSplatError: The robot or sphere set does not exist, or does not fit

@@ -21,8 +21,8 @@ class SphereBatch:
         R_WL: Orientations of the spheres' links in W, shape (c, n, 3, 3). Only
             depth views use them.
         radius: Radii, shape (n,) [m].
-        ignore_below: Height z in W below which scene points are invisible to
-            each sphere, shape (n,) [m].
+        ignore_below: Height z in W below which each sphere ignores the scene,
+            shape (n,) [m].
     """
 
     p_WS: Any
@@ -45,8 +45,8 @@ class SphereBatch:
         """Makes a batch of the spheres of one or more configurations.
 
         Args:
-            configurations: The robot's spheres in each configuration. Radii and
-                floors are those of the first.
+            configurations: The robot's spheres in each configuration. `radius`
+                and `ignore_below` are those of the first configuration.
 
         Example:
             >>> import remosplat_drake as rs

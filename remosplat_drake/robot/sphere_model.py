@@ -71,9 +71,9 @@ class Spheres:
         p_WS: Centres in W, shape (n, 3) [m].
         R_WL: Orientations of the spheres' links in W, shape (n, 3, 3).
         radius: Radii, shape (n,) [m].
-        ignore_below: Height z in W below which scene points are invisible to
-            each sphere, shape (n,) [m]; -inf sees everything. Otherwise a
-            mobile base, which always touches the floor, could not move.
+        ignore_below: Height z in W below which each sphere ignores the scene,
+            shape (n,) [m]; -inf for none. Otherwise a mobile base, which always
+            touches the floor, could not move.
         index: Index of each among the robot's spheres, shape (n,); -1 for a
             sphere that is not one of these. By default all are -1.
     """
@@ -112,7 +112,7 @@ class Spheres:
         Args:
             p_WS: Centres, shape (n, 3) [m].
             radius: One radius for all, or shape (n,) [m].
-            ignore_below: Height below which scene points are invisible [m].
+            ignore_below: Height below which the scene is ignored [m].
         """
         p_WS = np.atleast_2d(np.asarray(p_WS, float))
         n = len(p_WS)

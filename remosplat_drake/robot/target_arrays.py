@@ -39,7 +39,7 @@ class AimArrays(NamedTuple):
         onward: `TargetArrays.onward` of each, shape (k,) [m].
         X_WA: `TargetArrays.X_WA` of each, shape (k, 4, 4).
         speed: `TargetArrays.speed` of each, shape (k,) [m/s].
-        by_path: Whether `Aim.q` is given, to which paths alone lead.
+        by_path: Whether `Aim.q` is given, which only a planned path reaches.
     """
 
     effector: np.ndarray
@@ -168,7 +168,7 @@ def place_on_line(X_WE, target):
         The line's direction, shape (3,), its remaining length [m], the
         translation from E to S, shape (3,) [m], the rotation to S, shape (3,)
         [rad], and the line's rotation per metre, shape (3,) [rad/m]; all in W,
-        without free directions.
+        with zeros in free directions.
     """
     along_W, turn_W, _ = asked_error(target.X_WA, target)
     length = norm(along_W)

@@ -1,8 +1,8 @@
-"""Compares a URDF that a robot publishes with the model that we move it by.
+"""Compares a URDF that a robot publishes with our model of that robot.
 
-Frames of links are a matter of taste, the joints' axes are not: these are
-compared as lines in space, whose angles and moments about each other do not
-depend on frames.
+Two correct models may have different link frames, but not different joint axes.
+So the axes are compared as lines in space: the angle between two lines, and
+their moment about each other, do not depend on frames.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -17,8 +17,8 @@ from remosplat_drake.robot.model_file import add_robot_model, in_one_line
 from remosplat_drake.robot.robot_description import RobotDescription
 
 _COSINE = 0.02
-"""Permitted difference of the cosine of the angle between two axes: more than a
-calibration at the factory finds."""
+"""Permitted difference of the cosine of the angle between two axes. It is
+larger than the differences that a factory calibration causes."""
 
 _DISTANCE = 0.005
 """Permitted difference of an axis' moment about another one [m]."""
@@ -35,8 +35,8 @@ _LEFT_OUT = ("visual", "collision", "transmission", "ros2_control", "gazebo")
 def urdf_problem(text: str, description: RobotDescription) -> str:
     """Describes the first disagreement of a URDF with a robot's description.
 
-    Joints, limits and the geometry of the arm's axes are compared. Where it
-    stands, its tool and its shapes are not.
+    Joints, limits and the geometry of the arm's axes are compared. The robot's
+    position, its tool and its shapes are not compared.
 
     Args:
         text: The URDF.
@@ -104,7 +104,7 @@ def _joint_problem(ours: Joint, theirs: Joint, speed: float) -> str:
     """
     if type(ours) is not type(theirs):
         kinds = theirs.type_name(), ours.type_name()
-        return f"is {kinds[0]}, in our model {kinds[1]}"
+        return f"is {kinds[0]}, but {kinds[1]} in our model"
     (low,), (high,) = (
         theirs.position_lower_limits(),
         theirs.position_upper_limits(),
@@ -115,13 +115,13 @@ def _joint_problem(ours: Joint, theirs: Joint, speed: float) -> str:
     )
     if our_low < low - _LIMIT or our_high > high + _LIMIT:
         return (
-            f"goes from {low:.2f} to {high:.2f}, in our model from"
-            f" {our_low:.2f} to {our_high:.2f}: bound it in `model`"
+            f"goes from {low:.2f} to {high:.2f}, but in our model from"
+            f" {our_low:.2f} to {our_high:.2f}: narrow the limits in `model`"
         )
     (bound,) = theirs.velocity_upper_limits()
     if speed > bound * (1.0 + _LIMIT):
         return (
-            f"is limited to a speed of {bound:.2f}, in our description to"
+            f"is limited to a speed of {bound:.2f}, but in our description to"
             f" {speed:.2f}: lower `velocity_limits`"
         )
     return ""
@@ -179,7 +179,7 @@ def _axes_problem(
     by = turned / _COSINE + moved / _DISTANCE
     i, j = sorted(np.unravel_index(int(by.argmax()), by.shape))
     return (
-        f"the axes of {names[i]} and {names[j]} lie otherwise than in our"
-        f" model: by {1e3 * moved[i, j]:.0f} mm or {turned[i, j]:.2f} in the"
-        " cosine of their angle"
+        f"the axes of {names[i]} and {names[j]} differ from our model: by"
+        f" {1e3 * moved[i, j]:.0f} mm, and by {turned[i, j]:.2f} in the cosine"
+        " of the angle between them; correct `model`"
     )

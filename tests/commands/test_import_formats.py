@@ -154,6 +154,6 @@ def test_things_that_float_are_one_line_and_leave_nothing(tmp_path, capsys):
     out = tmp_path / "made"
     assert main(["import-robot", str(source), "--out", str(out)]) == USER_ERROR
     said = capsys.readouterr().err
-    assert "toy.xml: body 'red' <freejoint>: floats, like other bodies" in said
+    assert "toy.xml: body 'red' <freejoint>: floats, and so do other" in said
     assert said.count("\n") == 1
     assert set(tmp_path.iterdir()) == before

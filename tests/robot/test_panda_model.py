@@ -84,7 +84,7 @@ SPHERES = "spheres: {arm: [[0, 0, 0, 1]]}\n"
         (
             "other.yaml",
             f"include: a.yaml\n{SPHERES}",
-            "include: .*other.yaml includes another file itself",
+            "include: .*other.yaml must not include a further file",
         ),
     ],
 )

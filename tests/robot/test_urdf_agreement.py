@@ -41,20 +41,20 @@ def test_other_frames_of_links_are_the_same_robot():
         (
             'velocity="3.14159"',
             'velocity="2"',
-            "shoulder_pan_joint: is limited to a speed of 2.00, in our",
+            "shoulder_pan_joint: is limited to a speed of 2.00, but in",
         ),
         (
             'lower="-3.14159"',
             'lower="-2"',
-            "elbow_joint: goes from -2.00 to 3.14, in our model from -3.14",
+            "elbow_joint: goes from -2.00 to 3.14, but in our model from -3.14",
         ),
         (
             'name="elbow_joint" type="revolute"',
             'name="elbow_joint" type="prismatic"',
-            "elbow_joint: is prismatic, in our model revolute",
+            "elbow_joint: is prismatic, but revolute in our model",
         ),
-        (FOREARM, FOREARM.replace("0.425", "0.432"), "lie otherwise than in"),
-        (FOREARM, FOREARM.replace('"0 0 0"', '"0.1 0 0"'), "lie otherwise"),
+        (FOREARM, FOREARM.replace("0.425", "0.432"), "differ from our model"),
+        (FOREARM, FOREARM.replace('"0 0 0"', '"0.1 0 0"'), "differ from our"),
         ("</robot>", "", "is not a URDF: no"),
     ],
 )

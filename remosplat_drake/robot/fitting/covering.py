@@ -79,7 +79,7 @@ def fit_covering(
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
         options: Selection of the surfaces to enclose.
-        count: Number of spheres to spend; None for a tolerance instead.
+        count: Total number of spheres; None if the tolerance determines it.
         tolerance: Distance by which the spheres may protrude from a link [m];
             only without a count.
         most: With a tolerance: largest number of spheres of a link.

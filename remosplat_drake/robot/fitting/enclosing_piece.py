@@ -12,7 +12,7 @@ from remosplat_drake.robot.fitting.convex_pieces import (
 )
 
 SLACK = 4e-4
-"""Distance outside a piece of corners that it may omit [m]."""
+"""Largest distance from a piece to a corner that it omits [m]."""
 
 _MOST_CORNERS = 200
 """Largest number of corners of a piece; a tick may visit all of them."""
@@ -64,7 +64,7 @@ def _axes(p: np.ndarray) -> np.ndarray:
 
 
 class Pieces:
-    """Convex pieces, as `standing_out` requires them.
+    """Convex pieces as planes, in the form that `standing_out` requires.
 
     Attributes:
         planes: Outward normals and offsets of the faces of all pieces, with
@@ -86,8 +86,8 @@ class Pieces:
             p: Points, shape (n, 3) [m].
 
         Returns:
-            Shape (n, k) [m], negative inside; smaller than the distance if an
-            edge or a corner is nearest.
+            The heights, shape (n, k) [m], negative inside. They are smaller
+            than the distance if an edge or a corner of the piece is nearest.
         """
         heights = p @ self.planes[:, :3].T + self.planes[:, 3]
         return np.maximum.reduceat(heights, self.first[:-1], axis=1)

@@ -49,8 +49,8 @@ class SurfaceOptions:
             the links it names, or None.
         with_collision: Links that keep their collision shapes nevertheless.
         floor_links: Links that stand on the floor, the plane z = 0.
-        weights: Weight of each link (default 1); a larger one makes its spheres
-            slimmer.
+        weights: Weight of each link (default 1); with a larger one, its spheres
+            protrude less.
     """
 
     links: tuple[str, ...] = ()

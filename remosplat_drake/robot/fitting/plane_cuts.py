@@ -24,8 +24,8 @@ _THROUGH = 4
 """Number of points through which planes are tried, the farthest out first."""
 
 _FACES = 8
-"""For each such point, the number of nearest triangles whose planes are tried:
-a cut along one side of a pocket frees the whole pocket."""
+"""Number of triangles nearest to a protruding point whose planes are tried: a
+cut along one side of a pocket frees the whole pocket."""
 
 _MOST_TRIANGLES = 1500
 """Largest number of a part's triangles that are used to compare planes."""

@@ -29,7 +29,8 @@ _COARSEST = 0.005
 _ROUNDS = 30
 
 POINTS_PER_VOXEL = 2.5
-"""Surface points along a voxel's edge, dense enough to leave no hole."""
+"""Number of surface points along a voxel's edge, so dense that none of the
+surface's voxels is missed."""
 
 MOST_SPHERES = 16
 """Default of the largest number of spheres of a link, if a tolerance is
@@ -50,7 +51,7 @@ class LinkSurface:
         solid: The body that the points enclose, joined with the parts of
             neighbours inside it.
         thickness: Largest depth of the body alone [m].
-        weight: Links with a larger weight get slimmer spheres.
+        weight: The spheres of a link with a larger weight protrude less.
         floor: Whether the link stands on the plane z = 0; then no centre goes
             below it.
     """
@@ -83,7 +84,8 @@ def make_link_surface(
     Args:
         points: Points on the surface, shape (n, 3) [m], `POINTS_PER_VOXEL`
             dense.
-        weight: Weight of the link; a larger one makes its spheres slimmer.
+        weight: Weight of the link; with a larger one, its spheres protrude
+            less.
         floor: Whether the link stands on the plane z = 0, see
             `make_solid_grid`.
 
@@ -174,7 +176,7 @@ class _CoverProblem:
     def greedy(
         self, bulge: float, limit: int, randomness: float = 0.0
     ) -> list[int] | None:
-        """Returns centres that cover all points; None if `limit` is too few."""
+        """Returns centres that cover all points; None if more than `limit`."""
         # Numbers, not booleans: then counting is one fast matrix product.
         covers = (self._need <= bulge - self._margin).astype(np.float32)
         is_open = np.ones(covers.shape[1], np.float32)

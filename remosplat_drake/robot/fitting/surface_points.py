@@ -62,8 +62,8 @@ def surface_distances(
     """Measures the distances between two surfaces in m poses.
 
     Args:
-        a: The first, in frame A.
-        b: The second, in frame B.
+        a: The first surface, in frame A.
+        b: The second surface, in frame B.
         X_AB: Poses, shape (m, 4, 4).
         within: Distances from which on the result is infinite, shape (m,) [m].
         may_hold: Whether one surface may lie inside the other, shape (m,) bool.

@@ -132,12 +132,12 @@ def _check_loops(
         if moved:
             raise urdf.fail(
                 loop.where,
-                f"closes a loop in which {moved[0]!r} is, which the arm"
-                " commands; loops cannot be driven: remove it",
+                f"closes a loop in which {moved[0]!r} is, a joint of the arm;"
+                " such loops cannot be driven: remove this element",
             )
     if urdf.loops:
         findings.guess(
-            "loops that are left open, as their joints stay",
+            "loops left open, since their joints do not move",
             listed([f"{loop.first}-{loop.second}" for loop in urdf.loops], 3),
         )
 

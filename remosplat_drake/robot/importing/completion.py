@@ -124,7 +124,7 @@ def complete_limits(
         findings.guess(
             "effort limits",
             f"{EFFORTS[True]:g} N m, {EFFORTS[False]:g} N of {listed(weak)};"
-            " only simulated motors heed it",
+            " only simulated motors use it",
         )
     findings.guess(
         "acceleration limits",
@@ -174,9 +174,7 @@ def complete_inertias(urdf: Urdf, findings: Findings) -> None:
         missing.append(shown[0] if shown else root)
         urdf.links[missing[-1]].append(_ball())
     if missing:
-        findings.guess(
-            "mass", f"1 kg, as of a small ball, of {listed(missing)}"
-        )
+        findings.guess("mass", f"a small ball of 1 kg for {listed(missing)}")
 
 
 def _is_last(urdf: Urdf, links: list[str]) -> bool:

@@ -74,8 +74,8 @@ def read_by_drake(
             raise FieldError(
                 str(path),
                 f"body {writer.roots[0]!r} <freejoint>",
-                "floats, like other bodies; remove all floating bodies but the"
-                " robot, and choose its mobile base with --base",
+                "floats, and so do other bodies; remove all floating bodies but"
+                " the robot, and choose its mobile base with --base",
             )
         name = _name(path, dialect, plant, models)
         root = writer.document(name, findings)

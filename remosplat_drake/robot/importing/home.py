@@ -26,10 +26,11 @@ _TWISTED = 0.05
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     """Draws arm configurations, and returns the best one as home.
 
-    The first criterion is distance: between links that are two or more joints
-    apart, and of all links from the height of the arm's foot. Among the best by
-    this criterion, the second one is manipulability (Yoshikawa 1985) with the
-    hand in front and without twisted joints; with several arms, of each arm.
+    The score of a configuration is the manipulability of the arms (Yoshikawa
+    1985). It is higher if the hands are in front of the robot and the joints
+    near zero, and lower if links extend below the height of the arm's first
+    joint. For the configurations with the best scores, the distances between
+    links that are two or more joints apart are added.
 
     Args:
         robot: The robot; a mobile base does not move.
@@ -74,8 +75,8 @@ def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
 def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
     """Returns whether links that are apart at home are also apart at q.
 
-    Links that are close at home, at a short wrist for example, may be closer by
-    3 cm.
+    Links that are close to each other at home, such as those of a short wrist,
+    may be up to 3 cm closer at q.
 
     Args:
         robot: The robot.

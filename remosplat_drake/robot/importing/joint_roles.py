@@ -42,7 +42,7 @@ _WRISTS = frozenset(
 """Words in names of wrist joints, which carry a hand."""
 
 _WHEELS = re.compile("wheel|caster|suspension")
-"""Parts of names of the links under a base."""
+"""Parts of the names of wheels and their mounts."""
 
 _LEGS = frozenset(
     {

@@ -50,7 +50,7 @@ class LinkGap:
     def __str__(self) -> str:
         return (
             f"{self.link} is {1e3 * self.distance:.0f} mm away from"
-            f" {self.carrier}, and the smaller is {1e3 * self.size:.0f} mm long"
+            f" {self.carrier}; the smaller one is {1e3 * self.size:.0f} mm long"
         )
 
 

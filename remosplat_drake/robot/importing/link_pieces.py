@@ -76,10 +76,10 @@ def fit_link_pieces(
     for error in fitted.errors:
         findings.doubt(
             " and ".join(error.links),
-            f"are {1e3 * error.distance:.0f} mm apart by their meshes, and by"
+            f"are {1e3 * error.distance:.0f} mm apart by their meshes, but by"
             f" their convex pieces {1e3 * error.error:.0f} mm less, in one of"
-            f" {len(truth.states)} postures; {1e3 * ACCURACY:g} mm was the"
-            " aim",
+            f" {len(truth.states)} postures; at most {1e3 * ACCURACY:g} mm is"
+            " intended",
         )
 
 

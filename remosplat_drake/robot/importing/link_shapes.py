@@ -263,9 +263,9 @@ class _Converter:
         if size > _LARGEST:
             raise self._urdf.fail(
                 f"{where} scale",
-                f"{source.name} is {size:.3g} m large with"
+                f"{source.name} is {size:.3g} m large with the scale"
                 f" {' '.join(f'{x:g}' for x in scale)}; 0.001 0.001 0.001"
-                " turns mm into m",
+                " converts mm to m",
             )
 
 

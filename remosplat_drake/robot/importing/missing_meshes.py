@@ -54,8 +54,8 @@ def replace_by_others(
 
     Args:
         links: The links' elements, which are changed.
-        is_there: Function that returns whether an element's mesh exists, or
-            that it has none.
+        is_there: Function that returns True if an element has no mesh, or if
+            its mesh exists.
 
     Returns:
         Names of the links by the tag of the missing meshes.
@@ -85,12 +85,14 @@ def note_replaced(replaced: dict[str, list[str]], findings: Findings) -> None:
     if replaced[VISUAL]:
         findings.doubt(
             "pictures",
-            f"missing: {listed(replaced[VISUAL])} drawn by collision shapes",
+            "meshes are missing; collision shapes replace those of"
+            f" {listed(replaced[VISUAL])}",
         )
     if replaced[COLLISION]:
         findings.doubt(
             "collision shapes",
-            f"missing: {listed(replaced[COLLISION])} by visual shapes",
+            "meshes are missing; visual shapes replace those of"
+            f" {listed(replaced[COLLISION])}",
         )
 
 

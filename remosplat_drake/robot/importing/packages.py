@@ -96,8 +96,8 @@ class Packages:
         """Returns the folder of a package.
 
         A package that is not found by its name is assumed to be the nearest
-        folder above the file that contains the needed files: makers rename
-        folders.
+        folder above the file that contains the needed files, since
+        manufacturers rename folders.
 
         Args:
             name: Name of the package.

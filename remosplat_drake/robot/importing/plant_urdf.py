@@ -1,4 +1,4 @@
-"""Writes a plant that Drake has parsed as a URDF.
+"""Converts a plant that Drake has parsed to a URDF.
 
 So all formats are processed in the same way. Frames of links are preserved. If
 a joint's axis does not pass through the origin of its child link, an additional
@@ -36,7 +36,7 @@ from remosplat_drake.robot.importing.urdf_elements import (
 )
 
 _KINDS = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed"}
-"""Types of joints in URDF by those in Drake."""
+"""URDF's types of joints, by Drake's types."""
 
 _ENDLESS = 1e6
 """Position limits beyond this count as missing: SDFormat's default is 1e16."""

@@ -77,7 +77,8 @@ _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
 """Possible errors of a robot with odd sizes."""
 
 _OFF_LIMITS = 0.01
-"""Distance of the home from a limit at which a named state is [rad, m]."""
+"""Distance that the home keeps from a joint limit if a named state is at that
+limit [rad, m]."""
 
 _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 
@@ -96,7 +97,7 @@ class ImportRequest:
         srdf: The robot's SRDF; None looks for one beside the source.
         arguments: Arguments of a xacro by name.
         tolerance: Distance by which spheres may protrude from links [m].
-            made_by: Command line, for comments in the files.
+        made_by: Command line, for comments in the files.
     """
 
     source: Path
@@ -160,7 +161,7 @@ def import_robot(
 
     meshes = convert_shapes(urdf, packages, folder, findings, on_mesh)
     for what, place in packages.guessed.items():
-        findings.guess(what, f"is not where it is named; taken: {place}")
+        findings.guess(what, f"is not at its stated place; used: {place}")
     base = base or _guessed_base(urdf, srdf, findings)
     description = _described(urdf, arm, limits, base, folder, findings)
     description = _with_allowed_collisions(description, srdf)
@@ -227,12 +228,13 @@ def _srdf(
 def _guessed_base(urdf: Urdf, srdf: Srdf, findings: Findings) -> str:
     if srdf.is_planar:
         findings.guess(
-            "base", "omni, as its SRDF has it planar; --base sets another"
+            "base",
+            "omni, since its SRDF has a planar joint; --base sets another",
         )
         return OMNI
     if has_wheels(urdf):
         findings.guess(
-            "base", "differential, as it has wheels; --base sets another"
+            "base", "differential, since it has wheels; --base sets another"
         )
         return DIFFERENTIAL
     findings.guess("base", "fixed to the world; --base sets another")

@@ -66,8 +66,8 @@ class Srdf:
 def find_srdf(urdf: Path, robot: str = "") -> Path | None:
     """Finds the SRDF of a robot, beside its URDF or in a folder beside it.
 
-    Its name is that of the URDF or a prefix of it, or it is the only SRDF there
-    that names the robot.
+    The SRDF has the URDF's name or a prefix of it. Otherwise it is the only
+    SRDF in these folders that names the robot.
 
     Args:
         urdf: The URDF's path.

@@ -68,8 +68,8 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
     if len(ends) > 2:
         raise urdf.fail(
             "--end-effector",
-            f"needed once or several times: {len(ends)} chains are as long,"
-            f" to {listed([end.child for end in ends])}",
+            f"needed once or several times: {len(ends)} chains are equally"
+            f" long, to {listed([end.child for end in ends])}",
         )
     if not ends:
         return [Tool(urdf.base, "nothing moves", False)]
@@ -77,7 +77,7 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
 
 
 def before_fingers(urdf: Urdf, link: str) -> str:
-    """Returns the link that carries the fingers, if a link is on a finger.
+    """Returns the link that carries the fingers, for a link of a finger.
 
     Args:
         urdf: The robot.
@@ -180,7 +180,8 @@ def _by_name(
         if others:
             raise urdf.fail(
                 "--end-effector",
-                f"needed: {fits[0]} and {others[0]} are called a tool, and are"
+                f"needed: {fits[0]} and {others[0]} both have the name of a"
+                " tool, and are"
                 f" {1e3 * _apart(p[fits[0]], p[others[0]]):.0f} mm apart",
             )
         return fits[0]

@@ -270,8 +270,8 @@ class Urdf:
         if len(bases) > 1:
             raise self.fail(
                 f"link {bases[1]!r}",
-                f"has no parent joint, and nor has {bases[0]!r}; join them by"
-                f" {self.dialect.weld} or remove one",
+                f"has no parent joint, and neither has {bases[0]!r}; join them"
+                f" by {self.dialect.weld} or remove one",
             )
         seen = set(bases)
         for link in seen.copy():

@@ -117,8 +117,8 @@ def self_collision_pairs(
     """Lists the pairs of shapes that are checked.
 
     At a short wrist, shapes may be nearer than `margin` even in the home
-    configuration. Such a pair gets an allowance: its shapes may come as near as
-    touching or, if they overlap at home, hardly nearer than at home.
+    configuration. Such a pair gets an allowance: its shapes may come so near
+    that they touch or, if they overlap at home, hardly nearer than at home.
 
     Args:
         robot: The robot.

@@ -432,7 +432,7 @@ BAD = {
     "two roots": (
         "arm.sdf",
         sdf(LINKS, joint("j", "ab")),
-        "link 'c': has no parent joint, and nor has 'a'; join them by a <joint",
+        "link 'c': has no parent joint, and neither has 'a'; join them by a <",
     ),
     "a ball joint": (
         "arm.sdf",
@@ -513,7 +513,7 @@ BAD = {
             "<body name='cube'><freejoint/><geom size='0.1'/></body>"
             "</worldbody>",
         ),
-        "<freejoint>: floats, like other bodies; remove all floating",
+        "<freejoint>: floats, and so do other bodies; remove all",
     ),
     "a ball joint of MJCF": (
         "arm.xml",
@@ -567,7 +567,7 @@ BAD = {
         "directives:\n"
         "- add_model: {name: a, file: ../crane.sdf}\n"
         "- add_model: {name: b, file: ../cart.urdf}",
-        "link 'plate': has no parent joint, and nor has 'foot'; .* add_weld",
+        "link 'plate': has no parent joint, and neither has 'foot'.* add_weld",
     ),
     "a weld of nothing": (
         "shop/robots/two.dmd.yaml",

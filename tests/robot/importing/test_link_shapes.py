@@ -124,7 +124,7 @@ def test_a_primitive_hides_nothing_of_what_is_seen(tmp_path):
         ('<mesh filename="box.stl" scale="big"/>', "got 'big'"),
         (
             '<mesh filename="box.stl" scale="60 60 80"/>',
-            "<mesh> scale: box.stl is 80 m large with 60 60 80; 0.001 0.001",
+            "<mesh> scale: box.stl is 80 m large with the scale 60 60 80;",
         ),
     ],
 )

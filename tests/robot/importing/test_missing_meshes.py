@@ -34,14 +34,16 @@ def test_a_missing_picture_is_drawn_from_collision_shapes(tmp_path):
     assert [x.tag for x in link] == ["collision", "visual"]
     assert link.find("visual/geometry/box").get("size") == "1 1 1"
     said = dict(findings.doubted)["pictures"]
-    assert said == "missing: a drawn by collision shapes"
+    start = "meshes are missing; collision shapes replace"
+    assert said == f"{start} those of a"
 
 
 def test_missing_collision_shapes_are_what_is_seen(tmp_path):
     lost = MESH.format("collision", "lost.stl")
     urdf, _, findings = replaced(tmp_path, lost, BOX.format("visual"))
     assert urdf.links["a"].find("collision/geometry/box") is not None
-    assert "a by visual shapes" in dict(findings.doubted)["collision shapes"]
+    said = dict(findings.doubted)["collision shapes"]
+    assert "visual shapes replace those of a" in said
 
 
 def test_where_both_are_missing_the_mesh_is_named(tmp_path):
@@ -68,7 +70,7 @@ def test_sdformat_does_without_pictures_too(tmp_path):
     link = urdf.links["a"]
     assert link.find("visual/geometry/box") is not None
     assert link.find("visual/origin").get("xyz") == "0 0 1"
-    assert "a drawn by" in dict(findings.doubted)["pictures"]
+    assert "those of a" in dict(findings.doubted)["pictures"]
 
 
 def test_a_path_of_its_makers_machine_is_found_by_its_end(tmp_path):

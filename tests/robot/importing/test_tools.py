@@ -84,8 +84,8 @@ def test_two_that_are_as_good_are_asked_for_in_one_line():
     frames += frame("b_tool", "hand", "-0.1 0 0")
     with pytest.raises(
         FieldError,
-        match=r"--end-effector: needed: a_tool and b_tool are called a tool,"
-        r" and are 200 mm apart$",
+        match=r"--end-effector: needed: a_tool and b_tool both have the"
+        r" name of a tool, and are 200 mm apart$",
     ):
         one(frames)
     # In one place either will do.
@@ -145,7 +145,7 @@ def test_three_arms_are_asked_for_in_one_line():
     urdf = robot(chain("a", 6), chain("b", 6), chain("c", 6))
     with pytest.raises(
         FieldError,
-        match=r"--end-effector: needed once or several times: 3 chains are as"
-        r" long, to a_link_6, b_link_6, c_link_6",
+        match=r"--end-effector: needed once or several times: 3 chains are"
+        r" equally long, to a_link_6, b_link_6, c_link_6",
     ):
         find_tools(urdf, Srdf())

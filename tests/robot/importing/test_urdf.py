@@ -45,7 +45,7 @@ BAD = {
         '<link name="a"/><link name="a"/>',
         "link 'a': is there twice",
     ),
-    "two roots": (LINKS, "link 'b': has no parent joint, and nor has 'a'"),
+    "two roots": (LINKS, "link 'b': has no parent joint, and neither has 'a'"),
     "two parents": (
         LINKS
         + joint("j", "a", "b")

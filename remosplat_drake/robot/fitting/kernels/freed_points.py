@@ -10,7 +10,7 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 )
 
 _STEPS = 40
-"""Largest number of GJK iterations; the result is then a lower bound."""
+"""Number of GJK iterations after which the result is only a lower bound."""
 
 _EXACT = 1e-6
 """Difference of two bounds on a distance that count as equal [m]."""

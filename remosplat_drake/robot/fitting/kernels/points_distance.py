@@ -9,7 +9,7 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.self_collision.kernels.turning import point_to_world
 
 _DEPTH = 128
-"""Largest number of queued pairs of balls; trees are far less deep."""
+"""Largest number of queued pairs of balls, many more than trees require."""
 
 
 class PointTree(NamedTuple):
@@ -39,15 +39,16 @@ def points_distances(a, b, X_AB, enough, within):
     """Computes the least distances between two sets of points in m poses.
 
     Args:
-        a: The first, a packed `PointTree` in frame A.
-        b: The second, in frame B.
+        a: The first set of points, a packed `PointTree` in frame A.
+        b: The second set, in frame B.
         X_AB: Poses, shape (m, 4, 4).
         enough: A distance up to this value need not be the least [m].
         within: Distances from which on the result is infinite, shape (m,) [m].
 
     Returns:
-        The distances, infinite from `within` on, shape (m,) [m], and the
-        nearest point of each set, shape (m,) each, which is -1 then.
+        The distances, infinite from `within` on, shape (m,) [m], and the index
+        of the nearest point of each set, shape (m,) each; -1 if the distance is
+        infinite.
     """
     m = len(X_AB)
     distance = np.full(m, np.inf)

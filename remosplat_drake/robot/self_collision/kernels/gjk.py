@@ -25,7 +25,7 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
 _STEPS = 60
-"""Largest number of steps; the result is then a lower bound."""
+"""Number of steps after which the result is only a lower bound."""
 
 _EXACT = 1e-12
 """Difference of two bounds on a distance that count as equal [m]."""

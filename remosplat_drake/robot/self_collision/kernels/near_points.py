@@ -44,13 +44,14 @@ _CLOSE = 0.3
 points suffice."""
 
 _SAME, _SAME_CROWDED = 0.01, 1e-4
-"""Distance below which two points of a link count as one [m]: usually, and for
-shapes that are too near. The second is smaller, since the corners of round
-links are closely spaced, and none of them may come nearer then."""
+"""Distances below which two points of a link count as one [m]. The first is the
+usual one, the second is for shapes that are too near. It is smaller, since the
+corners of round links are closely spaced, and none of the corners may come
+nearer."""
 
 _MOST = 5
-"""Largest number of pairs of points of two links: without and with four
-rotations."""
+"""Largest number of pairs of points of two links: one without rotation, and one
+for each of four rotations."""
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))

@@ -21,9 +21,9 @@ def add_support(hulls, x, y, z, simplex, row):
 
     Args:
         hulls: Hulls A and B, as `hull_distance` takes them.
-        x: The unit vector n in A's frame, with `y` and `z`.
-        y: See above.
-        z: See above.
+        x: First entry of the unit vector n in A's frame.
+        y: Second entry of n.
+        z: Third entry of n.
         simplex: Its row `row` gets b - a, a, and b, shape (3, n, 3) [m].
         row: Index of this row.
 
