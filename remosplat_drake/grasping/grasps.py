@@ -14,13 +14,15 @@ OPENING = 0.01
 """Distance that each finger moves between opening and grip [m]."""
 
 LEAST_OPENING = 0.002
-"""Least such distance, for objects almost as wide as the hand [m]."""
+"""Least distance that each finger moves between opening and grip, for objects
+almost as wide as the hand [m]."""
 
 APPROACHES = 12
 """Number of directions from which each pair of points is approached."""
 
 DEPTHS = (-0.005, 0.0, 0.005)
-"""Distances of the points in front of the end effector's frame [m]."""
+"""Distances from the end effector's frame to the gripped points, along the
+direction of approach [m]."""
 
 ENOUGH = 0.02
 """Clearance of the hand above which the score does not increase [m]."""

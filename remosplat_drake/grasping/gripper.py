@@ -211,8 +211,8 @@ class ParallelGripper:
         needed *= float(np.hypot(1.0, turning))
         if needed > self.max_force:
             raise RemoSplatError(
-                f"{mass:g} kg take {needed:.0f} N of each finger, which has"
-                f" {self.max_force:g} N"
+                f"an object of {mass:g} kg needs a force of {needed:.0f} N of"
+                f" each finger, which has at most {self.max_force:g} N"
             )
         return needed
 

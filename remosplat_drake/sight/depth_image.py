@@ -71,7 +71,7 @@ class DepthImage:
         Args:
             seen: Time of its latest usable image [s].
             far: Depth beyond which measurements are ignored [m].
-            problem: Why there is no newer one; empty if nothing is wrong.
+            problem: Why there is no newer image; empty if nothing is wrong.
         """
         height, width = self.depth.shape
         focal = np.array([self.K[0, 0], self.K[1, 1]])
@@ -101,9 +101,9 @@ class DepthImage:
             p_W: n points in W, shape (n, 3) [m].
 
         Returns:
-            The points in C, shape (n, 3) [m], and the free depths at their
-            pixels, shape (n,) [m]; NaN where nothing was measured, or if the
-            point is outside the image.
+            The points in C, shape (n, 3) [m], and the measured depths at their
+            pixels, up to `far`, shape (n,) [m]; NaN where nothing was measured,
+            or if the point is outside the image.
         """
         p_W = np.ascontiguousarray(p_W)
         return depth_lookup(self.depth, self.K, self.X_WC, self.far, p_W)

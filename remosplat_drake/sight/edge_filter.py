@@ -18,7 +18,7 @@ SIGMAS = 3.5
 """Number of standard deviations in the bound of a velocity error."""
 
 _GATE = 5.0
-"""Number of standard deviations beyond which a face has jumped."""
+"""Number of standard deviations beyond which a face counts as jumped."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class Edges:
     def seen(
         self, place: np.ndarray, deviation: float, max_speed: float
     ) -> "Edges":
-        """Updates the faces with an observation at the same time.
+        """Updates the faces with an observation at the time of the state.
 
         Faces that have jumped, because the visible part changed, are reset.
 

@@ -11,19 +11,22 @@ MOST_PARTS = 6
 """Largest number of boxes around the points of one object."""
 
 _GAIN = 0.75
-"""Two boxes replace one if they have at most this share of its volume."""
+"""Two boxes replace one box if their volume is at most this share of its
+volume."""
 
 _FEW = 8
 """Smallest number of points that are divided."""
 
 _SHORT = 0.35
-"""Boxes no larger than this from their centres are not divided [m]."""
+"""Boxes that extend no farther than this from their centres are not divided
+[m]."""
 
 _LOOKS = 100
 """Approximate number of sampled points that determine a division."""
 
 _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
-"""Candidate divisions: the main axis, and the share of points below."""
+"""Candidate divisions: index of the main axis that is divided, and the share of
+points on the lower side."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Data association: matches things to tracks."""
+"""Data association: matches detected things to tracks."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from remosplat_drake.sight.track import TRUSTED, Stretches, Track
 from remosplat_drake.sight.view import View
 
 _LEFT = 0.05
-"""A smaller share of a thing counts as stray points."""
+"""Share of a thing's points below which hidden ones count as stray points."""
 
 _NEAR = 0.05
 """Largest distance between a thing and the reach of a matching track [m]."""
@@ -25,7 +25,7 @@ _NEVER = 1e6
 """Cost of an impossible match."""
 
 _STILL = 0.03
-"""A thing at rest stays within this distance, plus errors [m]."""
+"""Largest displacement of a thing at rest, apart from position errors [m]."""
 
 _AGAIN = 0.06
 """A hidden point is seen again if a seen point is within this distance; it may
@@ -158,10 +158,10 @@ def still_hidden(
 
     A point in open space is dropped if a camera looks through it, if something
     else is seen in its place, if it lies within a seen part of this or another
-    thing, or if it is too old. Beside the robot or the map, images do not
-    distinguish the thing from them. So points there are kept as long as the
-    rest of the track is seen, until they are seen again. This covers a person
-    who touches the robot.
+    thing, or if it is too old. Close to the robot or to surfaces of the map,
+    images do not distinguish the thing from these. So points there are kept as
+    long as the rest of the track is seen, until they are seen again. This
+    covers a person who touches the robot.
 
     Args:
         track: A track, predicted to the time of the newest image.

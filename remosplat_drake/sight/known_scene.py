@@ -64,9 +64,13 @@ class KnownScene:
         return self
 
     def distances(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns distances of points (n, 3) from the map, to a node [m].
+        """Returns the distances of the nodes nearest to points, shape (n,) [m].
 
-        Points outside the box are far.
+        These are distances from the map. Points outside the box get the largest
+        distance that a node can store.
+
+        Args:
+            p_W: Points in W, shape (n, 3) [m].
         """
         place = np.rint((p_W - self.lower) / NODE).astype(int)
         inside = ((place >= 0) & (place < self.nodes.shape)).all(axis=1)

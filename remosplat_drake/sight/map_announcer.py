@@ -30,7 +30,7 @@ class MapAnnouncer(LeafSystem):
         - map_status
 
     `map_status` is the live map's `MapStatus`. `remosplat sight` uses the same
-    version, so that things in that map are no longer new.
+    version, so it does not report objects that this version contains.
 
     Args:
         lcm: The LCM network.

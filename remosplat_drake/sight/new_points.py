@@ -48,9 +48,10 @@ def find_new(
 ) -> NewPoints:
     """Finds the new points in an image.
 
-    Points of the map are excluded, with a margin for the errors of depth and
-    camera pose. So are the robot and points seen through it, the floor, and
-    pixels that no neighbour agrees with, as at the edges of things.
+    Excluded are points of the map, with a margin for the errors of depth and
+    camera pose; points of the robot, and those whose line of sight passes
+    through it; points of the floor; and pixels with depths unlike those of all
+    neighbours, as at the edges of things.
 
     Args:
         image: The depth image.

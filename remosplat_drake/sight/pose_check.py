@@ -45,6 +45,6 @@ def contradiction(
     if share <= _MOST_THROUGH:
         return ""
     return (
-        f"looks through {100 * share:.0f} % of what the map shows:"
+        f"looks through {100 * share:.0f} % of the map's surfaces:"
         " its pose or the map is wrong"
     )

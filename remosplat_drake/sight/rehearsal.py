@@ -16,10 +16,11 @@ _SIDE, _FOCAL = 24, 30.0
 
 
 def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
-    """Detects something beside the robot with two cameras, and loses it again.
+    """Processes images of an object that appears beside the robot and vanishes.
 
-    Numba loads or compiles kernels once per process; a stall during operation
-    would leave a robot without detection among people.
+    Two simulated cameras take these images. Numba loads or compiles kernels
+    once per process; a stall during operation would leave a robot without
+    detection among people.
 
     Args:
         robot: The robot that the cameras will see.

@@ -1,4 +1,4 @@
-"""`SettledRequests`: requests map frames of things that have settled."""
+"""`SettledRequests`: requests map frames that show things at rest."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ _PERIOD = 0.1
 
 
 class SettledRequests(LeafSystem):
-    """Requests frames of the live map for things that cameras see at rest.
+    """Requests further frames of the live map, for things that stay at rest.
 
     .. pydrake_system::
 
@@ -34,10 +34,11 @@ class SettledRequests(LeafSystem):
         - passing
 
     `configuration` is the robot's q, `movers` the `Movers` that cameras detect,
-    and `map_requests` a `MapRequests` for another frame whenever something has
-    settled in view of the map's camera. Until a version of the map contains it,
-    it stays among the movers. `passing` are the `Movers` that have not settled,
-    which no frame of a map should contain.
+    and `map_requests` a `MapRequests` for another frame whenever a thing in
+    view of the map's camera has been at rest for the time `settle`. Until a
+    version of the map contains that thing, it stays among the movers. `passing`
+    are the `Movers` that have not settled, which no frame of a map should
+    contain.
 
     Args:
         in_view: Returns whether the map's camera can see a point in W, given q

@@ -10,8 +10,8 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.sight.unseen_space import UNSEEN
 
 _STILL = 0.1
-"""A thing is at rest as long as its centre and extent change by no more than
-this; boxes around its visible part vary from image to image [m].
+"""Largest change of the centre and the extent of a thing at rest [m]. It is not
+zero, since boxes around the visible part vary from image to image.
 """
 
 _AGAIN = 10.0

@@ -36,7 +36,7 @@ class Sight:
     Attributes:
         time: Stamp of the newest image [s].
         views: The latest view of each camera, by name.
-        tracks: The new things.
+        tracks: The tracked things, which the map does not contain.
         count: Number of tracks so far, for their names.
         unseen: Space in which something may be hidden; None if that is
             disabled, or before the first image.
@@ -150,7 +150,7 @@ def look(
 def without(sight: Sight, image: DepthImage, problem: str) -> Sight:
     """Records that an image cannot be used.
 
-    The camera's previous view and its time stay.
+    The camera's previous view and its time are kept.
 
     Args:
         sight: The state so far.

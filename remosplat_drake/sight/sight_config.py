@@ -1,4 +1,4 @@
-"""`SightConfig`: settings of the detection and motion of new things."""
+"""`SightConfig`: settings of the detection of moving objects."""
 
 import dataclasses as dc
 from collections.abc import Iterator

@@ -64,7 +64,7 @@ class Stretches:
 
 @dc.dataclass(frozen=True, eq=False)
 class Track:
-    """A new thing, with its position and motion.
+    """One moving thing over many images, with its position and motion.
 
     Attributes:
         name: Its name, "seen 3" for example; it stays while the thing is

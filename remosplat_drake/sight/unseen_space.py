@@ -1,10 +1,11 @@
 """`UnseenSpace`: space in which something may be hidden from all cameras.
 
-Unseen space may contain something that comes out of it. But that can only be in
-places that it could reach unseen. So the set of possible places of hidden
+Something hidden in unseen space may come out of it. It can only be in places
+that it could reach without being seen. So the set of possible places of hidden
 things is tracked: in each step it expands as fast as things may move, and
-cameras that look through a place remove it. The robot's own shadow, which moves
-with the robot through space that was seen as free, therefore contains nothing.
+places that a camera looks through are removed. The robot's own shadow, which
+moves with the robot through space that was seen as free, therefore contains
+nothing.
 
 The places are the voxels of a grid that may contain the centre of a hidden ball
 of radius r. Such a ball contains everything within r - rho of the voxel's
@@ -37,22 +38,24 @@ VOXEL, RADIUS = 0.08, 0.1
 """Edge of the voxels, and radius r of hidden balls [m]."""
 
 START = 0.3
-"""Distance from the robot that is assumed to be checked before the start
-[m]."""
+"""Distance from the robot within which nothing is assumed to be hidden at the
+start, since an operator checks this space [m]."""
 
 NEAR = 1.0
-"""Hidden things farther from the robot's spheres are not reported [m]."""
+"""Distance from the robot's spheres beyond which hidden things are not reported
+[m]."""
 
 _LOOKED_AT = 1.2
-"""Space farther away is not checked, and anything may be there [m]."""
+"""Distance from the robot beyond which space is not checked, and may contain
+anything [m]."""
 
 MOST_BOXES = 100
 """Largest number of boxes around the places; if needed, boxes are merged."""
 
 _REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
 _LATEST = 0.75
-"""Places expand by a voxel as soon as things may have moved this share of
-it."""
+"""Share of a voxel's edge that hidden things may have moved when the set of
+their places expands by one voxel."""
 
 
 @dc.dataclass(frozen=True, eq=False)

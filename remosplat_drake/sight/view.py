@@ -59,10 +59,10 @@ class View:
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
     ) -> np.ndarray:
-        """Marks points about which the image is decisive.
+        """Marks points for which the image shows whether something is there.
 
-        It is not if the measured point may be the robot's, unless this point is
-        behind them.
+        It does not show that if something nearer hides the point, or if the
+        measured point may belong to the robot and is not behind the point.
 
         Args:
             p_W: The points in W, shape (n, 3).

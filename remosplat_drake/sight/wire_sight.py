@@ -60,7 +60,7 @@ class WireSight:
         sight: The state of detection.
         told: Number of sent messages.
         latency: Time from the latest image's stamp to its message [s].
-        work: Time that this process computed for it [s].
+        work: Computing time of this process for that message [s].
 
     Raises:
         RemoSplatError: A camera is on no frame of the robot, or two on one

@@ -11,7 +11,7 @@ def near_any(p, q, reach):
 
     Args:
         p: Points, shape (n, 3) [m].
-        q: Others, shape (m, 3) [m].
+        q: The other points, shape (m, 3) [m].
         reach: Reach of each other point, shape (m,), not negative [m].
 
     Returns:

@@ -89,13 +89,14 @@ def scan(
             [m], margin around the robot [m], height of the floor [m]; shape
             (7,).
         balls_C: The robot's spheres: centres in C and radii, shape (n, 4) [m].
-        asked: Output: flat indices of nodes whose distances are needed first.
+        asked: Output: flat indices of nodes whose distances must be computed
+            before the scan is complete.
         found: Output: positions in W and depths, shape (h w, 4) [m].
 
     Returns:
-        The number of pixels that show something within the box, of nodes in
-        `asked`, and of points in `found`; the points are complete if no node is
-        requested.
+        Three numbers: of pixels that show something within the box, of nodes in
+        `asked`, and of points in `found`. The points are complete if `asked` is
+        empty.
     """
     height, width = depth.shape
     far, floor, growth, sigmas = rules[0], rules[1], rules[2], rules[3]

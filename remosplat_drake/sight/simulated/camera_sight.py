@@ -50,7 +50,7 @@ class CameraSight(LeafSystem):
         - movers
 
     `configuration` is the robot's q, `truth` the true `Movers`, and
-    `distance_field` the controller's map: a thing at rest leaves the movers
+    `distance_field` the controller's map: a thing at rest is no longer a mover
     when a version of the map contains it. Once per period, the cameras that are
     due take an image, with noise. `movers` are the detections from the images
     that have arrived, given their latency.

@@ -39,9 +39,10 @@ class SimulatedImage:
 
 
 class SimulatedCamera:
-    """Casts one ray per pixel: at 80 x 60 pixels an image takes a millisecond.
+    """A simulated depth camera, which casts one ray per pixel.
 
-    The static scene is drawn once for each pose of the camera.
+    An image of 80 x 60 pixels takes a millisecond. The static scene is drawn
+    once for each pose of the camera.
 
     Args:
         name: Name of the camera.

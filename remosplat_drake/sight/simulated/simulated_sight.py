@@ -85,7 +85,7 @@ class SimulatedSight:
         return other
 
     def learn(self, field: DistanceField) -> None:
-        """Uses another version of the map, if it differs.
+        """Changes to another version of the map, if it differs.
 
         Args:
             field: The map.

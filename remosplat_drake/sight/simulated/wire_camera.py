@@ -19,7 +19,7 @@ class WireCamera:
     """Casts depth images of scene, robot and movers, and publishes them.
 
     Casting takes longer than a real camera needs, but a simulation can predict
-    motion: an image is computed for a stamp in the future, by `lead`, and is
+    motion: an image is computed for a time in the future, by `lead`, and is
     sent at that time.
 
     Args:
