@@ -54,7 +54,7 @@ class ObjectArrays(NamedTuple):
 
 
 class ObjectField(DistanceField):
-    """Distances to objects; contact rules may allow some links to touch some.
+    """Distances to objects; contact rules may allow links to touch objects.
 
     Distances to boxes and cylinders are exact. That to a convex hull is the
     largest of the signed distances to the planes of its faces: exact inside and
@@ -116,7 +116,7 @@ def with_objects(
 ) -> CompositeDistanceField:
     """Returns the map of a scene and the objects in it.
 
-    Like a map without objects it has one row per sphere.
+    The result has one row per sphere, like a map without objects.
 
     Args:
         scene: The map without the objects.

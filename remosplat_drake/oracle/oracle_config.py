@@ -227,7 +227,7 @@ OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
 
 
 class OracleMaker(Protocol):
-    """Interface of an oracle's settings: the above, or a user's class."""
+    """Interface of an oracle's settings, which a user's class may implement."""
 
     def make(
         self, splat_W: GaussianSplat | None, truth: PrimitiveScene | None

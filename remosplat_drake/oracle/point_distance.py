@@ -1,6 +1,6 @@
 """`PointDistanceField`: distance to a cloud of measured surface points.
 
-If the true geometry is unknown, a capture's depth images replace it.
+The points come from a capture's depth images, if true geometry is unknown.
 """
 
 import hashlib
@@ -16,10 +16,11 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 class PointDistanceField(DistanceField):
     """Distances to the nearest point of a cloud, which has no inside.
 
-    A sphere whose centre has passed a surface counts as outside again. Points
-    are samples of a surface, so distances are never too small. Before a flat
-    surface at distance d they are too large by at most sqrt(d^2 + s^2) - d,
-    where s is the largest distance from a surface point to its nearest sample.
+    A sphere whose centre has passed through a surface counts as outside again.
+    Points are samples of a surface, so distances are never too small. Before a
+    flat surface at distance d they are too large by at most sqrt(d^2 + s^2) -
+    d, where s is the largest distance from a surface point to its nearest
+    sample.
 
     A sphere ignores points below its `ignore_below`. For a centre that lies
     exactly on a point the direction is -z.

@@ -182,10 +182,9 @@ def write_answer(answer, number, distance, p_WS, d, gx, gy, gz):
         distance: The signed distance that is reported [m].
         p_WS: The point in W; further entries are not read.
         d: The point's signed distance from the primitive [m].
-        gx: The x entry of the gradient of `d` in W; `gy` and `gz` are the
-            others.
-        gy: See above.
-        gz: See above.
+        gx: The x entry of the gradient of `d` in W.
+        gy: Its y entry.
+        gz: Its z entry.
     """
     answer[0], answer[1] = number, distance
     answer[2] = p_WS[0] - d * gx

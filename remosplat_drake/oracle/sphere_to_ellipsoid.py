@@ -23,7 +23,8 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _ONE_AT_A_TIME = Lock()
-"""Numba's simplest threading layer aborts if two loops run at once."""
+"""Lock of parallel loops: Numba's simplest threading layer aborts if two run at
+once."""
 
 
 class SphereToEllipsoidField(DistanceField):
@@ -141,7 +142,7 @@ class SphereToEllipsoidField(DistanceField):
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps]:
-        """The same; see `DistanceField.compiled_rows`."""
+        """The splats and their hierarchy; see `DistanceField.compiled_rows`."""
         return together([self._packed])
 
     @property

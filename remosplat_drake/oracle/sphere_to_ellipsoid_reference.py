@@ -137,7 +137,7 @@ def splat_records(
 
 
 def boxes(records: np.ndarray, solved: bool) -> np.ndarray:
-    """Bounds every possible answer of splats, as `fill_boxes` does."""
+    """Computes boxes around all possible closest points, like `fill_boxes`."""
     axes = records[:, 3:12].reshape(-1, 3, 3)
     extent = np.abs(axes * records[:, 12:15, None])
     half = np.sqrt(np.sum(extent**2, axis=1)) if solved else extent.sum(axis=1)

@@ -1,6 +1,6 @@
 """Slow reference of the distance to unseen voxels: tries all of them.
 
-`UnknownSpaceField` must equal it.
+Tests compare `UnknownSpaceField` with it.
 """
 
 import numpy as np

@@ -155,7 +155,7 @@ def _outwards(boxes: np.ndarray) -> np.ndarray:
 def split_positions(p_WS: np.ndarray) -> np.ndarray:
     """Splits positions into sums of two triples of floats.
 
-    Differences to a nearby point are then as exact as the point.
+    The difference from a nearby point then keeps single precision.
 
     Args:
         p_WS: Positions, shape (..., 3) [m].

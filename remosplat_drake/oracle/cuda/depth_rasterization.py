@@ -40,8 +40,9 @@ LIGHT = 2.0**20
 """log2 of the unit in which kernels count absorbed light."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""Largest number of pixels that a block draws, unless one row has more: the
-first for many views, the second if there are too few views for all blocks."""
+"""Largest number of pixels that a block draws, unless one row has more. The
+first number is for many views, the second if there are too few views to occupy
+all blocks."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.

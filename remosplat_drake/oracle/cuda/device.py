@@ -24,7 +24,7 @@ class DeviceClusters:
     Attributes:
         device: The device: torch's current one at construction.
         multiprocessors: Number of its multiprocessors.
-        records: See `Clusters`, also for the other arrays.
+        records: Copy of `Clusters.records`; likewise the other arrays.
         argument: The argument of kernels.
     """
 

@@ -1,8 +1,8 @@
 """`DepthViews`: the six depth views of one sphere, for kernels (Numba).
 
-Sets of views are bit masks: bit v is view v. In lanes, they are the numbers
-with these bits. In the sensor's frame D, a view contains the points whose
-coordinate along its axis exceeds the magnitudes of both others.
+Sets of views are bit masks: bit v is view v. In SIMD lanes, which are floats, a
+set is the number with these bits. In the sensor's frame D, a view contains the
+points whose coordinate along its axis exceeds the magnitudes of both others.
 """
 
 from typing import NamedTuple
@@ -94,8 +94,8 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
         spread: Reach of the low-pass filter, see `Rules`.
 
     Returns:
-        Lower bounds of the ranges in the children [m], and for each the set of
-        the views that need it, both in lanes.
+        Lower bounds of the ranges in the children [m], and for each child the
+        set of the views that need it, both as SIMD lanes.
     """
     at, p = ROWS * WIDTH * node, views.p_WS
     x, hx = _middle(splats.wide, at, p[0])
@@ -136,7 +136,7 @@ def _middle(wide, at, p):
 
 @inlined
 def views_of_balls(views, center, radius, nearest, seen, limit):
-    """Returns the sets of views that meet balls, in lanes.
+    """Returns the sets of views that meet balls, as SIMD lanes.
 
     Args:
         views: The views.

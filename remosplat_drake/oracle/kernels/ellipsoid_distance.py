@@ -26,7 +26,7 @@ CONVERGE = -1
 
 @helper
 def box_distance_squared(y, e) -> float:
-    """Squared distance from y to the box [-e, e], at most that to x."""
+    """Squared distance from y to the box [-e, e] around the ellipsoid."""
     a = max(abs(y[0]) - e[0], 0.0)
     b = max(abs(y[1]) - e[1], 0.0)
     c = max(abs(y[2]) - e[2], 0.0)

@@ -32,13 +32,14 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 lean = register_jitable(no_cfunc_wrapper=True, error_model="numpy", _nrt=False)
 """Numba decorator for helpers that create no arrays.
 
-Counting references to arrays takes a tenth of a query's time.
+It omits the counting of references to arrays, which would take a tenth of a
+query's time.
 """
 
 inlined = register_jitable(
     no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
 )
-"""Like `lean`, for functions whose call costs more than their work."""
+"""Like `lean`, but inlines functions whose call costs more than their work."""
 
 # Pixels at an outline are tested one by one, so spans are widened by far more
 # than the rounding error [px].
@@ -190,13 +191,13 @@ def footprint_records(
 
 @inlined
 def nearest_range(rules, center, normal, radius):
-    """Bounds from below the ranges at which a camera sees splats [m].
+    """Computes lower bounds on the ranges at which a camera sees splats [m].
 
     Args:
         rules: The sensor's rules.
-        center: Centre of each splat, from the camera's in W, as a tuple of
-            lanes [m].
-        normal: Normal of each disc in W, as a tuple of lanes.
+        center: Vectors from the camera to the splats' centres in W, as a tuple
+            of SIMD lanes [m].
+        normal: Normal of each disc in W, as a tuple of SIMD lanes.
         radius: Radius of the ball around everything that is seen of it [m].
     """
     x, y, z = center
@@ -215,7 +216,7 @@ def nearest_range(rules, center, normal, radius):
 
 @inlined
 def child_margins(splats, node):
-    """Returns the largest uncertainty below each child, in lanes [m]."""
+    """Returns the largest uncertainty below each child, as SIMD lanes [m]."""
     margins = in_all(0.0)
     if len(splats.margins):
         margins = lanes_from(splats.margins, WIDTH * node)
@@ -226,10 +227,10 @@ def child_margins(splats, node):
 def whiten(p, axes, R_WV):
     """Expresses a splat in a view's axes.
 
-    The data are scalars of one splat, or lanes of eight.
+    The data are scalars of one splat, or SIMD lanes of eight splats.
 
     Args:
-        p: The centre, from the camera's in W, as a tuple [m].
+        p: Vector from the camera to the splat's centre in W, as a tuple [m].
         axes: Rows that map W to the splat's axes in standard deviations (a
             disc's third row is its unit normal), one after the other.
         R_WV: Orientation of the view.
@@ -309,7 +310,7 @@ def project(records, k, rules, p_WV, R_WV):
 def fragment(s, rules, x, y):
     """Returns depth and weight of the projected splat s on a ray (x, y, 1).
 
-    Either the splat or the ray may be lanes.
+    Either the splat or the ray may consist of SIMD lanes.
     """
     a = s[0] * x + s[1] * y + s[2]
     b = s[3] * x + s[4] * y + s[5]
@@ -345,9 +346,9 @@ def fragment_alpha(z, weight, opacity, rules, shift=0.0):
 
 @inlined
 def is_within(z, weight, rules, shift):
-    """Returns whether a fragment is in its splat, and between the planes.
+    """Returns whether a fragment is in its splat, between near and far plane.
 
-    Arguments are those of `fragment_alpha`, or lanes of them.
+    Arguments are those of `fragment_alpha`, or SIMD lanes of them.
     """
     return (
         (weight <= rules.n_sigma_squared)
@@ -360,7 +361,7 @@ def is_within(z, weight, rules, shift):
 def pixel_span(low, high, resolution):
     """Returns the first and last pixel of a row with centres in [low, high].
 
-    Both are whole numbers as floats, or lanes of them.
+    Both are whole numbers as floats, or SIMD lanes of them.
     """
     half = resolution / 2
     first = round_up((greatest(low, -1.0) + 1) * half - 0.5 - _MARGIN)

@@ -7,9 +7,9 @@ intersects this disc with the pixel's ray. The projection of gsplat is not used:
 it drops discs whose centre is behind the camera, and its bounds of discs that
 extend beside the camera are wrong.
 
-Tensors are float32 on one device. C images are the cameras in use, P pairs
-one disc in one of them each (`gsplat_pairs`). V has OpenCV axes; rays are
-(x, y, 1).
+Tensors are float32 on one device. There are C images, one for each camera in
+use, and P pairs of a disc and an image (`gsplat_pairs`). V has OpenCV axes;
+rays are (x, y, 1).
 """
 
 import math

@@ -81,14 +81,14 @@ def near_children(
     """Finds the children whose boxes are near a point.
 
     Args:
-        typing: Numba's own.
+        typing: Numba's typing context.
         address: Address of the node's boxes, see `node_address`.
-        x: The point's coordinates, a number below and one above each.
-        x_above: See above.
-        y: See above.
-        y_above: See above.
-        z: See above.
-        z_above: See above.
+        x: The point's x, rounded down; see `around`.
+        x_above: The point's x, rounded up.
+        y: The point's y, rounded down.
+        y_above: The point's y, rounded up.
+        z: The point's z, rounded down.
+        z_above: The point's z, rounded up.
         limit: Limit of squared distances, see `raised` [m^2].
         floor: Least height of a child, see `lowered` [m].
         squares: Output: the children's squared distances, eight numbers in

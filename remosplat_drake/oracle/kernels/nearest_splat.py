@@ -41,7 +41,7 @@ from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.splat.bvh import leaf_range
 
 _SLACK = 1.0 + 1e-12
-"""Bounds are compared with this margin: rounding never hides a splat."""
+"""Margin of comparisons with bounds, so that rounding excludes no splat."""
 
 _ROUNDED_UP = 1.0 + 1e-15
 """Factor that covers the rounding of an uncertainty."""

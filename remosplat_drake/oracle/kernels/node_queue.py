@@ -62,7 +62,7 @@ def clear(queue, limit):
 
 @helper
 def push(queue, key, item) -> bool:
-    """Adds a node; a key that has already been passed comes next.
+    """Adds a node; if nodes of larger keys were removed, it is the next one.
 
     Returns:
         Whether there was room for it.

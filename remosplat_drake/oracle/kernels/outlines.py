@@ -2,7 +2,7 @@
 
 An outline is a quadratic form of the ray (x, y, 1), <= 0 inside, with entries
 xx, xy, xz, yy, yz, zz; its rows and columns bound the pixels that must be
-tested. Splats and rows may be lanes.
+tested. Splats and rows may be SIMD lanes.
 """
 
 from remosplat_drake.base.lanes import greatest, magnitude, root, where
@@ -11,7 +11,7 @@ from remosplat_drake.oracle.kernels.footprints import inlined
 
 @inlined
 def outline(s, rules, cut):
-    """Returns the outline weight = cut of a projected splat."""
+    """Returns the outline of a projected splat: where its weight is `cut`."""
     if rules.is_surfel:
         return (
             s[0] * s[0] + s[3] * s[3] - cut * (s[6] * s[6]),

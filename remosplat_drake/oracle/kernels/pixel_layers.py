@@ -18,7 +18,9 @@ _SPACING = 5
 
 
 class PixelLayers(NamedTuple):
-    """Both layers of a view with r x r pixels; arrays are padded for lanes.
+    """The layers of a view: all its r x r pixels, and a coarse grid of them.
+
+    Arrays are padded for SIMD lanes.
 
     Attributes:
         axis: Ray coordinate of each place, shape (2, r + 8).

@@ -68,7 +68,7 @@ class Canvas(NamedTuple):
         parts: Which pixels of each are drawn.
         spans: First and last column of their rows, eight at a time, shape
             (8, -, 2, 8).
-        met: Which of these rows have any, as bits, shape (8, -).
+        met: Which of these rows have any column, as bits, shape (8, -).
         pair: Room for two lanes.
         sets: Sets of views that need a leaf's splats, in lanes.
         queue: Queued nodes, by lower bounds of their ranges.
@@ -166,7 +166,7 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
 
     Args:
         canvas: The canvas, which has room.
-        rules: The sensor's.
+        rules: The sensor's `Rules`.
         row: Number of the row, through all views.
         layer: Layer of its pixels.
         begin: Place of the first one there.
@@ -174,7 +174,7 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
         alpha: Their alphas, in lanes; 0 for no fragment.
 
     Returns:
-        The pixels' light before and after.
+        The `light` of the pixels before and after the addition.
     """
     run, first = canvas.count[RUNS], row * rules.resolution
     canvas.count[RUNS] = run + 1

@@ -28,7 +28,7 @@ def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
         quaternions: Their orientations wxyz, shape (N, 4).
         scales: Their standard deviations, shape (N, 2) or (N, 3) [m].
         uncertainty: Their uncertainty, shape (N,) [m]; empty for none.
-        places: The row of each that is packed, shape (n,).
+        places: Index in `rows` of each packed splat, shape (n,).
         rows: Filled in at these places, shape (m, 12), single precision.
     """
     n_axes = scales.shape[1]
@@ -126,7 +126,7 @@ def falling(e, others):
 
 @kernel
 def fill_boxes(rows, solved, boxes):
-    """Bounds every possible answer of a splat.
+    """Computes boxes that contain every possible closest point of splats.
 
     A converged closest point is on the splat; one from a truncated bisection is
     in the box around it, aligned with its axes. Uncertainty enlarges the bound
@@ -170,7 +170,7 @@ def are_enclosed(packed, n_sigma, solved, nodes, links, first, end) -> bool:
         solved: Whether closest points are converged.
         nodes: Nodes of a valid `BoundingVolumeHierarchy`.
         links: Its links.
-        first: The first node to look at.
+        first: The first node to check.
         end: The one after the last.
     """
     box = np.empty(7)

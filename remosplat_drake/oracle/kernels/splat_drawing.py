@@ -53,8 +53,9 @@ from remosplat_drake.oracle.kernels.pixel_runs import (
 from remosplat_drake.oracle.kernels.windows import disc_window
 
 _TALL = 6
-"""Number of rows from which on a splat is deferred; twice as many if the view
-has a nearest pixel, since fewer pixels are then drawn needlessly."""
+"""Number of rows from which on a splat is deferred: only its pixels of the
+coarse grid are drawn at first. If the view already has a nearest pixel, it is
+twice that number, since fewer pixels are then drawn needlessly."""
 
 ALL, _COARSE, REST = range(3)
 """Which pixels are drawn: all, those of the grid, or the others."""
@@ -83,7 +84,7 @@ def draw_waiting(splats, rules, canvas, view, part):
 
     Args:
         splats: The `Footprints`.
-        rules: The sensor's.
+        rules: The sensor's `Rules`.
         canvas: The `Canvas`.
         view: The view.
         part: ALL or REST. With ALL, splats that span many rows are deferred,
