@@ -1,1 +1,1 @@
-"""Injects faults into a robot on a wire, and judges how it stops."""
+"""Injects faults into a robot on an LCM network, and judges its stops."""

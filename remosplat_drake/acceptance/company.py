@@ -1,7 +1,7 @@
-"""Processes that join the wire of a robot and its controller as a fault.
+"""Faults: further processes on the LCM network of robot and controller.
 
-Such a process takes seconds to start. Its case begins when its first packet is
-on the wire, which is recognised by the packet's sender.
+Such a process takes seconds to start. Its case begins with its first packet on
+the network, which is recognised by the packet's sender.
 """
 
 import contextlib
@@ -22,10 +22,10 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.robot.robot_model import RobotModel
 
 REFUSED = 2
-"""Exit code of a controller that finds another one on the wire."""
+"""Exit code of a controller that finds another controller on the network."""
 
 _START_UP = 60.0
-"""Longest time until a process has joined, or has been refused [s]."""
+"""Longest time until a process has joined or has been rejected [s]."""
 
 
 class Company:

@@ -13,7 +13,7 @@ _AGAIN = 0.2
 
 
 class Consent:
-    """Arms, over the wire, the controllers that wait for it."""
+    """Arms, over the network, the controllers that wait for a release."""
 
     def __init__(self, url: str, *, again: bool = False):
         """Joins the controllers' wire.
@@ -26,7 +26,7 @@ class Consent:
         self._asked = -math.inf
 
     def give(self) -> None:
-        """Arms the sessions that wait now; call it periodically."""
+        """Arms the controllers that wait now; call it periodically."""
         leases = self._operator.leases()
         if time.monotonic() - self._asked < _AGAIN:
             return

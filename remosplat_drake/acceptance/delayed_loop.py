@@ -1,8 +1,8 @@
 """The control tick in a closed loop with delays and lags, in simulated time.
 
-A campaign of real processes needs minutes for these cases; here they take
-seconds. Tick, prediction and verification are those of real runs. Only robot
-and wire are replaced by a model of the actuators.
+Tick, prediction and verification are those of real runs. Only the robot and the
+network are replaced by a model of the actuators. So cases take seconds, while a
+campaign with real processes takes minutes.
 """
 
 import dataclasses as dc
@@ -38,8 +38,8 @@ class DelayedRun:
         clearance: Smallest true clearance [m].
         time: Time until the target was reached; infinite if it never was [s].
         distance: Distance from the target at the end [m].
-        share: Largest residual as a share of its bound; NaN if nothing was
-            predicted.
+        share: Largest ratio of the prediction's residual to its bound; NaN if
+            nothing was predicted.
         seconds: Wall-clock time of each tick, shape (n,) [s].
     """
 
@@ -125,7 +125,7 @@ def run_delayed(
     Args:
         law: The control law.
         robot: The robot, at its start.
-        field: The map, which is the truth.
+        field: The map, which is also the true scene.
         X_WT: Pose of the target T in W, shape (4, 4).
         model: The controller's model of the actuators; None advances the base's
             pose by its measured velocity, and does nothing else.

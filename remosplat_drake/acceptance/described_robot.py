@@ -1,4 +1,4 @@
-"""A robot's description with measured actuators, as a file."""
+"""Writes a robot's description with other actuators to a file."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ from remosplat_drake.robot.robot_description import load_robot_description
 def write_description(
     path: Path, name: str, actuators: Sequence[Actuator] = ()
 ) -> None:
-    """Writes a shipped robot's description elsewhere, with other actuators.
+    """Writes a copy of a shipped robot's description, with other actuators.
 
     Args:
         path: Path of the file to write.

@@ -1,9 +1,10 @@
-"""The fault campaign: reactions of a robot on a wire to faults.
+"""The fault campaign: checks the reactions of robot and controller to faults.
 
-Robot and controller are separate processes on a wire, as in a lab. One fault is
-injected while the robot moves. A release must be refused while the fault lasts.
-Then the fault is removed, and nothing may move until the stop is released.
-After that, the robot continues. The simulated robot's true motion is evaluated.
+The simulated robot and the controller are separate processes on an LCM network,
+as in a lab. One fault is injected while the robot moves. While the fault lasts,
+a release of the stop must be refused. Then the fault is removed, and nothing
+may move until the stop is released. After that, the robot must continue. The
+simulated robot's true motion is evaluated.
 """
 
 import dataclasses as dc
@@ -42,7 +43,7 @@ class FaultResult:
 
     Attributes:
         case: The case with its fault.
-        reason: Displayed reason of the stop.
+        reason: Reason of the stop, as displayed.
         time_to_zero: Time from the fault to a standstill [s]; NaN without one.
         moved_after: Largest distance that any part of the robot moved between
             the standstill and the release [m]; NaN without a standstill.
@@ -68,7 +69,7 @@ def run_case(case: FaultCase, world: World) -> FaultResult:
 
     Args:
         case: The fault to inject, and the outcome to expect.
-        world: World of the default scenario, with its true geometry.
+        world: World of the default scenario, with the true geometry.
     """
     problem = ""
     for _ in range(_ATTEMPTS):

@@ -12,11 +12,11 @@ class Part(Enum):
     """The part of the system in which something goes wrong."""
 
     ROBOT = "robot"
-    """A fault of `remosplat hardware-sim`, requested over the wire."""
+    """A fault of `remosplat hardware-sim`, requested over the network."""
     CONTROLLER = "controller"
     """A fault of `fault_controller`, begun by a signal."""
     NETWORK = "network"
-    """The relay between both wires delays and loses messages."""
+    """The relay between robot and controller delays and loses messages."""
     TARGET = "target"
     """The scenario's own target jumps."""
     DRIVER_KILLED = "driver killed"
@@ -27,11 +27,11 @@ class Part(Enum):
     """The 1 kHz callback of the arm's driver, a separate process, is
     stopped."""
     SECOND_ROBOT = "second robot"
-    """A second `remosplat hardware-sim` joins the wire."""
+    """A second `remosplat hardware-sim` joins the network."""
     SECOND_CONTROLLER = "second controller"
     """A second `remosplat run --hardware` tries to drive the robot."""
     STRANGER = "stranger"
-    """A process of `stranger` joins the wire."""
+    """A process of `stranger` joins the network."""
     CONTROLLER_KILLED = "controller killed"
     """The controller's process is killed."""
     INTERRUPT = "interrupt"
@@ -39,17 +39,19 @@ class Part(Enum):
 
 
 STOPS = "stops"
-"""Outcome: the supervisor stops the robot, and only a release ends that."""
+"""Outcome: the supervisor stops the robot until an operator releases the
+stop."""
 DRIVER_STOPS = "the drivers stop"
-"""Outcome: no process is left to give a reason; the drivers let the command
-expire."""
+"""Outcome: the command expires in the drivers, and no process remains that
+could report a reason."""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
 JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
-"""Parts in separate processes, besides robot and controller."""
+"""Parts that are separate processes, besides robot and controller."""
 
 GOES_ON = "goes on"
-"""Outcome: the robot may continue, is safe, and reaches its target or stops."""
+"""Outcome: the robot may continue; it must keep its clearance, and reach its
+target or stop."""
 
 REACHES = "reaches the target"
 """Resumption: after a release the robot continues to its target."""
@@ -74,9 +76,10 @@ class FaultCase:
             is present; None if no release is tried.
         resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault is
             gone and the stop released; None if any is permitted.
-        then: Name of a second fault, which follows at once; empty for none.
-        tick_status: Status that at least one tick must have if the controller
-            must detect the fault; empty for any.
+        then: Name of a second fault, which follows the first one; empty for
+            none.
+        tick_status: Status that at least one tick must have, as evidence that
+            the fault had an effect; empty for any.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
         robot: Further arguments of `remosplat hardware-sim`.
@@ -112,12 +115,12 @@ class FaultCase:
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
     """Makes a case of `remosplat hardware-sim`.
 
-    The reason of the stop and the refusal to arm contain the same text.
+    The reason of the stop and the refusal of a release contain the same text.
 
     Args:
         name: Name of the case in tables.
         fault: A key of `faults.FAULTS`.
-        reason: This text.
+        reason: Text that the reason and the refusal must contain.
         more: Further fields of the case.
     """
     assert fault in faults.FAULTS
@@ -130,7 +133,7 @@ def controller_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
 
     Args:
         name: Name of the case in tables.
-        fault: Name of the fault there.
+        fault: Name of the fault in `fault_controller.FAULTS`.
         reason: Text that the reason must contain.
         more: Further fields of the case.
     """

@@ -2,11 +2,11 @@
 
     python -m remosplat_drake.acceptance.fault_controller URL --fault NAME
 
-It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
-and waits for a release when it is stopped. SIGUSR1 makes its fault happen, a
-second one ends it, SIGUSR2 releases a stop. Its log on stdout, one JSON object
-per line, contains the supervisor's actions, the socket for the buttons of its
-page, if it has one, and at the end the result of the run.
+It runs a scenario on the robot at an LCM URL, as `remosplat run --hardware`
+does, and waits for a release when it is stopped. SIGUSR1 begins the fault, a
+second SIGUSR1 ends it, and SIGUSR2 releases a stop. Its log on stdout has one
+JSON object per line: the supervisor's actions; the socket for the buttons of
+its page, if it has one; and the result of the run.
 """
 
 import argparse
@@ -37,11 +37,11 @@ from remosplat_drake.visualization.page import MeshcatPage
 FAULTS = {
     "stop-button": "a person presses the stop button",
     "exception": "the program fails in the middle of a tick",
-    "hang": "the program stops to compute, and does not end",
+    "hang": "the program hangs, and does not end",
     "map-age": "the map receives no updates any more",
     "map-nan": "the map returns NaN",
     "infeasible": "for 1.2 s the map has a wall on both sides of the hand,"
-    " both slightly too near: no command satisfies both rows",
+    " both slightly too near: no command satisfies both limits",
 }
 """Faults of the controller's process, by name."""
 
@@ -64,8 +64,8 @@ class FaultyField(DistanceField):
 
         Args:
             field: The correct field.
-            sphere: Index of the sphere that the contradiction puts between two
-                walls.
+            sphere: Index of the sphere that the fault `infeasible` places
+                between two walls.
             distance: Distance of that sphere to both walls [m].
         """
         self._field = field
@@ -76,12 +76,12 @@ class FaultyField(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """Returns the correct field: the map of rollouts is not under test."""
+        """Returns the correct field, since faults do not affect rollouts."""
         return self._field.for_look_ahead
 
     @property
     def compiled(self) -> Packed | None:
-        """The correct field's compiled form: ticks without a fault are fast."""
+        """The correct field's compiled form, for fast ticks without a fault."""
         return None if self.fault else self._field.compiled
 
     def clearances(

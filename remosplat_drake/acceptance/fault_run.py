@@ -30,13 +30,13 @@ STOP_LIMIT = 4.0
 """Longest time to a standstill that still counts as a stop [s]."""
 
 _START_UP = 60.0
-"""Longest start: two processes load, and kernels may be compiled [s]."""
+"""Longest start of the two processes, which may compile kernels [s]."""
 
 _UNDER_WAY = 0.7
 """Time from the robot's first motion to the fault [s]."""
 
 _SOON = 0.03
-"""Time from a first fault to a second one [s]."""
+"""Time between the first and the second fault of a case [s]."""
 
 _PRESENT = 0.3
 """Time from standstill to the first release, or to the end of the fault
@@ -115,7 +115,7 @@ class FaultRun:
         return min(times, default=math.nan)
 
     def carry_out(self) -> str:
-        """Runs the case; returns the reason of an early stop, or ""."""
+        """Runs the case; returns the reason of a too early stop, or ""."""
         case = self._case
         arguments = ["--scenario-text", self._text]
         if case.part is Part.CONTROLLER:

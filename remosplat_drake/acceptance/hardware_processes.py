@@ -26,15 +26,15 @@ sys.exit(main())
 """
 
 _FIRST = -10
-"""Niceness of the processes, since real robots' computers have no other
-load."""
+"""Niceness of the processes: they have priority, since computers of real robots
+have no other load."""
 
 _PATIENCE = 10.0
 """Longest time for a process to end by itself [s]."""
 
 
 def free_url() -> str:
-    """Returns the LCM URL of an unused wire within this computer."""
+    """Returns an unused LCM URL for processes on this computer."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))
         return f"udpm://{GROUP}:{probe.getsockname()[1]}?ttl=0"
@@ -70,10 +70,10 @@ def wire_works(patience: float = 1.0) -> bool:
 
 @contextlib.contextmanager
 def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
-    """Runs `remosplat hardware-sim` on a wire until the context ends.
+    """Runs `remosplat hardware-sim` at an LCM URL until the context ends.
 
     Args:
-        url: LCM URL of the wire.
+        url: The LCM URL.
         arguments: Further arguments of the command.
     """
     line = ["hardware-sim", *arguments, "--lcm-url", url]
@@ -88,7 +88,7 @@ def program(
     """Runs `remosplat` until the context ends.
 
     Args:
-        line: Its command and the command's arguments.
+        line: The command of `remosplat` and its arguments.
         said: File that receives its output; None for none.
         terminal: File descriptor of a terminal at which a person types; None
             for none.
@@ -103,7 +103,7 @@ def program(
 
 @contextlib.contextmanager
 def second_controller(url: str) -> Iterator[subprocess.Popen]:
-    """Runs a second `remosplat run --hardware` on the same wire."""
+    """Runs a second `remosplat run --hardware` at the same LCM URL."""
     flags = ["--hardware", "--without-doctor", "--headless", "--lcm-url", url]
     with program("run", "TableReach", *flags) as process:
         yield process
@@ -111,10 +111,10 @@ def second_controller(url: str) -> Iterator[subprocess.Popen]:
 
 @contextlib.contextmanager
 def stranger(url: str, what: str) -> Iterator[subprocess.Popen]:
-    """Runs `stranger` on a wire until the context ends.
+    """Runs `stranger` at an LCM URL until the context ends.
 
     Args:
-        url: LCM URL of the wire.
+        url: The LCM URL.
         what: A key of `stranger.STRANGERS`.
     """
     line = [sys.executable, "-m", "remosplat_drake.acceptance.stranger"]
@@ -124,11 +124,11 @@ def stranger(url: str, what: str) -> Iterator[subprocess.Popen]:
 
 @contextlib.contextmanager
 def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
-    """Runs `remosplat panda-driver` between a wire and the stand-in's arm.
+    """Runs `remosplat panda-driver` between LCM and the simulated arm.
 
     Args:
-        url: LCM URL of the wire.
-        port: The PORT of `hardware-sim --fci PORT`, which must answer by now.
+        url: The LCM URL.
+        port: The PORT of `hardware-sim --fci PORT`, which must already answer.
     """
     options = ["--simulated", "--lcm-url", url]
     with program("panda-driver", str(port), *options) as process:
@@ -154,11 +154,11 @@ def _line(process: str) -> bytes:
 def relay(
     a: str, b: str, *, delay: float, loss: float
 ) -> Iterator[subprocess.Popen]:
-    """Runs a relay between two wires; SIGUSR1 starts and ends its faults.
+    """Runs a relay between two LCM URLs; SIGUSR1 starts and ends its faults.
 
     Args:
-        a: LCM URL of the controller's wire.
-        b: LCM URL of the robot's wire.
+        a: LCM URL of the controller.
+        b: LCM URL of the robot.
         delay: Delay of every message during the fault [s].
         loss: Share of messages that are lost during the fault, in [0, 1].
     """
@@ -174,10 +174,10 @@ def relay(
 def controller(
     url: str, log: Path, *arguments: str
 ) -> Iterator[subprocess.Popen]:
-    """Runs `fault_controller` on a wire until the context ends.
+    """Runs `fault_controller` at an LCM URL until the context ends.
 
     Args:
-        url: LCM URL of the wire.
+        url: The LCM URL.
         log: File that receives the process's log.
         arguments: Further arguments of the process.
     """

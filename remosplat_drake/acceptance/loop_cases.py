@@ -1,4 +1,4 @@
-"""Measures the timing of the real-time loop with a robot on a wire."""
+"""Measures the timing of the real-time loop with a simulated robot over LCM."""
 
 import contextlib
 import json
@@ -50,11 +50,12 @@ def measure_loop(rate: float) -> LoopQuality:
 def measure_sight() -> LoopQuality:
     """Drives past a person that two cameras see, and measures the loop.
 
-    Both cameras together send 30 images of 640 x 480 pixels a second at most;
-    they, the robot, the sight and the controller are five processes.
+    Together, both cameras send at most 30 images of 640 x 480 pixels per
+    second. The two cameras, the robot, `remosplat sight` and the controller are
+    five processes.
 
     Raises:
-        RemoSplatError: The run did not complete, or nothing was seen.
+        RemoSplatError: The run did not complete, or no person was detected.
     """
     cameras = load_scenario(SEEN).cameras
     found = _measured(
@@ -75,7 +76,7 @@ def measure_sight() -> LoopQuality:
 def _measured(
     what: str, arguments: list[str], scenario: str = "", *beside: list[str]
 ) -> LoopQuality:
-    """Drives a run on the stand-in robot and measures the loop's timing.
+    """Runs a scenario on the simulated robot and measures the loop's timing.
 
     Args:
         what: Name of the run in messages about failures.

@@ -12,10 +12,10 @@ STILL = 2e-3
 """Speed below which a robot counts as at rest [m/s, rad/s]."""
 
 CREEP = 1e-3
-"""Largest motion of a robot that counts as at rest [m]."""
+"""Largest motion of a robot that still counts as rest [m]."""
 
 _DWELL = 5
-"""Number of consecutive slow samples of a robot that counts as at rest."""
+"""A robot is at rest after this number of consecutive slow samples."""
 
 
 @dc.dataclass(frozen=True)
@@ -68,14 +68,14 @@ class TrueRun:
 
 
 def first_standstill(run: TrueRun, since: float) -> int | None:
-    """Finds the first sample from which the robot stands still for a while.
+    """Finds the first sample from which on the robot is at rest for a while.
 
     Args:
         run: True motion of the robot.
         since: Wall-clock time at which the search begins [s].
 
     Returns:
-        The sample's index; None if the robot never stands.
+        The sample's index; None if the robot never comes to rest.
     """
     still = np.abs(run.u).max(axis=1) < STILL
     start = int(np.searchsorted(run.time, since))
@@ -86,7 +86,7 @@ def first_standstill(run: TrueRun, since: float) -> int | None:
 
 
 def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
-    """Judges how the robot stopped after a time, and whether it stayed.
+    """Measures the time of a stop, and the motion after it.
 
     Args:
         run: True motion of the robot.

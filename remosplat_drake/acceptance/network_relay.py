@@ -1,10 +1,10 @@
-"""A faulty network as a process: it connects two wires, with delay and loss.
+"""A faulty network as a process: a relay with delay and loss of messages.
 
     python -m remosplat_drake.acceptance.network_relay URL_A URL_B --delay 0.05
 
-Commands go from A to B, statuses from B to A. Losses are drawn from the seed,
-message by message; the order of messages is kept. The network has no losses
-until the process gets SIGUSR1, and again after a second one.
+It forwards commands from LCM URL A to B, and statuses from B to A. Losses are
+random, for each message, and are determined by the seed. The order of messages
+is kept. There is delay and loss only after a first SIGUSR1, until a second one.
 """
 
 import argparse
@@ -34,14 +34,14 @@ STATUSES = [
 ]
 
 READY = "ready"
-"""Line of output after the relay has joined both wires."""
+"""Line of output after the relay has joined both networks."""
 
 _PERIOD = 2e-4
-"""Period at which both wires are polled [s]."""
+"""Period at which both networks are polled [s]."""
 
 
 class Relay:
-    """Forwards commands one way and statuses the other, between two wires.
+    """Forwards commands from a to b and statuses from b to a, two LCM URLs.
 
     Attributes:
         delay: Delay of every message from now on [s].
@@ -56,7 +56,7 @@ class Relay:
         self.delay = self.loss = 0.0
 
     def step(self, now: float, rng: np.random.Generator) -> None:
-        """Takes received messages and sends those due at time `now` [s]."""
+        """Receives messages, and sends those that are due at time `now` [s]."""
         for inbox, to in self._ways:
             for channel, data in inbox.fetch():
                 self._count += 1

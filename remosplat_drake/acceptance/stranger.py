@@ -1,8 +1,9 @@
-"""A process that disturbs the wire.
+"""A process that disturbs the LCM network of a robot.
 
     python -m remosplat_drake.acceptance.stranger URL WHAT
 
-It neither has nor requests a lease, like other programs that use LCM.
+Like other programs that use LCM, it has no lease (the exclusive right to
+command the robot), and requests none.
 """
 
 import argparse
@@ -54,7 +55,7 @@ CHANNELS = (
     OPERATOR_REQUEST,
     faults.CHANNEL,
 )
-"""All channels of a robot's wire."""
+"""All LCM channels of a robot."""
 
 _PERIOD = 0.01
 

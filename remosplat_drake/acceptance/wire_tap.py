@@ -1,4 +1,4 @@
-"""`WireTap`: receives all messages of a wire, and triggers faults."""
+"""`WireTap`: receives all messages at an LCM URL, and triggers faults."""
 
 import struct
 import time
@@ -15,7 +15,7 @@ from remosplat_drake.hardware.wire.messages.base_command import base_command
 
 
 class WireTap:
-    """Listens to robot and controller on a wire, and injects faults.
+    """Listens to robot and controller at an LCM URL, and injects faults.
 
     Attributes:
         heard: Wall-clock time of the arm's latest status [s].
@@ -25,7 +25,7 @@ class WireTap:
     """
 
     def __init__(self, url: str):
-        """Subscribes to the wire at an LCM URL."""
+        """Subscribes to all channels at an LCM URL."""
         self._lcm = DrakeLcm(url)
         self._inbox = Inbox(
             self._lcm,

@@ -20,8 +20,8 @@ from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
 FORESIGHT = 2.0
-"""Time for which rollouts assume that movers keep their twist, before they
-rest [s]."""
+"""Rollouts assume that movers keep their twist for this time, and then rest
+[s]."""
 
 MOST = 200
 """Largest number of movers; each takes some microseconds of a tick."""
@@ -31,9 +31,9 @@ MOST = 200
 class Mover:
     """A rounded box that moves: a sphere, a capsule, or a box.
 
-    Its core is a box around the origin of its frame M, whose sides may be of
-    length zero. The mover is the set of points within `radius` of the core.
-    Copying returns the object itself.
+    Its core is a box around the origin of its frame M; sides of the box may
+    have length zero. The mover is the set of points within `radius` of the
+    core. A deep copy is the object itself.
 
     Attributes:
         name: Its display name, "left arm" for example.
@@ -159,14 +159,16 @@ _BOUNDS = ("max_speed", "max_acceleration", "velocity_error", "position_error")
 
 @dc.dataclass(frozen=True, eq=False)
 class Movers:
-    """All known movers; copying returns the object itself.
+    """All known movers; a deep copy is the object itself.
 
     Attributes:
         stamp: Time of their poses [s].
         movers: The movers.
-        cameras: The cameras that detected them, with the watched space; empty
-            if movers come from another source that covers all space.
-        problem: Why there is no newer information; empty if nothing is wrong.
+        cameras: The cameras that detected the movers, with the space that they
+            watch; empty if movers come from another source, which covers all
+            space.
+        problem: Reason why there is no newer information; empty if nothing is
+            wrong.
 
     Raises:
         FieldError: The stamp is not finite, or there are more than `MOST`.
@@ -208,8 +210,8 @@ class Movers:
         """Returns the age of the movers' state at a time [s].
 
         Args:
-            time: The time [s]. A stamp later than this counts as equally old,
-                since the clocks then disagree.
+            time: The time [s]. If the stamp is later than this, the clocks
+                disagree, and the difference counts as age, too.
         """
         return abs(float(time) - self.stamp)
 
@@ -229,11 +231,12 @@ class Movers:
         """Predicts the movers' measured state at a later time.
 
         The movers keep their twists for `longest`, and then rest. The stamp
-        does not change, nor do age and uncertainty at a given time.
+        does not change, so that age and uncertainty at a given time do not
+        change, either.
 
         Args:
-            time: How much later [s].
-            longest: For how long they move on [s].
+            time: Time from now on [s].
+            longest: Time for which they keep their twists [s].
         """
         rests = time > longest
         none = {"v_WM": np.zeros(3), "w_WM": np.zeros(3)} if rests else {}

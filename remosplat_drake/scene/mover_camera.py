@@ -13,7 +13,7 @@ from remosplat_drake.base.errors import FieldError
 class MoverCamera:
     """The space that a camera watches for movers, and its latest image time.
 
-    Its frame C has z ahead, x to the right and y down. Copying returns the
+    Its frame C has z ahead, x to the right and y down. A deep copy is the
     object itself.
 
     Attributes:
@@ -23,9 +23,10 @@ class MoverCamera:
         greatest_tangent: Greatest x / z and y / z in its view, shape (2,).
         near: Least depth z at which it can find a mover [m].
         far: Greatest depth z at which it can find a mover [m].
-        seen: Time of its latest usable image [s]. The state of space that no
-            other camera watches is as old.
-        problem: Why there is no newer usable image; empty if nothing is wrong.
+        seen: Time of its latest usable image [s]. The information about space
+            that no other camera watches has this age.
+        problem: Reason why there is no newer usable image; empty if nothing is
+            wrong.
 
     Raises:
         FieldError: A value is not finite, or there is no space between the

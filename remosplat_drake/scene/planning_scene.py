@@ -18,7 +18,7 @@ from remosplat_drake.base.reading import reads_file
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SHAPES = {"box": 3, "cylinder": 2}
-"""Numbers of dimensions of the supported shapes."""
+"""The supported shapes, with their numbers of dimensions."""
 
 OTHER_SHAPES = ("meshes", "planes")
 """Fields of a collision object for unsupported shapes, which must be empty."""

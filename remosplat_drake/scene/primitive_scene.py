@@ -74,7 +74,7 @@ class Cylinder:
 class PrimitiveScene:
     """A scene of solid boxes and cylinders, and a task in it.
 
-    Scenes are immutable: copying one returns the object itself.
+    Scenes are immutable: a deep copy is the object itself.
 
     Attributes:
         boxes: The boxes, which may overlap each other and the cylinders.

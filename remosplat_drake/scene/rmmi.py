@@ -21,14 +21,14 @@ from remosplat_drake.base.strict_json import read_json_object, shown
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
-"""Largest coordinate or size in a scene [m]; its square does not overflow.
+"""Largest coordinate or size in a scene; its square does not overflow [m].
 """
 
 MAX_NAME = 60
 """Greatest length of a solid's name."""
 
 ROTATION_TOLERANCE = 1e-3
-"""Largest entry of R R' - I that counts as rounding of digits in a file."""
+"""Largest entry of R R' - I that counts as rounding of a file's digits."""
 
 
 @reads_file

@@ -1,1 +1,1 @@
-"""The fault campaign's cases, one file for each theme: `CASES` of each."""
+"""Cases of the fault campaign; each file has a tuple `CASES` for one theme."""

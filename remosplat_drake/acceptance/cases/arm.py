@@ -27,11 +27,12 @@ CASES = (
     ),
     # Without a refusal: the driver reports the stop, and ends.
     FaultCase(
-        "user stop, told by the arm driver",
+        "user stop, reported by the arm driver",
         Part.ROBOT,
         "user-stop",
         reason="user_stopped",
         **_DRIVEN,
     ),
 )
-"""Cases of the arm's driver, which connects the stand-in's arm to the wire."""
+"""Cases of the arm's driver, which connects the simulated arm to the
+network."""

@@ -1,9 +1,9 @@
-"""The base stops unnoticed, and its pose goes wrong."""
+"""Faults of the base: unreported stops, wrong poses, wrong clocks."""
 
 from remosplat_drake.acceptance.fault_case import FaultCase, robot_fault
 
 _SPEEDS = (0.05, 0.2, 0.5)
-"""Speeds at which the base drives when it stops [m/s]."""
+"""Speeds of the base at the time of the unreported stop [m/s]."""
 
 _LOCALIZED = {
     "robot": ("--localization",),

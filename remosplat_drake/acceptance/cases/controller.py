@@ -1,4 +1,4 @@
-"""The control process goes wrong, or its map does."""
+"""Faults of the control process and of its map."""
 
 from remosplat_drake.acceptance.fault_case import (
     DRIVER_STOPS,

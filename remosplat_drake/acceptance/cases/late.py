@@ -1,7 +1,8 @@
-"""The robot reacts late: as described, or later.
+"""Late robots: as late as their description states, or later.
 
-An identified robot keeps its distances with any delay. A robot that has not
-been identified is stopped if its delay exceeds the cautious defaults.
+A robot whose delays have been identified keeps its clearance at any delay. A
+robot that has not been identified is stopped if its delay exceeds the default
+bounds.
 """
 
 import dataclasses as dc
@@ -23,8 +24,8 @@ _LEAST = 0.015
 
 _BASE = Actuator(tube=0.01, noise=0.02)
 _ARM = Actuator(delay=0.005, tube=0.01, noise=0.003)
-"""Approximately the bounds that `remosplat identify` finds, except the
-delay."""
+"""Actuator model with approximately the bounds that `remosplat identify` finds,
+except for the delay."""
 
 
 def _base(delay: float) -> list[Actuator]:

@@ -1,4 +1,4 @@
-"""The robot and its statuses go wrong."""
+"""Faults of the robot and of its statuses."""
 
 from remosplat_drake.acceptance.fault_case import (
     FaultCase,

@@ -13,8 +13,8 @@ targets:
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 - {translation: [1.3, 0.0, 0.2], rpy_deg: [180, 0, 0]}
 """
-"""Targets: the first counts as reached while the arm is on its way to it; the
-second one is below the table top."""
+"""Two targets. The first counts as reached while the arm is still on its way to
+it, so that the target jumps to the second, which is below the table top."""
 
 CASES = (
     FaultCase(
@@ -25,7 +25,7 @@ CASES = (
         text=THROUGH_THE_TABLE,
     ),
     FaultCase(
-        "the same, jumps limited to 0.2 m",
+        "target through the table, jumps up to 0.2 m",
         Part.TARGET,
         reason="the target jumped",
         resumes=MOVES,

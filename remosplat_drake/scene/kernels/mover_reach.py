@@ -1,10 +1,11 @@
 """Bounds on future positions of movers: prediction and its error.
 
-Let V and A be the limits of speed and acceleration of all points of a mover's
-core. The prediction assumes a constant twist (v, w): the centre moves straight
-on, and the core turns at a constant rate. So a predicted point at the distance
-r from the centre accelerates by at most |w|^2 r. After a time t, the distance
-of the true point from the predicted one is at most
+The core of a mover is the box inside its rounded shape. Let V and A be the
+limits of speed and acceleration of all points of the core. The prediction
+assumes a constant twist (v, w): the centre moves straight on, and the core
+turns at a constant rate. So a predicted point at a distance r from the centre
+accelerates by at most |w|^2 r. After a time t, the distance of the true point
+from the predicted one is at most
 
     e_p + min(e_v t + (A + |w|^2 r) t^2 / 2, (V + |v| + |w| r) t)
 
@@ -23,7 +24,7 @@ from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of distances up to some metres [m]."""
+"""Bound on rounding errors of distances of up to some metres [m]."""
 
 
 class MoverArrays(NamedTuple):
@@ -36,8 +37,8 @@ class MoverArrays(NamedTuple):
         p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
         v_WM: Velocities of these origins in W, shape (k, 3) [m/s].
         w_WM: Angular velocities in W, shape (k, 3) [rad/s].
-        bounds: For each, the largest speed [m/s], the largest acceleration
-            [m/s^2], and the errors of its velocity [m/s] and of its position
+        bounds: For each mover, the largest speed [m/s], the largest
+            acceleration [m/s^2], and the errors of velocity [m/s] and position
             [m], shape (k, 4).
         age: Time since the stamp [s].
     """
@@ -58,7 +59,8 @@ class NearMoverArrays(NamedTuple):
     Attributes:
         sphere: Index of the sphere, shape (m,).
         mover: Index of the mover, shape (m,).
-        distance: The least distance of their surfaces, shape (m,) [m].
+        distance: Lower bound on the distance of the two surfaces until the
+            look-ahead time, shape (m,) [m].
         direction_W: The unit vector from the sphere towards the mover in W,
             shape (m, 3).
         closing: The approach speed due to the predicted mover alone, shape (m,)
@@ -192,10 +194,10 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
 
 @helper
 def center_distance(movers, j, p_WM, p_WS):
-    """Bounds the distance of a point from a mover's core from below [m].
+    """Returns a lower bound on the distance of a point from a core [m].
 
-    The bound is cheaper to compute than `core_distance`, and smaller by more
-    than rounding errors.
+    It is cheaper to compute than `core_distance`, and is below it in spite of
+    rounding errors.
 
     Args:
         movers: The `MoverArrays`.
@@ -243,13 +245,13 @@ _NEAR = named(
 def moved_on(movers, time, longest) -> MoverArrays:
     """Predicts the movers' measured state at a later time.
 
-    The movers keep their twists for a while, and rest afterwards. Age and error
-    bounds of their measurements do not change.
+    The movers keep their twists for `longest`, and rest afterwards. Age and
+    error bounds of their measurements do not change.
 
     Args:
         movers: The `MoverArrays`.
-        time: How much later [s].
-        longest: For how long they move [s].
+        time: Time from now on [s].
+        longest: Time for which they keep their twists [s].
     """
     k = len(movers.radius)
     R_WM, p_WM = np.empty((k, 3, 3)), np.empty((k, 3))
@@ -317,11 +319,11 @@ def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
 def is_retreat(depth, touching, ahead, aside) -> bool:
     """Returns whether a sphere moves away from all contacts with a mover.
 
-    The core may lie anywhere within its reach of the predicted core; this set
-    is convex. Let h be the distance of the sphere's centre from the set, and n
-    the direction to it. All points of the core are then at least h away along
-    n. A point in contact is at most R away from the centre, so at most sqrt(R^2
-    - h^2) away perpendicular to n.
+    The core may be anywhere within its reach of the predicted core, which is a
+    convex set. Let h be the distance of the sphere's centre from this set, and
+    n the direction to it. Then all points of the core are at least h away from
+    the centre, measured along n. A core point in contact is at most R away from
+    the centre, and so at most sqrt(R^2 - h^2) away perpendicular to n.
 
     Args:
         depth: h [m].

@@ -9,9 +9,10 @@ from remosplat_drake.base.kernels import helper
 def box_distance(x, y, z, size):
     """Computes the signed distance to a box at the origin, and its gradient.
 
-    Outside, the closest point is the point clamped to the box. Inside, it lies
-    on the nearest face; ties go to the first axis, and to its positive side.
-    `size` holds the half extents [m].
+    For a point outside, the closest point is the point clamped to the box. For
+    a point inside, it is on the nearest face; if faces are equally near, on
+    that of the first axis, at its positive side. `size` contains the half
+    extents [m].
     """
     qx, qy, qz = abs(x) - size[0], abs(y) - size[1], abs(z) - size[2]
     sx = 1.0 if x >= 0 else -1.0
@@ -32,8 +33,10 @@ def box_distance(x, y, z, size):
 def cylinder_distance(x, y, z, size):
     """Computes the signed distance to a cylinder along z, and its gradient.
 
-    The cylinder is centred at the origin; `size` holds radius and half height
-    [m]. Inside, ties go to the mantle; on the axis the radial direction is x.
+    The cylinder is centred at the origin; `size` contains radius and half
+    height [m]. For a point inside that is equally near to mantle and end, the
+    closest point is on the mantle. For a point on the axis, the radial
+    direction is x.
     """
     rho = np.sqrt(x * x + y * y)
     ux, uy = (x / rho, y / rho) if rho > 1e-12 else (1.0, 0.0)

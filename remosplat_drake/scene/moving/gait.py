@@ -1,4 +1,4 @@
-"""Walking and reaching of a person: ends of limbs at knots of time.
+"""Computes a person's walk and reaching motions: ends of limbs over time.
 
 The proportions, as fractions of a person's height, are those of Winter,
 "Biomechanics and motor control of human movement". Legs swing as straight rods
@@ -24,7 +24,8 @@ STRIDE = 0.8
 """Distance between two steps of the same foot, as a fraction of the height."""
 
 LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
-"""Greatest angles of legs and arms to the vertical, at walking speed [rad]."""
+"""Greatest angles of legs and arms from the vertical, at walking speed
+[rad]."""
 
 WALKING_SPEED = 1.0
 """Walking speed above which the legs' angles do not increase [m/s]."""
@@ -33,10 +34,12 @@ HIP, SHOULDER, HEAD = 0.53, 0.82, 0.92
 """Heights of joints and of the head's middle, as fractions of the height."""
 
 UPPER_ARM, FOREARM = 0.186, 0.20
-"""Lengths from shoulder to elbow to the middle of the hand, as fractions."""
+"""Lengths from the shoulder to the elbow, and from there to the middle of the
+hand, as fractions of the height."""
 
 HIP_WIDTH, SHOULDER_WIDTH = 0.055, 0.115
-"""Distances of hips and shoulders from the body's middle, as fractions."""
+"""Distances of hips and shoulders from the body's middle, as fractions of the
+height."""
 
 RADIUS = {
     "body": 0.17,
@@ -72,7 +75,7 @@ class Step(Config):
 
 @dc.dataclass
 class Reach(Config):
-    """Something that a person reaches for with the right hand."""
+    """A point for which a person reaches with the right hand."""
 
     # When the hand begins to leave the side [s].
     time: Time = 0.0
@@ -85,7 +88,7 @@ class Reach(Config):
 
     @property
     def end(self) -> float:
-        """Time at which the hand is back at the side [s]."""
+        """Time at which the hand is at the person's side again [s]."""
         return self.time + self.duration + 2.0 * self.swing
 
 

@@ -19,9 +19,9 @@ _STEP = 1e-4
 class Rods:
     """k rigid capsules that move together, through knots of time.
 
-    Cubic splines through the knots give the centres and the directions of their
-    axes. So the motion is smooth, and reported velocities are its derivatives.
-    Before the first knot and after the last one, the rods rest.
+    Cubic splines through the knots give the centres and the directions of the
+    axes. So the motion is smooth, and reported velocities are exact
+    derivatives. Before the first knot and after the last one, the rods rest.
 
     Args:
         names: Their k display names.
@@ -30,7 +30,9 @@ class Rods:
         ends: Positions of their ends at the knots in W, shape (n, k, 2, 3) [m].
         max_speed: Speed limit of all points of their axes, as reported to the
             robot; None: the largest actual speed [m/s].
-        max_acceleration: The same for the acceleration [m/s^2].
+        max_acceleration: Acceleration limit of all points of their axes, as
+            reported to the robot; None: the largest actual acceleration
+            [m/s^2].
     """
 
     def __init__(

@@ -8,14 +8,14 @@ from typing import Protocol
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLACK = 1.02
-"""Factor between a reported bound and the largest sampled value."""
+"""Ratio of a reported limit to the largest sampled value."""
 
 
 class Track(Protocol):
     """A moving object of one or several parts."""
 
     def movers(self, time: float) -> Sequence[Mover]:
-        """Returns its parts at a time, with their bounds.
+        """Returns the object's parts at a time, with limits of their motion.
 
         Args:
             time: Time since the run began [s].

@@ -26,7 +26,7 @@ def object_inertia(thing: SceneObject) -> SpatialInertia:
     """Returns the inertia of an object of even density, about O in O.
 
     Args:
-        thing: The object; one of unknown mass counts as of 1 kg.
+        thing: The object; if its mass is unknown, 1 kg is assumed.
     """
     unit = CalcSpatialInertia(drake_shape(thing.solid), 1.0)
     mass = 1.0 if thing.mass is None else thing.mass

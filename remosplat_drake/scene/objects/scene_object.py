@@ -18,8 +18,8 @@ Solid = Box | Cylinder | ConvexHull
 class SceneObject:
     """A rigid object: a named solid with a pose and a mass.
 
-    Its frame O is the solid's frame P. The value never changes: `at` returns a
-    new value for another pose, and copying returns the object itself.
+    Its frame O is the solid's frame P. It is immutable: `at` returns a new
+    object with another pose, and a deep copy is the object itself.
 
     Attributes:
         name: Its name, which no other object of the scene has.
