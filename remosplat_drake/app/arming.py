@@ -1,8 +1,9 @@
 """`Arming`: an operator's consent, from the terminal or over the wire.
 
-A real robot stands until a person arms it: types `arm` at the program's
-terminal, or sends a request for this session (`remosplat arm`). Any other line
-stops it. The page cannot arm it, since Meshcat cannot identify its clients.
+A real robot does not move until a person arms it. The person types `arm` at the
+program's terminal, or runs `remosplat arm`, which sends a request for this
+session. Any other line at the terminal stops the robot. The browser page cannot
+arm it, since Meshcat cannot identify its clients.
 """
 
 from pydrake.systems.framework import Context
@@ -15,7 +16,7 @@ ARM = "arm"
 """Text that a person types to arm the robot."""
 
 TERMINAL_STOP = "Enter in the terminal"
-"""Reason of a stop by any other line."""
+"""Reason that is shown after a stop by any other line at the terminal."""
 
 HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
 """Instructions to release the robot, and to stop it."""

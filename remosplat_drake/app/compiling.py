@@ -1,4 +1,4 @@
-"""Shows that kernels are compiled, which takes a while at a first start."""
+"""Shows the progress of kernel compilation, which delays a first start."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -13,10 +13,11 @@ from remosplat_drake.base.progress import Progress, Stage
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid
 
 RUN_KERNELS = Path(__file__).with_name("run_kernels.json")
-"""List of the kernels of runs with ellipsoids as map."""
+"""File that lists the kernels of runs whose map consists of ellipsoids."""
 
 _SURE = 5.0
-"""Time after which measured and expected pace have equal weight [s]."""
+"""Compilation time after which the measured pace and the expected one have
+equal weight in the estimate of the time left [s]."""
 
 
 @contextmanager
@@ -25,13 +26,15 @@ def compiling_shown(
     scenario: Scenario | None = None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Iterator[None]:
-    """Shows how many kernels are compiled while the block waits for some.
+    """Shows how many kernels are compiled while the `with` block waits.
 
     Args:
-        progress: Display that shows it, instead of the present stage.
-        scenario: The scenario that the block runs; None for none. Once a kernel
-            is missing, all kernels that it needs are compiled, on all cores.
-        tell: Called with the text that is shown, kernel by kernel.
+        progress: Display of the run's progress; during compilation, it shows
+            the count instead of the present stage.
+        scenario: The scenario that the block runs; None if it runs none. As
+            soon as one kernel is missing, all kernels of the scenario are
+            compiled, on all cores.
+        tell: Called with the shown text after each kernel.
     """
     if scenario is not None and isinstance(scenario.oracle, SphereToEllipsoid):
         compilation.expect(lambda: read_list(RUN_KERNELS))
@@ -43,7 +46,7 @@ def compiling_shown(
 
 
 class _Shown:
-    """Shows a stage while the process waits."""
+    """Shows the compilation as a stage while the process waits for kernels."""
 
     def __init__(self, progress: Progress, tell: Callable[[str], None]):
         self._progress, self._tell = progress, tell
@@ -82,7 +85,7 @@ def _say_why() -> None:
     if made:
         with suppress(OSError):  # stderr is closed.
             print(
-                f"kernels are compiled: those of the package are for {made},"
-                f" here is {files.made_for()}",
+                "kernels must be compiled, since those of the package are "
+                f"for {made}, but this computer has {files.made_for()}",
                 file=sys.stderr,
             )

@@ -70,8 +70,8 @@ class ControlLoop:
         odometry: The output port of the q that the station measures, n_q
             entries.
         velocity: The output port of the measured u, n_u entries.
-        localization: The system that corrects its base by the map; None if
-            the odometry is trusted.
+        localization: The system that corrects the base's pose by comparison
+            with the map; None if the odometry is used as it is.
         configuration: The output port of q in W, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
@@ -109,8 +109,8 @@ class ControlLoop:
     def movers(self) -> OutputPort | None:
         """The output port of the `Movers` that are known.
 
-        If the robot senses none, it is that of the true ones; None without
-        movers.
+        If the robot does not sense movers, it is the port of the true ones. It
+        is None if the scenario has no movers.
         """
         return self.known_movers or self.true_movers
 
@@ -153,7 +153,8 @@ def AddControlLoop(
         world: The content of the scenario's files.
         add_targets: Function that adds the targets, given the output port of
             the measured configuration.
-        hardware: Whether the station is the real robot; nothing else differs.
+        hardware: Whether the station is the real robot; all other stages are
+            the same in simulation.
         ingredients: Costs and constraints of the control law, in addition to
             the scenario's.
         law: The control law; None makes the scenario's.
@@ -250,7 +251,7 @@ def _Close(
     *,
     hardware: bool,
 ) -> None:
-    """Lets the station execute the command, and passes it to the predictor."""
+    """Connects the command to the station and to the predictor."""
     scenario, robot, executed = loop.scenario, loop.world.robot, loop.executed
     carried_out = executed
     if not hardware:

@@ -32,16 +32,16 @@ from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
-# Modules that make maps are imported where they are needed, so that a plain run
-# does not wait for them.
+# Modules that make maps are imported only where they are used: their import
+# takes long, and most runs do not need them.
 if TYPE_CHECKING:
     from remosplat_drake.app.stages.teleoperation import Teleoperation
     from remosplat_drake.cockpit.cockpit_process import CockpitProcess
     from remosplat_drake.mapping.live_map import LiveMap
 
 KEPT = 10.0
-"""Time span of ticks that a teleoperation keeps in memory [s]; its log on disk
-has all."""
+"""Time span of the latest ticks that a teleoperation keeps in memory [s]. Its
+log on disk contains all ticks."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -86,7 +86,8 @@ def build(
         scenario: The scenario that the stages are made from.
         world: The content of the scenario's files; None reads them.
         page: A browser page to draw on; None draws nothing.
-        hardware: Whether the station is the real robot; nothing else differs.
+        hardware: Whether the station is the real robot; all other stages are
+            the same in simulation.
         teleoperation: Inputs by which an operator moves the target and the map
             grows; None means the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the

@@ -1,7 +1,4 @@
-"""Narrower ranges of a scenario's fields for runs on a real robot.
-
-Experiments in simulation may exceed these ranges.
-"""
+"""Narrower ranges of a scenario's fields for runs on a real robot."""
 
 from functools import reduce
 
@@ -50,14 +47,15 @@ NARROWER = {
     "oracle.far": Interval(ge=0.5, le=100),
     "oracle.resolution": Interval(ge=20, le=2048),
 }
-"""Ranges on the real robot, by field; oracles may lack a field."""
+"""Permitted ranges on a real robot, by field of the scenario. A field that the
+scenario's oracle does not have is not checked."""
 
 HARDWARE_SPEED = 0.35
-"""Bound on the speeds of a real robot's hands and, on a planned path, of all of
-its parts, until a person raises it in the scenario [m/s]."""
+"""Default bound on the speed of a real robot's hands and, on a planned path, of
+all of its parts [m/s]. A scenario may state a higher one."""
 
 COMMANDED_MODES = {"idle", "move"}
-"""Modes in which an arm follows commands; in all others it ignores them."""
+"""Modes of a real arm's driver in which the arm follows velocity commands."""
 
 
 def check_for_hardware(scenario: Scenario) -> None:
@@ -73,7 +71,7 @@ def check_for_hardware(scenario: Scenario) -> None:
     """
     for field in REQUIRED:
         if not _value(scenario, field):
-            problem = "must be true for a real robot"
+            problem = "must be true on a real robot"
             if scenario.controller.gains == "paper":
                 problem += " (`gains: paper` turns it off)"
             raise FieldError(scenario.source, field, problem)

@@ -48,13 +48,15 @@ STATUS_TIMEOUT = 0.003
 millisecond [s]."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
-"""Modules that scipy imports at first use, which may be in a later tick."""
+"""Modules that scipy imports at first use. They are imported at the start,
+since an import during a tick would delay it."""
 
 REHEARSAL = 0.3
-"""Time for which the loop runs before it sends anything [s]."""
+"""Time for which the loop rehearses at the start, without sending commands
+[s]."""
 
 FINAL_ZEROS = 0.1
-"""Time for which zero commands are sent at the end [s]."""
+"""Time for which zero commands are sent at the end of a run [s]."""
 
 PROGRESS_PERIOD = 0.05
 """Time between two calls of `on_progress` [s]."""
@@ -81,19 +83,19 @@ def prepare_for_hardware(
     """Sets the values of a scenario that a real robot needs.
 
     Guidance looks ahead in a separate process, so that ticks do not wait for
-    it. The quadratic program includes the base's speed limits. Accelerations
-    are bounded with every gain set, as those of real joints are. Unless the
-    scenario states other values, no part is faster than `HARDWARE_SPEED`, and
-    unseen space is solid.
+    it. The quadratic program includes the base's speed limits, and the
+    acceleration limits with every choice of `gains`. Unless the scenario states
+    other values, no part is faster than `HARDWARE_SPEED`, and unseen space
+    counts as an obstacle.
 
     Args:
         scenario: The scenario, which is changed in place.
         lcm_url: LCM URL of the drivers; None means the scenario's.
-        shadow: Whether nothing is sent, regardless of the scenario.
+        shadow: Whether the run sends no commands; True overrides the scenario.
 
     Raises:
-        FieldError: The scenario disarms a safety check, for example has no
-            supervisor or no verification; see `check_for_hardware`.
+        FieldError: The scenario disables a safety check, such as the supervisor
+            or verification; see `check_for_hardware`.
         RemoSplatError: The URL is unusable.
     """
     check_for_hardware(scenario)
@@ -131,13 +133,14 @@ def run_on_hardware(
 ) -> HardwareResult:
     """Runs the real robot until the last target is reached or time is up.
 
-    It waits for the drivers, rehearses without sending anything, and requests
-    the drivers' lease, which fails if another program has it. The robot begins
-    stopped: an operator releases it, see `Arming`. A shadow run does not wait
-    for that. Then the loop ticks on the robot's statuses, with a real-time
-    priority (SCHED_RR) if the computer grants one, and with automatic garbage
-    collection off. At the end, including Ctrl-C and exceptions, the robot is
-    brought to rest along the braking ramp.
+    The run waits for the drivers and rehearses without sending anything. Then
+    it requests the drivers' lease, the exclusive right to command the robot.
+    The robot does not move until an operator releases it, see `Arming`. A
+    shadow run, which sends no commands, does not wait for an operator. Each
+    tick then waits for a new status of the robot. The loop has a real-time
+    priority (SCHED_RR) if the computer grants one, and automatic garbage
+    collection is off. At the end, also after Ctrl-C and exceptions, the robot
+    is brought to rest along the braking ramp.
 
     `warm_up.compile_kernels` must have run before: a tick in which a kernel
     is compiled is so late that the supervisor stops the robot.
@@ -151,13 +154,14 @@ def run_on_hardware(
         on_standing: Called with the time since the start [s] and the robot's
             state whenever it has changed.
         on_map: Called with the live map's status whenever its `news` change.
-        between_ticks: Called after every tick with the diagram's context, for
-            a program that stops the robot or releases it.
+        between_ticks: Called after every tick with the diagram's context, for a
+            program that stops the robot or releases it.
         patience: Time that a stopped robot waits to be released before the
             run ends [s].
 
     Raises:
-        RemoSplatError: A driver keeps silent, or another program commands it.
+        RemoSplatError: A driver sends no status, or another program has its
+            lease.
     """
     loop = HardwareLoop(application)
     loop.rehearse()
@@ -186,8 +190,8 @@ def run_on_hardware(
                         between_ticks(loop.context)
         finally:
             request.is_heeded = True
-            # A program that has sent no command must not send zero commands
-            # either.
+            # If the run has sent no command, it must send no zero commands
+            # either: another program may drive the robot.
             if math.isfinite(loop.link.sent):
                 bring_to_rest(
                     loop.link,
@@ -204,8 +208,8 @@ class HardwareLoop:
     """Ticks an application at the pace of the wall clock.
 
     A tick receives the newest statuses, computes the diagram, and sends the
-    command at once; drawing and recording follow. A tick that would be too late
-    is omitted and not repeated.
+    command at once; drawing and recording follow. A tick that would start too
+    late is skipped.
 
     Attributes:
         context: Context of the whole diagram; its time is the wall clock's.
@@ -236,7 +240,7 @@ class HardwareLoop:
         self.log = LoopLog(self._period)
 
     def rehearse(self) -> None:
-        """Ticks for a moment without sending anything; discards the results.
+        """Runs some ticks without sending anything, and discards the results.
 
         Imports and caches of first use are done here, so that they do not delay
         a later tick. Kernels have already been compiled by
@@ -256,19 +260,20 @@ class HardwareLoop:
             log.is_paused = False
 
     def start(self) -> None:
-        """Starts at the next tick from the measured state, at rest.
+        """Starts the loop at the next tick, from the measured state at rest.
 
         If the robot's clearance in the map is too small, the supervisor stops
         it before it moves.
 
         Raises:
-            RemoSplatError: A driver keeps silent, or another program
-                commands it.
+            RemoSplatError: A driver sends no status, or another program has its
+                lease.
         """
         self._initialize()
         self.link.is_armed = self._application.scenario.hardware.shadow
         self.link.take_command()
-        # The first drawing takes a while, and the first command is zero.
+        # The first drawing takes long. It is done before the loop starts, while
+        # the command is zero.
         self._application.diagram.ForcedPublish(self.context)
         self.link.wait_for_statuses()
         self._leave_out_late_ticks(time.time())
@@ -276,14 +281,14 @@ class HardwareLoop:
         self._check_start()
 
     def _check_start(self) -> None:
-        """Latches a stop if the robot is too near to the map's surfaces."""
+        """Stops the robot if its start is too near to obstacles."""
         app, robot = self._application, self._application.world.robot
         context = app.oracle.GetMyContextFromRoot(self.context)
         clearances = app.oracle.GetOutputPort("clearances").Eval(context)
         assert app.supervisor is not None
         least = app.supervisor.law.min_clearance
-        # Unknown clearances are handled by the supervisor from the first tick
-        # on.
+        # A clearance that is not a number fails this comparison; the supervisor
+        # stops the robot for it at the first tick.
         if clearances.minimum() < least:
             row = int(clearances.distance.argmin())
             link = robot.spheres.links[clearances.sphere[row]]
@@ -310,7 +315,7 @@ class HardwareLoop:
         self._simulator.Initialize()
 
     def tick(self) -> None:
-        """Waits for the next tick, runs it, and draws until the one after."""
+        """Waits for the time of the next tick, runs it, and then draws."""
         heard, stamp = self._compute()
         self._station.ForcedPublish(self._station_context)
         self.log.record(
@@ -322,16 +327,16 @@ class HardwareLoop:
         self._end_tick()
 
     def _compute(self) -> tuple[float, float]:
-        """Computes a tick on the newest status.
+        """Computes a tick from the newest status.
 
-        Returns:
-            The time at which that status was received, and its stamp [s].
+        Returns: The time at which that status was received, and its stamp [s].
         """
         sleep_until(self._next * self._period, self._period)
         if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
             self.log.unheard += 1
         heard = time.time()
-        # Only now, since a tick must not be older than its statuses.
+        # The time is set after the statuses are received, since a tick must not
+        # be older than its statuses.
         self._leave_out_late_ticks(heard)
         self._station.receive(self.context)
         self._simulator.AdvanceTo(self._next * self._period)
@@ -362,8 +367,8 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then sends nothing.
 
-    It needs only the wire. If the drivers are already braking along the ramp,
-    it continues their ramp.
+    It uses only the link and not the diagram, which may have failed. If the
+    drivers are already braking along the ramp, it continues their ramp.
 
     Args:
         link: The link to the robot's drivers.

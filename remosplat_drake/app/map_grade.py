@@ -8,7 +8,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 from remosplat_drake.task.suggestion import NEAR
 
 GOOD, FAIR, POOR, UNKNOWN = "good", "fair", "poor", "unknown"
-"""Grades of a map, see `grade_map`."""
+"""Names of the grades; `grade_map` states their meaning."""
 
 GRADE_STYLES = {
     GOOD: "bold green",
@@ -20,7 +20,7 @@ GRADE_STYLES = {
 
 
 def grade_map(error: MapError) -> str:
-    """Grades a map by the stopping distance that its error allows.
+    """Grades a map by the smallest stopping distance that its error allows.
 
     Args:
         error: The map's error.

@@ -46,13 +46,13 @@ from remosplat_drake.safety.gates import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
-"""Largest ignored fractions of opacity and of splats in a good map. Floaters
-are numerous, but faint: in our captures up to a third of the splats, with a
-thirtieth of the opacity."""
+"""Largest ignored fractions of opacity and of splats in a good map. The oracle
+ignores floaters, faint splats in empty space. In our captures up to a third of
+the splats are floaters, but they have only a thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
-"""Largest unseen fraction of the space around a robot's path without a warning:
-the inside of objects is unseen, too."""
+"""Fraction of the space around a robot's path that may be unseen without a
+warning. It is not small, since the inside of objects is unseen, too."""
 
 _UNKNOWN = (
     "the map's error has not been measured; `remosplat quality` makes a"
@@ -60,8 +60,8 @@ _UNKNOWN = (
 )
 
 _UNKNOWN_SPACE = (
-    "the space that the splat's cameras saw is not known; `remosplat"
-    " reconstruct` writes that beside the splat"
+    "it is not known which space the splat's cameras saw; `remosplat "
+    "reconstruct` writes a file of it beside the splat"
 )
 
 _ROUNDING = 1e-9  # Rounding error of distances in files [m].
@@ -86,16 +86,16 @@ class MapError:
 
 @dc.dataclass(frozen=True)
 class MapKnowledge:
-    """The content of a map, its error, and its insufficiencies.
+    """The content of a map, its error, and its problems for a scenario.
 
     Attributes:
         summary: Content of the map, in total and where the robot works.
         error: The error of the map.
         stopping: Smallest stopping distance that a run may use [m].
         gates: Problems of the map for this scenario.
-        unseen: Fraction of the space between the start and the targets that
-            no camera has seen; None if that is unknown.
-        unseen_counts_as: `FREE` or `OBSTACLE`.
+        unseen: Fraction of the space between the start and the targets that no
+            camera has seen; None if that is unknown.
+        unseen_counts_as: Treatment of unseen space: `FREE` or `OBSTACLE`.
         unseen_places: Names of the start or targets that lie in such space.
     """
 
@@ -226,9 +226,8 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     empty = [place.name for place in summary.places if not place.within_reach]
     if empty:
         problem = (
-            f"the map has no data within {summary.reach:.1f} m of"
-            f" {', '.join(empty)}; are scene.X_WG, scene.scale"
-            " and scene.crop right?"
+            f"the map has no data within {summary.reach:.1f} m of "
+            f"{', '.join(empty)}; check scene.X_WG, scene.scale and scene.crop"
         )
         gates.append(Gate(EMPTY_MAP, problem))
     ignored = (
@@ -237,10 +236,9 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     # An empty map has been reported above.
     if ignored and len(empty) < len(summary.places):
         problem = (
-            f"of what stands within reach, {100 * summary.ignored:.0f} % of the"
-            f" splats with {100 * summary.ignored_opacity:.0f} % of the opacity"
-            " are too faint or cropped away; are scene.crop and the oracle's"
-            " opacity right?"
+            f"{100 * summary.ignored:.0f} % of the splats within reach, with "
+            f"{100 * summary.ignored_opacity:.0f} % of the opacity, are too "
+            "faint or cropped away; check scene.crop and the oracle's opacity"
         )
         gates.append(Gate(IGNORED_SPLATS, problem))
     return gates
@@ -249,9 +247,9 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
 def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
     """Finds stopping distances that are too small for the map's error.
 
-    There is one rule for every stopping distance: it exceeds the map's error
-    by `MAP_ERROR_MARGIN`. Distances below the usual one need a known error
-    even in simulation.
+    Every stopping distance must exceed the map's error by `MAP_ERROR_MARGIN`. A
+    stopping distance below the usual one is refused while the map's error is
+    unknown, even in simulation.
 
     Args:
         scenario: A checked scenario.
@@ -292,9 +290,9 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
     """Returns the error of a map that remains in an oracle's distances [m].
 
-    This function alone decides which number of a report a stopping distance
-    must exceed. The remaining error is smaller if an oracle subtracts the
-    splats' own uncertainty.
+    A stopping distance must exceed this number; no other function chooses it.
+    It is smaller if the oracle subtracts the uncertainty of each splat from the
+    distances.
 
     Args:
         report: The measurements of the map.
@@ -309,7 +307,7 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
 
 
 def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
-    """Finds problems of space that no camera has seen.
+    """Finds problems that are caused by space that no camera has seen.
 
     Args:
         scenario: A checked scenario.
@@ -356,7 +354,8 @@ def find_map_error(scenario: Scenario) -> MapError:
         report = read_report(splat)
         measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
-        # The scenario's value may belong to a previous splat.
+        # A report is newer than the scenario's value if the splat was made
+        # again.
         return MapError(scene.map_error, str(error))
     return MapError(
         max(measured, scene.map_error or 0.0),

@@ -29,7 +29,7 @@ def mount_fields(X_FC: np.ndarray) -> dict[str, list[float]]:
 
 
 def write_mount(spec: str, X_FC: np.ndarray) -> None:
-    """Sets the mount in a scenario's file; all other characters are kept.
+    """Sets the mount in a scenario's file, and keeps all other text.
 
     Args:
         spec: FILE or FILE:NAME, as on the command line.
@@ -50,7 +50,10 @@ def write_mount(spec: str, X_FC: np.ndarray) -> None:
         if camera is None or any(
             getattr(camera, field) != value for field, value in fields.items()
         ):
-            problem = f"cannot take wrist_camera: set {values} by hand"
+            problem = (
+                "the form of its wrist_camera cannot be edited: set "
+                f"{values} by hand"
+            )
             raise FileError(path, problem)
 
     replace_checked(path, after, check)

@@ -18,10 +18,10 @@ from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, Cylinder
 
 Size = Annotated[float, Interval(gt=0, le=100)]
-"""A length of an object [m]."""
+"""Type of an object's lengths, with their range [m]."""
 
 SHAPES = ("box", "cylinder", "hull")
-"""The shapes of objects, of which each has one."""
+"""Fields of `ObjectConfig` that define its shape; an object has one of them."""
 
 
 @dc.dataclass
@@ -46,22 +46,25 @@ class HullShape(Config):
 
 @dc.dataclass
 class ObjectConfig(Config):
-    """An object that a hand may grasp, or on which others stand."""
+    """An object that a hand may grasp, or that supports other objects."""
 
-    # Its unique name. If the true scene has solids with this name, they
-    # represent the object.
+    # Unique name of the object. If the true scene has solids with this name,
+    # they represent the object.
     name: Annotated[str, Len(1, 60)] = "object"
-    # Pose of its frame O in W; O is in the middle of a box or a cylinder.
+    # Pose of the object's frame O in W; O is in the middle of a box or a
+    # cylinder.
     X_WO: PoseConfig = dc.field(default_factory=PoseConfig)
     # The three side lengths, if it is a box [m].
     box: Annotated[list[Size], Len(3, 3)] | None = None
     cylinder: CylinderShape | None = None
     hull: HullShape | None = None
-    # Its mass [kg]; absent: unknown.
+    # Mass of the object [kg]; absent: unknown.
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
-    # Whether the splat shows it. If not, only its shape represents it.
+    # Whether the splat contains the object. If not, only its shape represents
+    # it.
     in_splat: bool = True
-    # Largest distance of its splats' centres from its surface [m].
+    # Largest distance from the object's surface at which a splat belongs to it
+    # [m].
     margin: Annotated[float, Interval(ge=0, le=0.1)] = OWN_MARGIN
 
 
@@ -99,7 +102,7 @@ def _solid(config: ObjectConfig, folder: Path, where: str, field: str) -> Solid:
     X_WO = make_transform(config.X_WO, where, joined(field, "X_WO"))
     given = [shape for shape in SHAPES if getattr(config, shape) is not None]
     if len(given) != 1:
-        problem = f"give one of {', '.join(SHAPES)}, got {len(given)}"
+        problem = f"give exactly one of {', '.join(SHAPES)}, got {len(given)}"
         raise FieldError(where, field, problem)
     if config.box is not None:
         return Box(X_WO, np.array(config.box) / 2.0, config.name)

@@ -12,11 +12,11 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 OWN_MARGIN = 0.01
-"""Default of the largest distance of an object's splats from its surface
-[m]."""
+"""Default of the largest distance from an object's surface at which a splat
+belongs to the object [m]."""
 
 LEAST_SPLATS = 10
-"""Least number of splats of an object in a map."""
+"""Least number of splats that must show an object in a map."""
 
 
 def own_splats(
@@ -24,16 +24,16 @@ def own_splats(
 ) -> np.ndarray:
     """Finds the splats that show an object.
 
-    Their centres are near its surface. Splats at its foot are excluded, since
-    they may belong to its support; they stay in the map.
+    A splat belongs to the object if its centre is near the object's surface.
+    Splats at the object's foot are excluded, since they may show its support.
 
     Args:
         splat_W: The scene's splat, in W.
         thing: The object.
-        margin: Largest distance of its splats from its surface [m].
+        margin: Largest distance of the splats from the object's surface [m].
 
     Returns:
-        Flags, shape (N,).
+        Whether each splat shows the object, shape (N,).
     """
     p_W = np.array(splat_W.p_GK, float)
     distance = ObjectField([thing]).clearances(Spheres.at(p_W)).distance
@@ -49,11 +49,11 @@ def own_splats(
 def with_solids(
     truth: PrimitiveScene | None, objects: Sequence[SceneObject]
 ) -> PrimitiveScene | None:
-    """Adds objects to a true scene that has no solids of their names.
+    """Adds objects to a true scene, except those whose names it contains.
 
     Args:
         truth: The true scene; None if it is unknown.
-        objects: The objects, of which convex hulls are left out.
+        objects: The objects. Convex hulls are not added.
     """
     if truth is None:
         return None

@@ -16,25 +16,25 @@ OURS, THEIRS, NOBODYS = "ours", "theirs", "nobodys"
 class OtherRobot(Config):
     """A robot that another scenario drives, in the same simulation.
 
-    Each of the two robots is a mover for the other. Without a right of way,
-    both wait where they meet, possibly forever.
+    Each of the two robots is a mover, a moving obstacle, for the other one. If
+    neither has right of way, both may wait forever where they meet.
     """
 
     # Its display name.
     name: Annotated[str, Len(1, 40)] = "robot"
-    # The scenario that drives it: NAME of a shipped one, or FILE:NAME, relative
-    # to this file's folder. It has its own start, map and targets; its `movers`
-    # are ignored.
+    # The scenario that drives the other robot: NAME of a shipped one, or
+    # FILE:NAME, relative to this file's folder. That scenario has its own
+    # start, map and targets; its `movers` are ignored.
     scenario: Annotated[str, Len(1)] = "TableReach"
     # The robot with right of way: that of this scenario ("ours"), the other one
     # ("theirs"), or neither ("nobodys").
     right_of_way: Annotated[str, OneOf((OURS, THEIRS, NOBODYS))] = OURS
-    # Distance that the yielding robot keeps from the other one [m]; it retreats
-    # if the other comes nearer.
+    # Distance that the robot without right of way keeps from the other one [m].
+    # It retreats if the other one comes nearer.
     yielding: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Assumed speed limit of all points of a robot, for the other robot [m/s].
+    # Speed limit of all points of a robot that the other robot assumes [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # Assumed acceleration limit of all points of a robot, for the other robot
+    # Acceleration limit of all points of a robot that the other robot assumes
     # [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION

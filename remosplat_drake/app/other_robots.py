@@ -1,7 +1,8 @@
 """The other robots of a simulation: control loops beside the application's.
 
-Each is a separate diagram with one input, the movers around it, and one output,
-the movers that represent it for other robots.
+Each of these robots is a separate diagram. Its input is the movers (moving
+obstacles) around it. Its output is the movers that represent it to other
+robots.
 """
 
 import copy
@@ -24,18 +25,18 @@ from remosplat_drake.station.robot_movers import RobotMovers
 class DrivenRobot(Diagram):
     """A robot with its control loop, as a part of another simulation.
 
-    Its input `movers` takes the `Movers` around it. Its output `movers`
-    provides the `Movers` that represent it for other robots.
+    Its input `movers` takes the moving obstacles around it. Its output `movers`
+    provides the robot's links as moving obstacles, for other robots.
 
     Attributes:
         loop: The stages of its control loop.
     """
 
     def __init__(self, config: OtherRobot, scenario: Scenario):
-        """Builds the stages.
+        """Builds the control loop of the other robot.
 
         Args:
-            config: The robot.
+            config: The name and the bounds of the robot.
             scenario: The scenario that drives it.
 
         Raises:
@@ -77,11 +78,12 @@ def AddOwnMovers(
     executed: OutputPort,
     name: str,
 ) -> OutputPort:
-    """Adds a robot as movers for another one, and returns these movers.
+    """Adds a system that outputs a robot's links as movers for another robot.
 
     Args:
         builder: The builder of the diagram.
-        config: Name and bounds of the robot for the other one.
+        config: Display name of the robot, and the bounds of its speed and
+            acceleration that the other robot assumes.
         world: The content of the robot's scenario.
         configuration: The output port of its q.
         executed: The output port of the command that it executes.
@@ -115,14 +117,14 @@ def AddOtherRobots(
     executed: OutputPort,
     movers: OutputPort | None,
 ) -> list[OutputPort]:
-    """Adds the other robots of a scenario, which avoid ours and all movers.
+    """Adds a scenario's other robots, which avoid our robot and all movers.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         world: The content of its files.
         configuration: The output port of our robot's q.
-        executed: The output port of the command that it carries out.
+        executed: The output port of the command that our robot executes.
         movers: The output port of the other true `Movers`; None for none.
 
     Returns:
@@ -157,7 +159,8 @@ def AddOtherRobots(
 def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
     """Reads the scenario that drives another robot.
 
-    It has our control period, and yields if our robot has right of way.
+    The returned scenario has the control period of `scenario`. In it, the other
+    robot yields if our robot has right of way.
 
     Args:
         config: The robot.
@@ -168,7 +171,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
     """
     spec = config.scenario
     if split_spec(spec) is not None:
-        # A file whose name is relative to our scenario's folder.
+        # The file's name is relative to our scenario's folder.
         spec = str(scenario.folder / spec)
     other = load_scenario(spec)
     other.movers = []
@@ -177,7 +180,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
 
 
 def with_right_of_way(scenario: Scenario) -> Scenario:
-    """Returns our scenario, in which our robot yields to one with right of way.
+    """Returns our scenario, with distances to each robot that has right of way.
 
     Args:
         scenario: Our scenario.

@@ -1,4 +1,4 @@
-"""`RecordedMovers`: the movers of a recorded run, again in a scenario."""
+"""`RecordedMovers`: replays the moving obstacles of a recorded run."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -21,21 +21,23 @@ from remosplat_drake.station.robot_movers import (
 
 @dc.dataclass
 class RecordedMovers(Config):
-    """The movers of a recorded run, or the robot of that run itself.
+    """The moving obstacles of a recorded run, or the robot of that run.
 
     After the end of the recording, they are at rest.
     """
 
     # The `trajectory.npz` of a run, relative to this file's folder.
     file: Annotated[str, Len(1)] = "trajectory.npz"
-    # Name or file of that run's robot, whose links are then the movers; empty:
-    # the movers of that run.
+    # Name or file of the recorded run's robot: its links are the movers. Empty:
+    # the run's own movers.
     robot: str = ""
-    # Display name of that robot.
+    # Display name of the recorded robot.
     name: str = "recorded robot"
-    # Assumed speed limit of all points of its links [m/s].
+    # Speed limit of all points of the recorded robot's links that our robot
+    # assumes [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # Assumed acceleration limit of all points of its links [m/s^2].
+    # Acceleration limit of all points of the recorded robot's links that our
+    # robot assumes [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION
     )
@@ -58,19 +60,22 @@ class RecordedMovers(Config):
             if not trajectory.movers:
                 raise FileError(
                     path,
-                    "nothing moved in that run; `robot` makes its robot move",
+                    "contains no movers; set `robot` to replay the run's robot",
                 )
             return RecordedTrack(trajectory)
         robot = load_robot(self.robot)
         n = trajectory.q.shape[1]
         if robot.n_q != n:
-            problem = f"is of a robot with {n} positions, not {robot.n_q}"
+            problem = (
+                f"was recorded with a robot of {n} positions, but "
+                f"`robot` has {robot.n_q}"
+            )
             raise FileError(path, problem)
         return RecordedRobot(self, robot, trajectory)
 
 
 def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
-    """The tick that contains a time, and the time since its beginning."""
+    """Returns the tick at a time, and the time since that tick began [s]."""
     since = trajectory.time - trajectory.time[0]
     k = int(np.searchsorted(since, time + 1e-9, "right")) - 1
     k = min(max(k, 0), len(trajectory) - 1)
@@ -78,7 +83,7 @@ def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
 
 
 class RecordedTrack:
-    """The movers around the robot of a recorded run.
+    """Replays the movers around the robot of a recorded run.
 
     Args:
         trajectory: The run.
@@ -88,7 +93,7 @@ class RecordedTrack:
         self._trajectory = trajectory
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns the movers at a time of that run.
+        """Returns the movers at a time of the recorded run.
 
         Args:
             time: Time since the run began [s].
@@ -102,10 +107,10 @@ class RecordedTrack:
 
 
 class RecordedRobot:
-    """The links of a run's robot.
+    """Replays the links of a recorded run's robot as movers.
 
     Args:
-        config: Its name and its bounds.
+        config: The robot's display name, and the assumed bounds of its motion.
         robot: The robot.
         trajectory: The run.
     """
@@ -118,7 +123,7 @@ class RecordedRobot:
         self._shapes = link_shapes(robot)
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns its links at a time of that run.
+        """Returns the robot's links at a time of the recorded run.
 
         Args:
             time: Time since the run began [s].

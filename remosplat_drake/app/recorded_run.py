@@ -35,8 +35,8 @@ class RecordedRun:
         session: The session that the run belongs to.
         scenario: The scenario of the session.
         world: The content of the scenario's files.
-        log: The ticks; the first one of the run is at time 0.
-        events: The events besides the ticks, by the same clock.
+        log: The ticks; the first one has time 0.
+        events: The events besides the ticks, with times of the same clock.
     """
 
     folder: Path
@@ -54,7 +54,7 @@ class RecordedRun:
             end: Time at which the part ends [s].
 
         Raises:
-            FieldError: There is no tick in that time.
+            FieldError: The run has no tick between these times.
         """
         log = self.log.between(start, end)
         if not len(log):
@@ -62,8 +62,8 @@ class RecordedRun:
             raise FieldError(
                 str(self.folder / LOG),
                 "time",
-                f"no tick from {start} to {end} s;"
-                f" valid: {time[0]:.2f} to {time[-1]:.2f}",
+                f"no tick lies between {start} and {end} s; valid: "
+                f"{time[0]:.2f} to {time[-1]:.2f}",
             )
         return dc.replace(self, log=log)
 
@@ -86,10 +86,10 @@ class RecordedRun:
     def trace(
         self, on_tick: Callable[[int], None] | None = None
     ) -> OperatorTrace:
-        """Computes the curves of the paper's figure 5.
+        """Computes distances, speeds and errors over the time of the run.
 
         Args:
-            on_tick: Called with the number of ticks that are done.
+            on_tick: Called with the number of processed ticks.
         """
         servo = self.scenario.controller.servo
         return trace_operator(
@@ -122,7 +122,7 @@ class RecordedRun:
 
     @cached_property
     def scene_changes(self) -> list[float]:
-        """Times at which the true scene was changed, ascending [s]."""
+        """Times at which an operator switched the true scene, ascending [s]."""
         return [
             event.time
             for event in self.events
@@ -143,7 +143,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
     """
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "does not exist"
-        raise FileError(folder, f"{problem}; give that of a session")
+        raise FileError(folder, f"{problem}; give the folder of a session")
     session = Session.open(folder)
     run = find_run(folder, number)
     log = read_log(run / LOG)
@@ -159,7 +159,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
             f" the session's has {world.robot.n_q}",
         )
     events = read_events(run / EVENTS)
-    # The clock of runs on the real robot is the time of day.
+    # A real robot's run has the time of day as its clock.
     start = float(log.rows["time"][0])
     log.rows["time"] -= start
     events = [dc.replace(e, time=e.time - start) for e in events]

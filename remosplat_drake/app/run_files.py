@@ -26,7 +26,7 @@ def run_document(
         result: Result of the run.
         application: The diagram that was run.
         loop: Timing of a real robot's loop; None in a simulation.
-        known: The knowledge about the map, from `Admission.document`.
+        known: The map's error and problems, from `Admission.document`.
     """
     document = {
         "scenario": application.scenario.source,
@@ -54,7 +54,7 @@ def run_document(
 def save_result(result: RunResult, document: dict, folder: Path) -> None:
     """Writes metrics.json and trajectory.npz, each atomically.
 
-    If the disk is full, neither replaces an earlier file.
+    If the disk is full, earlier files of these names are kept.
 
     Args:
         result: Result of the run.
@@ -67,7 +67,7 @@ def save_result(result: RunResult, document: dict, folder: Path) -> None:
     with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")
-        # The trajectory is written only after these bytes, so that both files
-        # in a folder belong to one run.
+        # These bytes are computed before either file is written, so that both
+        # files in a folder belong to one run.
         file.flush()
         save_trajectory(result.trajectory, folder / TRAJECTORY)

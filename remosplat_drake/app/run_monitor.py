@@ -37,10 +37,12 @@ MapCallback = Callable[[MapStatus], None]
 """Function that is called with the live map's state."""
 
 KEPT_STANDINGS = 2000
-"""Number of the latest states that a run keeps: it may last for hours."""
+"""Number of changes of the robot's state that a run keeps. It is bounded, since
+a run may last for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
-"""Parts that may differ between two messages about the same trouble."""
+"""Pattern of the numbers in a message. Two messages that differ only in numbers
+report the same trouble."""
 
 
 class RunMonitor:
@@ -76,8 +78,9 @@ class RunMonitor:
                 robot's state whenever it has changed.
             on_map: Called with the live map's status whenever its `news`
                 change.
-            until: Function that ends the run instead of the arrival at the last
-                target; called once a step with the error to the present target.
+            until: Function that replaces the arrival at the last target as the
+                end of the run. It is called once a step with the error to the
+                present target, and returns whether to end.
             patience: Time that a stopped robot waits to be released before
                 the run ends [s].
             progress_period: Least time between two calls of `on_progress`
@@ -105,7 +108,7 @@ class RunMonitor:
 
     @property
     def standings(self) -> tuple[tuple[float, Standing], ...]:
-        """The latest `KEPT_STANDINGS` changes of the state, with times."""
+        """The latest changes of the robot's state, with times [s]."""
         return tuple(self._standings)
 
     @property
@@ -176,14 +179,14 @@ class RunMonitor:
             return
         news = status.news
         if status.trouble:
-            # A too small clearance has another value at every tick.
+            # Numbers in the text, such as a clearance, change at every tick.
             news = _NUMBER.sub("#", news)
         before, self._map_news = self._map_news, news or self._map_news
         if self._map_news != before:
             self._on_map(status)
 
     def _heed_guidance(self, root: Context) -> None:
-        """Ends the run if guidance has given up, where that is enabled."""
+        """Ends the run if guidance has given up and `give_up` is set."""
         selection = selection_of(self._application, root)
         if selection is None:
             return
@@ -195,7 +198,7 @@ class RunMonitor:
         """Counts how long the robot is stopped; reports changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
-        # While a person has not released the robot.
+        # No person has released the robot yet.
         unarmed = stands and supervision.reason == UNARMED
         waits = stands and not unarmed
         self._waited = self._waited + step if waits else 0.0

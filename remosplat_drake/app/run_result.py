@@ -27,20 +27,20 @@ class RunResult:
     """The outcome of a run, with its trajectory and metrics.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP (for a task, with
-            the reason after a colon), or STOPPED, with the supervisor's reason
-            after a colon.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP or STOPPED. A colon
+            and the reason follow after STOPPED, and after GIVEN_UP of a task.
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
-        position_error: Distance from the end effector to the present target at
-            the end; of several end effectors, the largest one [m].
-        angle_error: Angle between this end effector and its target [rad].
+        position_error: Distance from the end effector to its target at the end
+            of the run [m]. With several end effectors, it is the largest
+            distance.
+        angle_error: Angle between the same end effector and its target [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
         standing: The robot's state at the end, in one sentence.
         standings: Changes of the robot's state, each with its time since the
             start [s].
-        search_effort: Effort of the searches of paths.
+        search_effort: Numbers and durations of the searches for paths.
         effector_errors: Distance [m] and angle [rad] from each end effector to
             its present target, by the end effectors' names; empty for a single
             end effector.
@@ -61,7 +61,7 @@ class RunResult:
     )
 
     def uninterrupted(self) -> "RunResult":
-        """Returns the result itself, for a caller that cannot use half a run.
+        """Returns the result itself, or raises if a person has ended the run.
 
         Raises:
             KeyboardInterrupt: A person has ended the run.

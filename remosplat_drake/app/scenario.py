@@ -80,7 +80,7 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
-"""Longest time limit of a run [s]: decades, longer than a robot's life."""
+"""Largest time limit of a run [s], several decades."""
 
 _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
@@ -90,7 +90,7 @@ DEFAULT_SCENARIO = "TableReach"
 
 TRUTH, CAMERAS = "truth", "cameras"
 MOVERS_FROM = (TRUTH, CAMERAS)
-"""Choices for the perception of movers by a simulated robot."""
+"""Choices of `movers_from`: how a simulated robot perceives movers."""
 
 MOST_CAMERAS = 8
 """Largest number of cameras that detect movers."""
@@ -103,9 +103,9 @@ class RobotConfig(Config):
     # Name of a shipped robot (a folder of models/), or a file that describes
     # one, relative to the scenario's.
     model: str = "frankie"
-    # Name of one of the sphere sets of the robot's description.
+    # Name of one of the sets of collision spheres in the robot's description.
     spheres: str = "covering"
-    # Start pose x, y, yaw of the base in W [m, m, rad]; absent: that of the
+    # Start pose x, y, yaw of the base in W [m, m, rad]; absent: the pose in the
     # truth file, or zeros.
     base_pose: Position | None = None
     # Start positions of the arm's joints [rad]; absent: the home posture of the
@@ -130,12 +130,14 @@ class Scenario(Config):
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
-    # Targets of the end effectors in W, one after the other; absent: the target
-    # of the truth file. Or a class of your own, as for `oracle`.
+    # Targets of the end effectors in W, one after the other. Absent: the target
+    # of the truth file. A class of your own that outputs targets is possible,
+    # too, as for `oracle`.
     targets: Annotated[list[TargetConfig], Len(0, 10_000)] | TargetsMaker = (
         dc.field(default_factory=list)
     )
-    # Steps with objects that the robot carries out instead of `targets`.
+    # Tasks with objects, such as picking and placing, that the robot executes
+    # instead of `targets`.
     tasks: Annotated[list[AnyStep], Len(0, 1000)] = dc.field(
         default_factory=list
     )
@@ -144,8 +146,8 @@ class Scenario(Config):
         default_factory=list
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    # Movers in simulation: rounded boxes, `!Person`, `!SwingingDoor`,
-    # `!RecordedMovers`, `!OtherRobot`. The splat does not show them.
+    # Movers, moving obstacles that are not in the splat, in simulation: rounded
+    # boxes, `!Person`, `!SwingingDoor`, `!RecordedMovers`, `!OtherRobot`.
     movers: Annotated[
         list[MoverConfig | Person | SwingingDoor | RecordedMovers | OtherRobot],
         Len(0, MOST),
@@ -159,10 +161,10 @@ class Scenario(Config):
     cameras: Annotated[list[SightCameraConfig], Len(0, MOST_CAMERAS)] = (
         dc.field(default_factory=list)
     )
-    # Settings of the detection of movers with these cameras.
+    # Settings of the detection of movers with `cameras`.
     sight: SightConfig = dc.field(default_factory=SightConfig)
-    # Source of `movers` for a simulated robot: the `truth`, or the detections
-    # of its simulated `cameras`.
+    # Source of the movers that a simulated robot avoids: the `truth`, or the
+    # detections of its simulated `cameras`.
     movers_from: Annotated[str, OneOf(MOVERS_FROM)] = TRUTH
     # The oracle that measures distances to the map: one of the library's, or
     # your own as `!package.module:Class {field: value}`.
@@ -178,14 +180,14 @@ class Scenario(Config):
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
-    # Drake's settings of the simulation; a rate on the command line overrides
-    # their `target_realtime_rate`. Absent: fixed steps with which
+    # Drake's settings of the simulation. A rate on the command line overrides
+    # their `target_realtime_rate`. Absent: fixed time steps, with which
     # !KinematicStation is exact.
     simulator: SimulatorConfig | None = None
-    # The camera on the wrist: the library's settings, or Drake's as
-    # `!CameraConfig {X_PB: {base_frame: wrist_camera}}`; absent: no camera.
+    # The camera on the wrist, with the library's settings, or with Drake's as
+    # `!CameraConfig {X_PB: {base_frame: wrist_camera}}`. Absent: no camera.
     wrist_camera: WristCameraConfig | CameraConfig | None = None
-    # The real robot, in place of `station` with `remosplat run --hardware`.
+    # The real robot, which replaces `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
     # Settings of `remosplat teleop`: inputs that move the target, and its
     # motion.
@@ -229,7 +231,7 @@ class Scenario(Config):
 
     @property
     def camera(self) -> WristCameraConfig | None:
-        """The wrist camera's settings, converted where they are Drake's.
+        """The wrist camera's settings; Drake's settings are converted.
 
         None if there is no wrist camera.
         """
@@ -275,9 +277,18 @@ class Scenario(Config):
             for i, value in enumerate(values):
                 if value in values[:i]:
                     where = f"cameras[{i}].{field.removesuffix('_name')}"
-                    yield where, f"must be one of its own, got {value!r} again"
+                    yield (
+                        where,
+                        (
+                            "must be unique, but another camera has "
+                            f"{value!r}, too"
+                        ),
+                    )
         if self.movers_from == CAMERAS and not self.cameras:
-            yield "movers_from", "is cameras, but the list `cameras` is empty"
+            yield (
+                "movers_from",
+                ("is `cameras`, but the list `cameras` is empty: add a camera"),
+            )
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
                 "control_period",
@@ -292,7 +303,8 @@ class Scenario(Config):
             if listed[i].pass_within is not None:
                 yield (
                     f"targets[{i}].pass_within",
-                    "the last target is held, not passed",
+                    "must be absent at the last target, which is held and "
+                    "not passed",
                 )
 
 
@@ -307,7 +319,8 @@ def load_scenario(
     Args:
         spec: NAME (in the shipped files), FILE (its first entry) or
             FILE:NAME; None means `DEFAULT_SCENARIO`.
-        override: YAML that overrides the scenario, such as "{time_limit: 5}".
+        override: YAML of fields that override the scenario's, such as
+            "{time_limit: 5}".
         defaults: Values of fields that neither file nor override names; None
             takes those of `Scenario`.
 
@@ -361,7 +374,8 @@ def find_scenario(spec: str) -> tuple[Path, str]:
 def split_spec(spec: str) -> tuple[str, str] | None:
     """Splits FILE:NAME into FILE and NAME; None if no YAML file is named.
 
-    Both may hold colons themselves: a file that exists is preferred.
+    FILE and NAME may contain colons: of several possible splits, the one whose
+    FILE exists is chosen.
 
     Args:
         spec: NAME, FILE or FILE:NAME, as on the command line.

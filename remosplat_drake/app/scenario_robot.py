@@ -15,8 +15,8 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot
 def robot_file(scenario: Scenario) -> str:
     """Returns the name or file of a scenario's robot, for `load_robot`.
 
-    A file is relative to the scenario's. If it does not exist there, the
-    working directory is searched, as a person expects on a command line.
+    A file is relative to the scenario's folder. If it does not exist there, it
+    is relative to the working directory.
 
     Args:
         scenario: The scenario.
@@ -29,8 +29,8 @@ def robot_file(scenario: Scenario) -> str:
     """
     model = scenario.robot.model
     if Path(model).suffix.lower() in MODEL_SUFFIXES:
-        # The problem that `load_robot` reports, as an error of the scenario's
-        # field.
+        # `load_robot` finds the problem; here it becomes an error of the
+        # scenario's field.
         try:
             load_robot_description(model)
         except FileError as error:
@@ -48,7 +48,7 @@ def robot_file(scenario: Scenario) -> str:
 
 
 def robot_beside(robot: str, folder: Path) -> str:
-    """Returns the name of a robot for a scenario file in a folder.
+    """Returns the text that names a robot in a scenario file of a folder.
 
     Args:
         robot: Name of a shipped robot, or the path of a description's file.
@@ -64,13 +64,14 @@ def robot_beside(robot: str, folder: Path) -> str:
 
 
 def load_scenario_robot(scenario: Scenario) -> RobotModel:
-    """Loads a scenario's robot, with its spheres, on the scenario's floor.
+    """Loads a scenario's robot, with its spheres and the height of the floor.
 
     Args:
         scenario: The scenario.
 
     Raises:
-        RemoSplatError: Something named does not exist or does not fit.
+        RemoSplatError: The robot or its set of spheres does not exist, or a
+            file of the robot is unusable.
     """
     return load_robot(
         robot_file(scenario),

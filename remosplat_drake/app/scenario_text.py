@@ -1,4 +1,4 @@
-"""A scenario as text that does not depend on its file's place."""
+"""Writes a scenario as text that any folder may contain."""
 
 import copy
 from pathlib import Path
@@ -16,8 +16,8 @@ _SCENE_FILES = ("splat", "truth", "truth_later")
 def scenario_text(scenario: Scenario, name: str) -> str:
     """Writes a scenario as the YAML of a file with only this scenario.
 
-    Every value is written out, so that later defaults change nothing, and
-    relative file names become absolute ones.
+    The text states every value, so that a later change of defaults does not
+    affect it. Relative file names become absolute ones.
 
     Args:
         scenario: A checked scenario.

@@ -18,7 +18,7 @@ from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 
 FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
 UNKNOWN = (FREE, WARN, OBSTACLE)
-"""Choices of how unseen space is treated."""
+"""Choices of `unknown`, the treatment of unseen space."""
 
 
 @dc.dataclass
@@ -41,8 +41,8 @@ class SceneConfig(Config):
     # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
     # Metres per unit of the splat's file [m], applied before X_WG. It must be 1
-    # if a quality report or seen space is beside the splat, since these are in
-    # metres.
+    # if a quality report or a file of seen space is beside the splat, since
+    # these are in metres.
     scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
     crop: CropConfig | None = None
     # File of the true geometry (RMMI JSON), for metrics, contact and
@@ -57,23 +57,23 @@ class SceneConfig(Config):
     directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # Largest over-estimate of a distance by the splat [m]; absent: unknown. If
-    # a quality report is beside the splat, the larger one of both values is
-    # used. Stopping distances must exceed it.
+    # Map error: the largest amount by which a distance to the splat exceeds the
+    # true one [m]; absent: unknown. If a quality report is beside the splat,
+    # the larger one of both values is used. Stopping distances must exceed it.
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
     # File with the seen space of the splat's capture, as `remosplat
     # reconstruct` writes it; empty: the file beside the splat, if there is one.
     seen: str = ""
     # Treatment of space that no camera has seen: `free`, `obstacle`, or `warn`,
-    # which is free after a warning; absent: `obstacle` with --hardware, `warn`
-    # in simulation.
+    # which counts as free and prints a warning. Absent: `obstacle` with
+    # --hardware, `warn` in simulation.
     unknown: Annotated[str, OneOf(UNKNOWN)] | None = None
     # Height in W below which the robot's floor links ignore the scene, so that
     # wheels may stand on the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that each directive has one entry.
+        """Checks that each entry of the directives has exactly one key.
 
         Yields:
             The name of a field and its problem.

@@ -1,4 +1,4 @@
-"""`SeenSpace`: space that the capture of a splat has seen, placed in W."""
+"""`SeenSpace`: the space that the cameras of a splat's capture saw, in W."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -24,7 +24,8 @@ from remosplat_drake.signals.coverage import (
 )
 
 _AROUND = 0.3
-"""Assumed largest distance of a robot's path from its start and targets [m]."""
+"""Largest distance of a robot's path from its start and targets that is assumed
+[m]."""
 
 _STEP = 0.04
 """Spacing of the points at which space is sampled [m]."""
@@ -32,7 +33,7 @@ _STEP = 0.04
 
 @dc.dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """Space seen by a splat's capture, and the robot's start.
+    """Space that the cameras of a capture saw, and the robot's space at start.
 
     Attributes:
         coverage: The voxels, in the splat's frame G.
@@ -46,7 +47,7 @@ class SeenSpace:
 
     @cached_property
     def field(self) -> PlacedUnknownSpace:
-        """Distances to space that no camera has seen."""
+        """The map whose obstacles are the space that no camera has seen."""
         return PlacedUnknownSpace(self.coverage, self.X_WG, self.floor_height)
 
     def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:
@@ -69,7 +70,7 @@ class SeenSpace:
         return float(np.mean(self.hides(p_W)))
 
     def hides(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns which points in W, shape (n, 3) [m], no camera has seen."""
+        """Returns which points, (n, 3) in W [m], were seen by no camera."""
         p_G = self.X_WG.inverse().multiply(p_W.T).T
         return self.coverage.states_at(p_G) == UNSEEN
 
@@ -77,7 +78,7 @@ class SeenSpace:
 def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
     """Reads the seen space of a scenario's splat.
 
-    The space of the robot itself at its start is free. Surfaces that the
+    The robot's own space at its start counts as free. Surfaces that the
     scenario crops are removed.
 
     Args:
@@ -85,11 +86,11 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
         start: The robot's spheres at its start, in W.
 
     Returns:
-        The seen space; None if there is no such file, or if the oracle uses the
-        true geometry and does not need it.
+        The seen space. None if there is no such file, or if the oracle uses the
+        true geometry and needs no seen space.
 
     Raises:
-        RemoSplatError: The file is unusable, or is about another splat.
+        RemoSplatError: The file is unusable, or belongs to another splat.
     """
     path = seen_file(scenario)
     if path is None or isinstance(scenario.oracle, GroundTruth):
@@ -112,12 +113,12 @@ def seen_file(scenario: Scenario) -> Path | None:
     """Returns the file with the seen space of a scenario's splat, if any.
 
     Args:
-        scenario: The scenario; without a name, the file is sought beside its
-            splat.
+        scenario: The scenario. If its `scene.seen` is empty, the file is
+            searched beside its splat.
 
     Raises:
-        FieldError: The scenario names a file that does not exist, or one
-            without a splat.
+        FieldError: The scenario names a file that does not exist, or names a
+            file but no splat.
     """
     scene = scenario.scene
     if scene.seen and not scene.splat:
@@ -141,7 +142,7 @@ def _cropped(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> Coverage:
-    """Removes surfaces outside a box in W, whose discs are cropped."""
+    """Removes surfaces outside a box in W, since their discs are cropped."""
     voxels = np.argwhere(coverage.state == SURFACE)
     p_G = coverage.lower + coverage.voxel * (voxels + 0.5)
     p_W = X_WG.multiply(p_G.T).T

@@ -47,7 +47,8 @@ def run(
     Args:
         application: The diagram to run, with all of its parts.
         realtime_rate: Speed relative to the wall clock; 0 is unlimited. None
-            takes that of the scenario's `simulator`, or unlimited without one.
+            takes the rate of the scenario's `simulator`, or is unlimited if the
+            scenario has none.
         on_progress: Called after every step with the time [s], the robot's
             state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
@@ -55,8 +56,9 @@ def run(
         on_standing: Called with the time [s] and the robot's state whenever it
             has changed.
         on_map: Called with the live map's status whenever its `news` change.
-        until: Function that ends the run instead of the arrival at the last
-            target; called once a step with the error to the present target.
+        until: Function that replaces the arrival at the last target as the end
+            of the run. It is called once a step with the error to the present
+            target, and returns whether to end.
         patience: Time that a stopped robot waits to be released before the
             run ends [s]. The time limit does not count this time.
 
@@ -75,7 +77,8 @@ def run(
     scenario = application.scenario
     if isinstance(application.station, HardwareStation):
         raise RemoSplatError(
-            f"{scenario.source}: run the real robot with run_on_hardware"
+            f"{scenario.source}: this application drives a real robot; use "
+            "run_on_hardware"
         )
     simulator = Simulator(application.diagram)
     ApplySimulatorConfig(simulator_config(scenario), simulator)
@@ -102,7 +105,8 @@ def _advance(
 ) -> bool:
     """Simulates until the monitor ends the run; returns whether Ctrl-C did.
 
-    The time limit may be extended meanwhile, since stopped time does not count.
+    The time limit moves during the simulation, since stopped time does not
+    count.
     """
     with stop_signals([signal.SIGINT]) as request:
 
@@ -130,8 +134,8 @@ def simulator_config(scenario: Scenario) -> SimulatorConfig:
     """Returns the settings of Drake's simulator for a scenario.
 
     Args:
-        scenario: The scenario; without a `simulator`, the result has fixed
-            steps with which kinematic stations are exact.
+        scenario: The scenario. If it has no `simulator`, the result has fixed
+            time steps, with which a kinematic station is exact.
     """
     if scenario.simulator is not None:
         return scenario.simulator

@@ -23,13 +23,16 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.standing.names import name_thing
 
 NOTABLE = 1e-3
-"""Least depth inside a stopping distance that is reported [m]."""
+"""Shortage of a distance, compared with its stopping distance, from which it is
+reported [m]."""
 
 _FORESEEN = 2.0
-"""Simulated time within which distances from a start must increase [s]."""
+"""Simulated time within which the law must increase distances that are too
+small at the start [s]."""
 
 _GAIN = 1e-4
-"""Least sum of the increases of too small distances within this time [m]."""
+"""Least increase, summed over the distances that are too small, within this
+time [m]."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
@@ -45,15 +48,15 @@ def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
     gates = [*_beyond_limits(world), *_too_near(scenario, world, law)]
     if gates and not leads_out(law, world):
         problem = (
-            f"{gates[0].problem}, and no motion is found that leads out; start"
-            " elsewhere"
+            f"{gates[0].problem}, and no motion leads out of there; start "
+            "elsewhere"
         )
         gates = [Gate(NO_WAY_OUT, problem, in_simulation=REFUSAL)]
     return (*gates, *_out_of_reach(scenario, world))
 
 
 def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
-    """Computes the lack of distances to their stopping distances [m, rad].
+    """Computes how much each distance is below its stopping distance [m, rad].
 
     Args:
         law: The control law, with the stopping distances.
@@ -61,9 +64,9 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
         q: Configuration, shape (n_q,) [rad, m].
 
     Returns:
-        The lacking distances, 0 for none, shape (k + n + n_q,): of the k pairs
-        of the robot's shapes, of its n spheres from the map, and of its joints
-        from their limits.
+        The shortages, 0 if a distance suffices, shape (k + n + n_q,): of the k
+        pairs of the robot's shapes, of its n spheres from the map, and of its
+        joints from their limits.
     """
     own, robot, least = law.self_clearance, world.robot, law.collision.stopping
     scene = _clearances(world, q, least).per_sphere(len(robot.spheres))
@@ -75,10 +78,10 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
 
 
 def leads_out(law: ReactiveLaw, world: World) -> bool:
-    """Returns whether the law increases the distances that are too small.
+    """Returns whether the law can increase distances that are too small.
 
-    The robot is simulated until the distances have increased slightly. A robot
-    that gets stuck later is not detected.
+    It simulates the robot until the distances have increased slightly. It does
+    not detect a robot that gets stuck later.
 
     Args:
         law: The control law.
@@ -155,7 +158,7 @@ def _relation(one: str, other: str, gap: float) -> str:
 
 
 def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
-    """Finds targets out of an arm's reach; a base only drives on the floor."""
+    """Finds targets out of reach; a base moves the arm only horizontally."""
     if not isinstance(scenario.targets, list):
         return
     robot = world.robot

@@ -20,28 +20,30 @@ from remosplat_drake.signals.target import (
 
 @dc.dataclass
 class TargetConfig(PoseConfig):
-    """A target pose of an end effector: its free directions, and the path."""
+    """A target pose of an end effector, with free directions and a speed."""
 
     # Name of the end effector; empty for the first or only one. Each end
     # effector has its own sequence of targets and does not wait for others.
     effector: str = ""
-    # Directions that are free: `x`, `y`, `z` along the axes of the pose, and
-    # turns `rx`, `ry`, `rz` about them. One or all of the turns may be free:
-    # [rz] for a screw about the tool's axis, [rx, ry, rz] for a position
-    # without orientation.
+    # Directions in which the error is ignored: `x`, `y`, `z` along the axes of
+    # the pose, and rotations `rx`, `ry`, `rz` about them. One or all of the
+    # rotations may be free: [rz] for a screw about the tool's axis, [rx, ry,
+    # rz] for a position without orientation.
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
-    # Relative weights of errors by direction, if not all directions can be
-    # reached; 1 for directions without an entry.
+    # Relative weights of the errors by direction, which matter if the target
+    # cannot be reached in all directions; 1 for directions without an entry.
     weights: dict[str, Annotated[float, Interval(gt=0, le=1000)]] = dc.field(
         default_factory=dict
     )
     # Distance at which the target counts as passed [m]: the end effector
-    # continues to the next one without a stop. Absent: it is reached and held.
+    # continues to the next target without a stop. Absent: the end effector
+    # reaches the target and holds it.
     pass_within: Annotated[float, Interval(gt=0, le=1)] | None = None
-    # Speed on a straight line [m/s], which begins at the end effector's
-    # position when the target becomes active; absent: the path is free.
+    # Speed along a straight line to the target [m/s]. The line begins at the
+    # end effector's position when the target becomes active. Absent: the path
+    # is free.
     line_speed: Annotated[float, Interval(gt=0, le=2)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -56,13 +58,16 @@ class TargetConfig(PoseConfig):
                 yield "weights", unknown_name("direction", name, DIRECTIONS)
                 return
             if name in self.free:
-                yield joined("weights", name), "is free, and has no weight"
+                yield (
+                    joined("weights", name),
+                    ("is a free direction and cannot have a weight"),
+                )
         problem = weights_problem(self.weighed())
         if problem:
             yield "free", problem
 
     def weighed(self) -> np.ndarray:
-        """Returns the weights of all directions, zero where free, (6,)."""
+        """Returns the weights of all directions, 0 if free, shape (6,)."""
         return np.array(
             [
                 0.0 if name in self.free else self.weights.get(name, 1.0)

@@ -57,8 +57,9 @@ def check_mappable(scenario: Scenario) -> None:
         scenario: A checked scenario.
 
     Raises:
-        FieldError: The oracle measures no distances to a splat, or the seen
-            space of the splat's cameras is unknown.
+        FieldError: The oracle measures no distances to a splat, or
+            `scene.unknown` is `obstacle` and the seen space of the splat's
+            cameras is unknown.
         MissingExtraError: A package that mapping needs is not installed.
     """
     if not scenario.mapping.enabled:
@@ -67,7 +68,8 @@ def check_mappable(scenario: Scenario) -> None:
         raise FieldError(
             scenario.source,
             "oracle",
-            "!GroundTruth needs no map; set mapping.enabled to false",
+            "!GroundTruth measures no distances to a live map; set "
+            "mapping.enabled to false",
         )
     scene = scenario.scene
     is_solid = scene.unknown == OBSTACLE and scene.splat
@@ -75,8 +77,8 @@ def check_mappable(scenario: Scenario) -> None:
         raise FieldError(
             scenario.source,
             "scene.unknown",
-            "`obstacle` needs to know what the cameras of the splat saw: name"
-            " the file in scene.seen, leave scene.splat out, or take `free`",
+            "`obstacle` needs the seen space of the splat's cameras: name "
+            "its file in scene.seen, remove scene.splat, or set `free`",
         )
     if not all(map(importlib.util.find_spec, _MAPPING_PACKAGES)):
         raise MissingExtraError(
@@ -86,10 +88,10 @@ def check_mappable(scenario: Scenario) -> None:
 
 @contextmanager
 def removed_on_failure(folder: Path) -> Iterator[None]:
-    """Removes the new parts of a session, if the `with` block fails.
+    """Removes the new files of a session if the `with` block fails.
 
     Args:
-        folder: Folder of the session; its earlier content stays.
+        folder: Folder of the session; its earlier content is kept.
     """
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     before = set(_entries(folder))
@@ -100,7 +102,8 @@ def removed_on_failure(folder: Path) -> Iterator[None]:
             if path not in before:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
         for path in missing:
-            # Other programs may have written into the parent folders.
+            # Parent folders are removed only if empty: other programs may use
+            # them.
             with suppress(OSError):
                 path.rmdir()
         raise
@@ -117,8 +120,8 @@ def open_teleoperation(
     """Begins or continues a session, and starts its mapping process.
 
     Args:
-        scenario: A checked scenario; if the folder contains a session, the
-            session's.
+        scenario: A checked scenario. If the folder contains a session, it must
+            be the scenario of that session.
         world: The content of the scenario's files.
         folder: Folder of the session; it may be new or empty, or contain a
             session to continue.
@@ -161,7 +164,7 @@ def open_teleoperation(
     )
     if problem and teleoperation.mapping is not None:
         _log.warning(
-            "%s; it is created again from the session's frames", problem
+            "%s; the map is made again from the session's frames", problem
         )
         teleoperation.mapping.request(Build())
     return teleoperation
@@ -184,8 +187,8 @@ def _reopened(session: Session) -> tuple[SceneMap | None, str]:
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:
     """Makes the scenario's own map.
 
-    Without a map, all space except near the robot is an obstacle: the robot can
-    look around, but cannot drive blindly.
+    If the scenario has no splat, all space except near the robot is an
+    obstacle. So the robot can look around, but cannot drive into unseen space.
     """
     splat_W = world.splat_W or GaussianSplat.empty()
     field, coverage = world.field, None
@@ -215,7 +218,7 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
 def camera_maker(
     scenario: Scenario, world: World, hardware: bool
 ) -> Callable[[], WristCamera]:
-    """Returns a function that makes the wrist camera, in any process.
+    """Returns a function that makes the wrist camera and can be pickled.
 
     Args:
         scenario: The scenario.

@@ -1,9 +1,9 @@
-"""Runs that move a real robot's axes with given velocities, for drills.
+"""Moves a real robot's axes with given velocities, to identify them.
 
-These runs use the diagram of every run, with another control law. So its
-velocities are verified with the map, self-collision and joint limits, the
-supervisor is between law and station, and the robot's pose is the localised
-one.
+These runs use the diagram of every run, with another control law. So the
+velocities are verified against the map, self-collision and joint limits, the
+supervisor is between the law and the station, and the robot's pose is
+localised.
 """
 
 import copy
@@ -37,29 +37,29 @@ from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
 
 LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
 LATEST_ARM = Actuator(delay=0.1, tube=0.15, noise=0.005)
-"""Assumed models of axes before identification: their tubes contain axes
-without delay and axes with 0.45 s (base) or 0.25 s (arm) of delay."""
+"""Assumed models of axes before identification. Their error bounds include axes
+without any delay, and axes with a delay of 0.45 s (base) or 0.25 s (arm)."""
 
 _FOLLOW_DWELL = 1.0
-"""Time for which an axis may deviate from these models [s], since its delay is
-still unknown."""
+"""Time for which an axis may deviate from its assumed model before the robot is
+stopped [s]. It is long, since the axis' delay is still unknown."""
 
 LONGEST_GAP = 0.05
-"""Longest permitted pause between two commands [s]: during longer ones, a
-command may have expired."""
+"""Longest permitted pause between two commands [s]: in a longer pause, the
+drivers may have let a command expire."""
 
 
 class LateError(RemoSplatError):
-    """A computer was late, ours or the robot's; another attempt may succeed."""
+    """Raised if this computer or the robot's was late; a retry may succeed."""
 
 
 class HeldBackError(RemoSplatError):
-    """Verification reduced the robot's speed."""
+    """Raised if verification reduced the robot's speed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Played:
-    """A tick of a profile.
+    """The recording of one tick of a velocity profile.
 
     Attributes:
         sent: Time at which its command was sent, by our wall clock [s].
@@ -75,7 +75,7 @@ class Played:
 def build_velocity_run(
     scenario: Scenario, world: World, *, hardware: bool = True
 ) -> Application:
-    """Wires the diagram of a scenario for profiles instead of its targets.
+    """Builds a scenario's diagram that follows velocities instead of targets.
 
     Args:
         scenario: The scenario, prepared for hardware; it is not changed.
@@ -121,10 +121,10 @@ def latest_axes(robot: RobotModel) -> list[Actuator]:
 
 
 def play(application: Application, u: np.ndarray) -> list[Played]:
-    """Plays a profile on the real robot; a person must have agreed to it.
+    """Moves the real robot along a velocity profile; a person must have agreed.
 
-    The supervisor is released once, when the robot may move; a stop ends the
-    run. At the end, the robot is brought to rest in any case.
+    The supervisor is released once, as soon as the robot may move. A stop ends
+    the run. At the end, the robot is brought to rest in any case.
 
     Args:
         application: The result of `build_velocity_run`.
@@ -167,7 +167,7 @@ class _Player:
         self.ticks: list[Played] = []
 
     def __call__(self, root: Context) -> None:
-        """Processes the state between two ticks."""
+        """Starts and records the profile, or requests a release."""
         state = supervision_of(self._application, root)
         assert state is not None
         if state.mode == RUNNING and not self._is_playing:
@@ -180,7 +180,7 @@ class _Player:
             self._release(root, state.refusal)
 
     def _release(self, root: Context, refusal: str) -> None:
-        """Checks again, since a localisation needs some fixes."""
+        """Requests the release again, since a localisation needs some time."""
         if time.monotonic() > self._deadline:
             raise RemoSplatError(refusal or UNARMED)
         supervisor = self._application.supervisor
@@ -201,7 +201,7 @@ class _Player:
         )
         report = self._application.recorder.latest
         if report is not None and report.scale < 1.0:
-            raise HeldBackError("verification holds it back")
+            raise HeldBackError("verification reduced the speed of the motion")
 
     def was_late(self) -> bool:
         """Returns whether statuses or commands were late."""

@@ -1,7 +1,7 @@
 """Compiles the kernels with Numba before the first tick.
 
-Compiled kernels are kept. Loading them takes a while, too, so every run begins
-with `compile_kernels`.
+Compiled kernels are kept on disk. Even loading them would delay a tick, so
+every run begins with `compile_kernels`.
 """
 
 import copy
@@ -33,8 +33,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
 TICKS = 4
-"""Number of ticks that together use all kernels of later ticks; the second one
-looks ahead."""
+"""Number of rehearsed ticks. Together they use all kernels of later ticks;
+guidance looks ahead in the second one."""
 
 _NEAR = 1e-3  # Distance of the obstacle: less than any stopping distance [m].
 _ROOM = 8  # Number of voxels of 1 m around the robot.
@@ -49,17 +49,17 @@ def compile_kernels(
     live_map: bool = False,
     plans: bool = True,
 ) -> None:
-    """Compiles the kernels of a scenario, by ticks of its own loop.
+    """Compiles the kernels of a scenario: runs some ticks of its own loop.
 
-    The robot is very close to an obstacle, since only there do all parts of
-    verification and guidance run. The look-ahead runs in this process, even if
-    the scenario uses a separate process for it. That process then finds its
+    In these ticks the robot is very close to an obstacle, so that all parts of
+    verification and guidance run. Guidance looks ahead in this process, even if
+    the scenario uses a separate process for it; that process then finds its
     kernels compiled.
 
     Args:
         scenario: The scenario, which is not changed.
-        world: The content of the scenario's files; the robot, its start, and
-            the kind of its map matter here.
+        world: The content of the scenario's files. Only the robot, its start,
+            and the type of its map affect the kernels.
         live_map: Whether the map may be replaced during the run.
         plans: Whether planning is rehearsed, too. A run without real-time
             limits may load these kernels at the first search.
@@ -98,9 +98,10 @@ def _fields(
     splat_W: GaussianSplat,
     truth: PrimitiveScene,
 ) -> list[DistanceField]:
-    """Makes small maps of all kinds that the loop may query.
+    """Makes a small map of each type that the loop may query.
 
-    Kernels are compiled for each kind, since they query it in compiled code.
+    Kernels are compiled once for each type of map, since they contain its
+    queries.
     """
     known = make_field(scenario.oracle, splat_W, truth, scenario.source)
     unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
@@ -123,9 +124,9 @@ def _fields(
 
 
 class _Outside(DistanceField):
-    """A map without compiled kernels, like those of other packages.
+    """A map without compiled kernels, such as a map type of another package.
 
-    Unknown space in another frame than W is one of them.
+    Unknown space whose frame is not W is such a map, too.
     """
 
     def __init__(self, field: DistanceField):
@@ -140,7 +141,7 @@ class _Outside(DistanceField):
 
 
 def _plan_once(scenario: Scenario, world: World) -> None:
-    """Searches a short path, if the scenario enables planning."""
+    """Plans a short path, if the scenario enables planning."""
     config, robot = scenario.controller.guidance, world.robot
     if not (config.enabled and config.planning.enabled):
         return
@@ -150,7 +151,7 @@ def _plan_once(scenario: Scenario, world: World) -> None:
 
 
 def _look(scenario: Scenario, world: World) -> None:
-    """Rehearses the detection with a scenario's cameras."""
+    """Rehearses the detection of movers with a scenario's cameras."""
     from remosplat_drake.app.stages.camera_sight import known_scene
     from remosplat_drake.sight.rehearsal import rehearse as rehearse_sight
 

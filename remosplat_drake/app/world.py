@@ -47,8 +47,9 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.03
-"""Largest penetration of the scene at a robot's start [m]: a map contains
-surfaces, so deeper inside, the direction out of the scene is uncertain."""
+"""Largest permitted depth inside the scene at a robot's start [m]. A map
+contains only surfaces, so deeper inside an object the direction out of it is
+uncertain."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ class World:
     def fixed_truth(self) -> PrimitiveScene | None:
         """The true geometry without the objects; None if it is unknown.
 
-        Objects are excluded, since the robot may move and touch them.
+        Objects are excluded, since the robot may touch and move them.
         """
         if self.truth is None:
             return None
@@ -100,8 +101,8 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
     Args:
         scenario: The scenario.
-        blank: Whether the scenario may lack a splat, since its map will be
-            made.
+        blank: Whether the scenario may lack a splat, for example because a live
+            map will be made.
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
@@ -160,8 +161,9 @@ def _scene_field(
                 raise FieldError(
                     scenario.source,
                     f"objects[{i}].X_WO",
-                    f"the splat shows no {thing.name} there; set in_splat:"
-                    " false for an object that it does not show",
+                    f"the splat shows no {thing.name} there; correct its "
+                    "X_WO, or set in_splat: false if the splat does not "
+                    "contain it",
                 )
             is_other &= ~own
         splat_W = splat_W.select(is_other)
@@ -251,7 +253,7 @@ def scenario_targets(
 def load_splat(
     scenario: Scenario,
 ) -> tuple[GaussianSplat | None, GaussianSplat]:
-    """Reads a scenario's splat, and separates the cropped part.
+    """Reads a scenario's splat, and separates the part outside scene.crop.
 
     Args:
         scenario: The scenario.
@@ -290,9 +292,8 @@ def _check_scale(scenario: Scenario, splat: Path) -> None:
             raise FieldError(
                 scenario.source,
                 "scene.scale",
-                f"must be 1, got {scale:g}: {path.name} says that the splat"
-                f" is in metres; `remosplat convert --scale {scale:g}` makes"
-                " another one",
+                f"must be 1, got {scale:g}: {path.name} requires a splat in "
+                f"metres; `remosplat convert --scale {scale:g}` makes one",
             )
 
 
@@ -339,7 +340,7 @@ def _check_start(world: World, where: str) -> None:
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(
-            where, "oracle", "returns no distance of the robot's start"
+            where, "oracle", "measures no distance at the robot's start"
         )
     if clearances.minimum() < -_DEEPEST:
         row = int(clearances.distance.argmin())

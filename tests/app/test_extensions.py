@@ -202,7 +202,7 @@ def test_an_oracle_must_make_a_field(load):
 
 
 def test_an_oracle_must_know_how_near_the_robot_starts(load):
-    with pytest.raises(FieldError, match="oracle: returns no distance"):
+    with pytest.raises(FieldError, match="oracle: measures no distance"):
         load_world(load(override="{oracle: outside.oracle:Blind}"))
 
 

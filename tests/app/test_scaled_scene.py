@@ -83,7 +83,7 @@ def test_the_wrong_unit_is_asked_about(scenario):
     world = load_world(given)
     knowledge = examine_map(given, world, target_places(given, world))
     (gate,) = (g for g in knowledge.gates if g.name == "empty-map")
-    assert "are scene.X_WG, scene.scale and scene.crop right?" in gate.problem
+    assert "check scene.X_WG, scene.scale and scene.crop" in gate.problem
 
 
 @pytest.mark.parametrize("beside", ["seen", "quality.json"])
@@ -96,7 +96,7 @@ def test_what_was_measured_in_metres_is_not_scaled(scenario, beside):
     assert caught.value.where == f"{scenario}:Table"
     assert caught.value.field == "scene.scale"
     assert caught.value.problem.startswith(
-        f"must be 1, got 1.5: metres.{beside} says that the splat is in metres"
+        f"must be 1, got 1.5: metres.{beside} requires a splat in metres"
     )
 
 

@@ -350,7 +350,7 @@ BAD_FIELDS = {
     ),
     "last target passed": (
         "{targets: [{pass_within: 0.1}]}",
-        ["targets[0].pass_within", "the last target is held"],
+        ["targets[0].pass_within", "must be absent at the last target"],
     ),
     "line without speed": (
         "{targets: [{line_speed: 0}]}",

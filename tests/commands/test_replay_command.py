@@ -60,7 +60,7 @@ def test_a_missing_file_is_named_as_it_was_given(tmp_path, capsys):
     path = tmp_path / "nofile.mcap"
     assert replay(path) == USER_ERROR
     said = capsys.readouterr().err
-    problem = "does not exist; give that of a session"
+    problem = "does not exist; give the folder of a session"
     assert said == f"remosplat: {path}: {problem}\n"
 
 
@@ -68,7 +68,10 @@ def test_a_missing_file_is_named_as_it_was_given(tmp_path, capsys):
     ("arguments", "problem"),
     [
         (["--run", "3"], "run: no 3; valid: 1"),
-        (["--from", "5"], "no tick from 5.0 to inf s; valid: 0.00 to 0.74"),
+        (
+            ["--from", "5"],
+            "no tick lies between 5.0 and inf s; valid: 0.00 to 0.74",
+        ),
         (["--figure", "figure.doc"], "valid: pdf, png, svg"),
         (["--save-html", "."], "is a folder"),
     ],

@@ -1,6 +1,7 @@
 """Identifies models of a real robot's axes from their motions.
 
-`excitation` chooses commands, `velocity_run` drives them, `reading` reads the
-answers of the drivers, `fit` finds the model that explains these, and `record`
-writes it into the robot's description.
+`excitation` chooses the commands, and `app/velocity_run.py` sends them to the
+robot. `reading` reads the drivers' statuses, `fit` fits a model of each axis to
+the measured motion, and `record` writes the models into the robot's
+description.
 """

@@ -11,33 +11,37 @@ from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.robot.robot_model import RobotModel
 
 CRAWLS = (0.01, 0.03)
-"""Slow speeds to find an axis' dead band, as shares of its limit."""
+"""Slow speeds at which an axis' dead band shows, as fractions of its speed
+limit."""
 
 PAUSE = 1.5
 """Time to come to rest between two motions [s]."""
 
 _HOLD = 0.1
-"""Time at the full speed before the stop [s]."""
+"""Time at constant full speed before the axis stops [s]."""
 
 _CRAWL = 0.6
-"""Time of a crawl [s]."""
+"""Duration of each slow motion [s]."""
 
 _OVERRUN = 0.4
-"""Longest time by which an axis may stop late [s]."""
+"""Assumed longest time for which an axis still moves after it should stop
+[s]."""
 
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
-"""Shares of the limit that are tried for the full-speed stop."""
+"""Fractions of the speed limit that are tried for the stop from full speed, in
+this order."""
 
-TOO_FAST = "verification holds faster motions back"
-"""Reason for which faster motions are not tried."""
+TOO_FAST = "verification reduced the speed of faster motions"
+"""Reason, in an error, why faster motions are not tried."""
 
 _LOOKS = 12
-"""Number of samples of a path in a map that is not Lipschitz."""
+"""Number of configurations at which a motion is checked, if the map is not
+Lipschitz."""
 
 
 @dc.dataclass(frozen=True)
 class Stroke:
-    """The fastest motion of one axis, forth and back.
+    """A motion of one axis, forth and back, with its greatest speed.
 
     Attributes:
         axis: Index of the axis in u.
@@ -51,7 +55,8 @@ class Stroke:
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
         """Returns the largest excursions of the axis from its start.
 
-        An axis that stops late keeps its speed meanwhile.
+        They include the case that the axis stops late and keeps its speed until
+        then.
 
         Args:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).
@@ -71,7 +76,7 @@ def find_stroke(
     limit: np.ndarray,
     fastest: float = 1.0,
 ) -> Stroke:
-    """Finds the fastest motion of one axis that keeps all distances.
+    """Finds the fastest motion of one axis that keeps the required distances.
 
     Args:
         room: The scene, and the distances that the robot keeps.
@@ -84,8 +89,8 @@ def find_stroke(
         The stroke.
 
     Raises:
-        NoRoomError: Even the slowest motions, or the start, are too near to an
-            obstacle, which the text names.
+        NoRoomError: The start or even the slowest motion is too near to an
+            obstacle; the text names the obstacle.
     """
     problem = room.problem(q)
     if problem:
@@ -103,7 +108,7 @@ def find_stroke(
 
 
 def _objection(stroke: Stroke, around: Surroundings) -> str:
-    """Obstacles of a motion, its ramp and a late stop on either side."""
+    """Returns an obstacle of a motion or of its late stop; "" if none."""
     robot, q = around.robot, around.state.q
     for end in stroke.ends(robot.acceleration_limit):
         u = np.zeros(robot.n_u)
@@ -118,10 +123,10 @@ def _objection(stroke: Stroke, around: Surroundings) -> str:
 def commands(
     stroke: Stroke, robot: RobotModel, limit: np.ndarray, dt: float
 ) -> np.ndarray:
-    """Makes the commands of one axis, shape (k, n_u) [m/s, rad/s].
+    """Makes the commands that identify one axis, shape (k, n_u) [m/s, rad/s].
 
     The axis moves slowly forwards and backwards. Then it moves at full speed,
-    stops along the braking ramp, and returns in the same way. Changes are
+    stops along the braking ramp, and returns in the same way. All commands are
     within the acceleration limits.
 
     Args:

@@ -13,11 +13,12 @@ from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.base_motion import base_way
 
 MARGIN = 1.5
-"""Ratio of the tube to the largest residual, since later motions may have
-larger ones."""
+"""Safety factor between the largest error in the recording and the tube, the
+error bound of the model: later motions may have larger errors."""
 
 _LEAST_TUBE = 0.002
-"""Least width of a tube, for errors that a recording does not show [s]."""
+"""Least error bound per commanded speed (the tube) [s], for errors that a
+recording does not show."""
 
 _LEAST_NOISE = 0.003
 """Least assumed noise of an axis at rest [rad, m]."""
@@ -27,8 +28,8 @@ _LEAST_BASE_NOISE = 0.02
 during motion."""
 
 _STILL = 1e-6
-"""Commanded speed below which an axis counts as at rest [rad/s, m/s]: a
-solver's zeros are not exact."""
+"""Commanded speed below which an axis counts as at rest [rad/s, m/s]. It is not
+zero, since a solver returns small values instead of zeros."""
 
 _DELAYS = np.arange(0.0, 0.5, 0.02)
 _LAGS = (0.0, 0.03, 0.08, 0.2)
@@ -37,15 +38,15 @@ _RAMPS = 0.3, 0.6, 1.0  # Shares of the commands' own ramp.
 
 @dc.dataclass(frozen=True, eq=False)
 class Recording:
-    """Commands and measurements, one row a tick.
+    """Commands and measurements, with one row per tick.
 
     Attributes:
         sent: Times at which commands were sent, shape (k,) [s].
         u: The commands, shape (k, n_u) [m/s, rad/s].
-        stamp: Time of the latest measurement of each axis at these times, (k,
-            n_u) [s].
+        stamp: Time of each axis' latest measurement when the command was sent,
+            shape (k, n_u) [s].
         q: The measurements, shape (k, n_q) [m, rad].
-        n_base: Number of base commands, first in u: 0, 2 or 3.
+        n_base: Number of base velocities, which come first in u: 0, 2 or 3.
     """
 
     sent: np.ndarray
@@ -61,7 +62,7 @@ class Recording:
 
     @property
     def way(self) -> np.ndarray:
-        """Measured displacements of the axes, shape (k, n_u) [m, rad]."""
+        """Displacements of the axes since the first row, (k, n_u) [m, rad]."""
         if not self.n_base:
             return self.q
         steps = [
@@ -74,12 +75,12 @@ class Recording:
 
 @dc.dataclass(frozen=True)
 class Fit:
-    """The model of one axis, and the remaining errors.
+    """The identified model of one axis, and its remaining error.
 
     Attributes:
-        actuator: The model, with its tube.
-        residual: Largest difference between measured and modelled positions
-            [m, rad].
+        actuator: The model, with its error bound (the tube).
+        residual: Range of the differences between measured and modelled
+            positions, largest minus smallest [m, rad].
     """
 
     actuator: Actuator
@@ -97,7 +98,8 @@ def fit_axis(
     Args:
         recording: Commands to this axis and its measurements.
         axis: Index of the axis in u.
-        acceleration: Bound on the rate of change of the commands.
+        acceleration: Bound on the rate of change of the commands [m/s^2,
+            rad/s^2].
         crawls: The slow speeds of the recording, ascending [m/s, rad/s].
     """
     sent, u = recording.sent, recording.u[:, axis]
@@ -117,7 +119,7 @@ def fit_axis(
         dc.replace(least, dead_band=min(1.05 * speed, 0.5)) for speed in crawls
     ]
     smallest = min(error(actuator) for actuator in found)
-    # The simplest one with nearly the least error.
+    # Among the models with nearly the least error, the simplest comes first.
     actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
     left = way - _response(actuator, sent, u, stamp)
     is_base = axis < recording.n_base
@@ -134,7 +136,7 @@ def _best(
     starts: Sequence[float],
     largest: float,
 ) -> Actuator:
-    """Finds the best dead time and value of a field: a grid, then a simplex."""
+    """Finds the best dead time and value of a field: grid, then Nelder-Mead."""
 
     def make(x) -> Actuator:
         delay, value = np.clip(x, [0.0, min(starts[0], 0.05)], [1.0, largest])
@@ -157,7 +159,7 @@ def _best(
 
 
 def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
-    """The modelled displacement at each stamp, shape (k,)."""
+    """Returns the modelled displacement at each stamp, shape (k,)."""
     model = ActuatorModel.make([actuator])
     start = min(sent[0], stamp[0])
     way, _ = model.response(
@@ -169,9 +171,10 @@ def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
 def _tube(
     recording: Recording, axis: int, actuator: Actuator, least_noise: float
 ) -> tuple[float, float]:
-    """The tube [s] and the noise that contain all measurements.
+    """Returns the tube [s] and the noise that bound the errors of all rows.
 
-    The recording is processed tick by tick with the `History` of a run.
+    The tube is the error bound per commanded speed. The recording is processed
+    tick by tick, as a run does with its `History`.
     """
     model = ActuatorModel.make([actuator])
     history = History.at_rest(1)

@@ -40,7 +40,7 @@ class Reading:
     q_W: np.ndarray
 
     def seen(self, field: DistanceField) -> DistanceField:
-        """Returns a map with the uncertainty of the base's pose."""
+        """Returns the map with the base pose's uncertainty applied to it."""
         track = self.measurement.base_track
         if not len(track.samples):
             return field
@@ -48,7 +48,7 @@ class Reading:
 
 
 def reading_of(now: Measurement, robot: RobotModel) -> Reading:
-    """Makes a `Reading` of the latest statuses of a robot's parts.
+    """Makes a `Reading` from the latest statuses of a robot's parts.
 
     Args:
         now: The latest statuses.
@@ -58,7 +58,10 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
         RemoSplatError: The arm or the base has sent no status yet.
     """
     if now.arm is None or (robot.n_base and now.base is None):
-        raise RemoSplatError("not all parts of the robot have sent a status")
+        raise RemoSplatError(
+            "a part of the robot has sent no status yet: "
+            "check that all drivers run"
+        )
     q, stamps = now.arm.q, [now.arm.stamp] * len(now.arm.q)
     if now.base is None or not robot.n_base:
         return Reading(now, np.array(stamps), q, q)
@@ -94,7 +97,7 @@ def await_robot(
 ) -> Reading:
     """Listens until the robot may move and its pose in the map is known.
 
-    A localisation reports the pose only after some fixes.
+    A localisation reports the pose only after some measurements.
 
     Args:
         link: The link to the robot's drivers.
@@ -118,10 +121,10 @@ def await_robot(
 
 
 def recording_of(ticks: Sequence[Played], robot: RobotModel) -> Recording:
-    """Returns the ticks of a profile as a recording.
+    """Returns the ticks of a velocity profile as a recording.
 
-    A base is recorded by its odometry, since corrections by a localisation are
-    not motions.
+    The base's motion is taken from its odometry, since a correction by a
+    localisation is not a motion.
 
     Args:
         ticks: The ticks, at least one.

@@ -21,7 +21,7 @@ _BLOCK = re.compile(
 def with_actuators(
     text: str, actuators: Sequence[Actuator], names: Sequence[str], when: str
 ) -> str:
-    """Writes actuators into a description; the rest does not change.
+    """Returns a description with new actuators and otherwise unchanged text.
 
     Args:
         text: The description's YAML.

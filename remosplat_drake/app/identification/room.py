@@ -12,7 +12,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 
 class NoRoomError(RemoSplatError):
-    """An axis cannot move without violating a distance."""
+    """Raised if an axis cannot move without coming too near to an obstacle."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Room:
     dt: float
 
     def about(self, reading: Reading) -> "Room":
-        """Returns the room with the uncertainty of the base's pose in the map.
+        """Returns the room, with the uncertainty of the base's pose in its map.
 
         Args:
             reading: The states of the base's drivers.
@@ -40,7 +40,7 @@ class Room:
         return dc.replace(self, field=reading.seen(self.field))
 
     def problem(self, q: np.ndarray) -> str:
-        """Describes a pair that is too near at a configuration, or returns "".
+        """Describes a pair that is too near; returns "" if none is.
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].
@@ -52,8 +52,8 @@ class Room:
         nearest = self.field.clearances(spheres, least).minimum()
         if not nearest >= least:
             return (
-                f"the scene is {1e3 * nearest:.0f} mm away, at least"
-                f" {1e3 * least:.0f} mm are kept"
+                f"the scene is {1e3 * nearest:.0f} mm away, nearer than the "
+                f"{1e3 * least:.0f} mm that are kept"
             )
         apart = self.own.distances(q, self.own.stopping)
         if not (apart >= self.own.stopping).all():
@@ -62,11 +62,11 @@ class Room:
         return ""
 
     def surroundings(self, q: np.ndarray) -> Surroundings:
-        """Returns the data that verification needs to judge paths.
+        """Returns the data that verification needs to check paths.
 
         Args:
-            q: Configuration without a problem, at which the paths start, shape
-                (n_q,) [m, rad].
+            q: Configuration at which the paths start, for which `problem`
+                returns "", shape (n_q,) [m, rad].
         """
         robot, reach = self.own.robot, 2.0 * self.clearance
         state = robot.state(q)

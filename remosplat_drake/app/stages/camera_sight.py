@@ -1,4 +1,4 @@
-"""The stage of simulated cameras that detect movers."""
+"""Adds simulated cameras that detect movers, as a stage."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -52,7 +52,7 @@ def AddCameraSight(
 
 
 def known_scene(scenario: Scenario, world: World) -> KnownScene:
-    """Makes the known scene for the detection of movers.
+    """Makes the scene that the detection of movers compares images with.
 
     Args:
         scenario: The scenario.

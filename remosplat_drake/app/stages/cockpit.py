@@ -1,4 +1,4 @@
-"""Stages of the cockpit, and the inputs of its process."""
+"""Adds the stages of the cockpit, the operator's own page."""
 
 from collections.abc import Sequence
 
@@ -27,13 +27,13 @@ def AddCockpitOperator(
     process: CockpitProcess,
     scenes: Sequence[PrimitiveScene],
 ) -> CockpitOperator:
-    """Adds an operator at the cockpit; the caller connects it.
+    """Adds the system that outputs the operator's requests from the cockpit.
 
     Args:
         builder: The builder of the diagram.
-        process: The cockpit.
-        scenes: The scenes of a simulated camera, which a person selects in
-            turns.
+        process: The process of the cockpit.
+        scenes: The true scenes of a simulated camera, between which a person
+            switches.
     """
     return builder.AddSystem(CockpitOperator(process=process, scenes=scenes))
 
@@ -78,7 +78,7 @@ def cockpit_job(
     port: int | None,
     hardware: bool,
 ) -> CockpitJob:
-    """Returns the inputs of the cockpit's process.
+    """Returns the settings that start the cockpit's process.
 
     Args:
         loop: The control loop.
@@ -123,7 +123,7 @@ def cockpit_job(
 def first_picture(
     loop: ControlLoop, teleoperation: Teleoperation
 ) -> MapPicture:
-    """Returns the first map of the cockpit.
+    """Returns the first map that the cockpit draws.
 
     Args:
         loop: The control loop.

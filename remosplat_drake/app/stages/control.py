@@ -1,4 +1,4 @@
-"""Stages that choose the command: oracle, controller, look-ahead."""
+"""Adds the stages that choose the command: oracle, controller, look-ahead."""
 
 import math
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def AddOracle(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: The content of the scenario's files, the map among them.
+        world: The content of the scenario's files, including the map.
         configuration: The output port of the measured q, n_q entries.
     """
     return DistanceOracle.AddToBuilder(
@@ -67,7 +67,7 @@ def AddController(
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
         rest: Condition under which a robot at a reached target stands still;
-            None: it never does.
+            None if it never does.
     """
     return ReactiveController.AddToBuilder(
         builder,
@@ -80,7 +80,7 @@ def AddController(
 
 
 def arrival_of(scenario: Scenario) -> Callable[[PoseError], bool]:
-    """Returns a scenario's predicate: whether an error counts as arrival."""
+    """Returns the function that decides whether an error counts as arrival."""
     return partial(has_arrived, config=scenario.arrival)
 
 
@@ -116,7 +116,7 @@ def AddGuidance(
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms
         process = LookAheadProcess(rule, budget, oracle.field.for_look_ahead)
-        # More frequent requests than results would only cost time.
+        # Requests that come more often than results would only cost time.
         period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,

@@ -1,4 +1,4 @@
-"""The stage of the log, and the logged values of a run."""
+"""Adds the log of a run's ticks and events, as a stage."""
 
 from pathlib import Path
 
@@ -12,11 +12,11 @@ from remosplat_drake.recording.trajectory_log import TrajectoryLog
 def what_happens(
     loop: ControlLoop, live_map: LeafSystem | None
 ) -> dict[str, OutputPort]:
-    """Returns the ports that describe a run, by their inputs.
+    """Returns the output ports that the log reads, by the names of its inputs.
 
     Args:
         loop: The control loop, with or without a supervisor.
-        live_map: The map that grows meanwhile; None without one.
+        live_map: The map that grows during the run; None without one.
     """
     ports = {
         "report": loop.report,
@@ -41,10 +41,10 @@ def AddLog(
     Args:
         builder: The builder of the diagram.
         loop: The control loop whose ticks are written.
-        folder: Folder of a teleoperation's run, which gets the log; None for
-            another run, which has no folder.
+        folder: Folder of a teleoperation's run, for the log; None for other
+            runs, which have no folder.
         live_map: The map whose events are written; None without one.
-        recorder: Writes the run as an MCAP file; None for none.
+        recorder: Writer of the run as an MCAP file; None for none.
 
     Raises:
         FileError: The files of the log cannot be made.

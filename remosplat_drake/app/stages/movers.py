@@ -1,4 +1,4 @@
-"""Stages of movers, and of the robot's perception of them."""
+"""Adds the movers (moving obstacles) and the robot's perception of them."""
 
 from collections.abc import Callable, Sequence
 
@@ -52,7 +52,7 @@ def _things(
     *,
     hardware: bool,
 ) -> OutputPort | None:
-    """The output port of all movers except other robots, if there are any."""
+    """Returns the port of all movers except other robots; None without any."""
     if station.HasOutputPort(ports.MOVERS):
         return station.GetOutputPort(ports.MOVERS)
     tracks = tracks_of(scenario)
@@ -94,16 +94,15 @@ def AddMoverSensor(
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
         oracle: The system that outputs the map, which cameras use.
-        truth: The output port of the true `Movers`; None where nothing moves.
+        truth: The output port of the true `Movers`; None if there are none.
 
     Returns:
-        The output port of the known `Movers`; None if the robot never knows of
-        any.
+        The output port of the known `Movers`; None if the robot perceives none.
     """
     if truth is None:
         return None
     if scenario.movers_from != TRUTH:
-        # Only runs with cameras import their modules.
+        # Runs without cameras do not import the modules of cameras.
         from remosplat_drake.app.stages.camera_sight import AddCameraSight
 
         return AddCameraSight(

@@ -1,4 +1,4 @@
-"""`Operation`: the systems of a diagram whose target an operator moves."""
+"""`Operation`: the stages by which an operator moves the target."""
 
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
@@ -23,13 +23,13 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 
 class Operation:
-    """Adds an operator's stages before, in and around a control loop.
+    """Adds an operator's target, live map and display to a control loop.
 
     Args:
         builder: The builder of the diagram.
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on; None draws nothing.
-        cockpit: The operator's own page; None for none.
+        cockpit: The cockpit, the operator's own page; None for none.
         hardware: Whether the robot is the real one.
 
     Attributes:
@@ -72,7 +72,8 @@ class Operation:
             world,
             configuration,
             self._teleoperation,
-            # A visitor of a real robot's page must not move the robot.
+            # The page of a real robot gets no panel: its visitors must not move
+            # the robot.
             None if self._hardware else self._page,
             [self.operator] if self.operator is not None else [],
         )

@@ -1,4 +1,4 @@
-"""The stage between measurements and control: the predicted robot state."""
+"""Adds the stage that predicts the robot's state from its measurements."""
 
 from collections.abc import Iterable
 
@@ -19,7 +19,7 @@ from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.actuated_command import ActuatedCommand
 
 _STEPS = 4
-"""Number of steps of a simulated robot's actuators in a control period."""
+"""Number of simulation steps of a robot's actuators in a control period."""
 
 
 def AddPrediction(
@@ -32,9 +32,9 @@ def AddPrediction(
 ) -> MotionPredictor | None:
     """Adds the predictor, if the robot's axes follow commands with a delay.
 
-    A simulated robot without actuators in its description executes commands at
-    once. A real robot whose axes have not been identified has cautious
-    defaults.
+    A simulated robot whose description has no actuators executes commands at
+    once, and needs no predictor. A real robot whose axes have not been
+    identified gets cautious default delays.
 
     Args:
         builder: The builder of the diagram.
@@ -74,7 +74,7 @@ def AddActuators(
     robot: RobotModel,
     executed: OutputPort,
 ) -> OutputPort:
-    """Adds the delays and lags in a robot's description to a simulated robot.
+    """Adds the delays and lags of a robot's description to its simulation.
 
     Args:
         builder: The builder of the diagram.
@@ -108,7 +108,7 @@ def ConnectPrediction(
     Args:
         builder: The builder of the diagram.
         predictor: The predictor that `AddPrediction` made.
-        readers: The systems that read the `Motion`.
+        readers: The systems that read the predicted `Motion`.
         inputs: The output ports for the predictor's inputs, by their names.
     """
     for name, port in inputs.items():

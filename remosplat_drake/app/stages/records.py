@@ -1,4 +1,4 @@
-"""Stages that observe: the robot's state, and records of the run."""
+"""Adds the stages that observe: the robot's state, and records of the run."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 

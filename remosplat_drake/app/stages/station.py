@@ -1,4 +1,4 @@
-"""Stages of the robot: its station, and the localisation of its base."""
+"""Adds the station (simulated or real robot) and the base's localisation."""
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
@@ -40,7 +40,8 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
             )
         scene, objects = world.truth, ()
         if isinstance(scenario.station, DynamicStation):
-            # In the station, objects are separate bodies, which may move.
+            # The fixed scene excludes the objects: in the station they are
+            # separate bodies, which may move.
             scene, objects = world.fixed_truth, world.objects
         return MakeSimulatedStation(
             config=scenario.station,
@@ -70,7 +71,7 @@ def AddLocalization(
         odometry: The output port of the measured q, n_q entries.
 
     Returns:
-        None if the base is fixed or its odometry is trusted.
+        The system; None if the base is fixed or its odometry is used as it is.
     """
     if not robot.n_base or not scenario.mapping.corrects_base:
         return None
@@ -89,7 +90,7 @@ def ConnectUncertainty(
     localization: BaseLocalization | None,
     oracle: DistanceOracle,
 ) -> None:
-    """Connects the uncertainty of the base's pose with the oracle.
+    """Connects the uncertainty of the base's pose to the oracle.
 
     Args:
         builder: The builder of the diagram.

@@ -1,4 +1,4 @@
-"""Stages of the safety supervisor: itself, and its stop button."""
+"""Adds the safety supervisor, and its stop button on the page."""
 
 import dataclasses as dc
 
@@ -43,8 +43,8 @@ def AddSupervisor(
         return None
     config, supervisor_config = scenario.controller, scenario.supervisor
     if isinstance(station, HardwareStation):
-        # The latest status of an arm with a slow driver becomes older between
-        # two.
+        # With a slow arm driver, a status becomes older before the next one
+        # comes, so the permitted age is larger.
         age = supervisor_config.max_status_age
         age += scenario.hardware.arm_status_period
         supervisor_config = dc.replace(supervisor_config, max_status_age=age)
@@ -79,14 +79,16 @@ def AddPanel(
 ) -> SafetyPanel | None:
     """Adds the stop button, if there is a supervisor.
 
-    It is added before all other controls of the page, so that it is above them.
+    The stop button must be added before all other controls of the page, so that
+    it is above them.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         robot: The robot, for the length of u.
         page: The browser page; None has no button.
-        hardware: Whether a real robot moves, which no page may release.
+        hardware: Whether the robot is real; the page cannot release a real
+            robot.
 
     Returns:
         The panel; None without a page or a supervisor.

@@ -1,4 +1,4 @@
-"""The stage of the end effectors' targets."""
+"""Adds the stage that outputs the end effectors' targets."""
 
 from typing import cast
 
@@ -45,7 +45,9 @@ def AddTargets(
     listed = scenario_targets(scenario, world.truth, robot.effectors)
     if not any(listed.values()):
         raise FieldError(
-            scenario.source, "targets", "none given, here or in scene.truth"
+            scenario.source,
+            "targets",
+            "none given: name targets here, or a scene.truth with a target",
         )
     return TargetSequence.AddToBuilder(
         builder,
@@ -64,7 +66,7 @@ def AddOwnTargets(
     maker: TargetsMaker,
     configuration: OutputPort,
 ) -> Targets:
-    """Adds a user's system of targets.
+    """Adds a user's own system that outputs targets.
 
     Args:
         builder: The builder of the diagram.

@@ -1,4 +1,4 @@
-"""The stage of a task: its steps, inputs and outputs."""
+"""Adds the stage of a task, such as picking and placing objects."""
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
@@ -30,7 +30,7 @@ def AddTask(
     *,
     hardware: bool,
 ) -> TaskSystem:
-    """Adds what leads the robot through the tasks of a scenario.
+    """Adds the system that leads the robot through the tasks of a scenario.
 
     Args:
         builder: The builder of the diagram.
@@ -42,7 +42,7 @@ def AddTask(
     Raises:
         FieldError: A step is unusable.
     """
-    # Imported here, since it loads parts of scipy that other runs do without.
+    # Imported here, since it loads parts of scipy that other runs do not need.
     from remosplat_drake.task.object_spheres import fit_object, overhang
 
     robot, hands = world.robot, robot_hands(world.robot)
@@ -78,7 +78,7 @@ def AddTask(
 
 
 def task_port(targets: Targets, name: str) -> OutputPort | None:
-    """Returns an output port that only some targets have; None without it.
+    """Returns a port that only some systems of targets have; None without it.
 
     Args:
         targets: The system that outputs the targets of the end effectors.
@@ -97,12 +97,12 @@ def ConnectTask(
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> None:
-    """Connects a task with what it looks at, and with what it changes.
+    """Connects a task with the stages that it reads, and that it changes.
 
     Args:
         builder: The builder of the diagram.
-        targets: The system that says where the end effector shall go; nothing
-            is connected unless it leads through a task.
+        targets: The system that outputs the targets. If it does not lead
+            through a task, nothing is connected.
         robot: The robot.
         station: The robot as a system, simulated or real.
         velocity: The output port of the measured u, n_u entries.

@@ -1,4 +1,4 @@
-"""Stages of a teleoperation: its target, its live map, its log and views."""
+"""Adds the stages of a teleoperation: its target, live map and views."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
 @dc.dataclass(frozen=True, eq=False)
 class Teleoperation:
-    """Inputs that teleoperation of a diagram needs besides its scenario.
+    """Inputs that a teleoperated diagram needs besides its scenario.
 
     Attributes:
         run: Folder of the run, which gets the log of ticks and events.
@@ -52,8 +52,8 @@ class Teleoperation:
             without a live map.
         initial: The scenario's own map.
         reopened: The map of a session that is continued; None if it has none.
-        scenes: True scenes for a simulated camera, which a person selects in
-            turns.
+        scenes: True scenes for a simulated camera, between which a person
+            switches.
         operator: Another operator: a system with an output port `command` and
             an optional one, `map_requests`; None for no other.
     """
@@ -67,7 +67,7 @@ class Teleoperation:
 
     @property
     def first_map(self) -> SceneMap:
-        """The first map of a page: the session's, or else `initial`."""
+        """The first map that a page draws: the session's, or else `initial`."""
         return self.reopened or self.initial
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ def AddOperatorTarget(
         configuration: The output port of the measured q, n_q entries.
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page that gets a panel; None has none.
-        operators: Operators that the diagram already contains.
+        operators: Operator systems that the diagram already contains.
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable, or
@@ -165,7 +165,7 @@ def AddOperatorTarget(
 def wrist_camera_mount(
     scenario: Scenario, robot: RobotModel
 ) -> CameraMount | None:
-    """Returns the mount of the wrist camera; None if nothing is mapped.
+    """Returns the mount of the wrist camera; None if there is no live map.
 
     Args:
         scenario: The scenario.
@@ -188,7 +188,7 @@ def wrist_camera_mount(
 
 
 def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
-    """Connects the supervisor with the target, which stays at a stopped robot.
+    """Connects the supervisor to the target, which stays at a stopped robot.
 
     Args:
         builder: The builder of the diagram.
@@ -214,11 +214,11 @@ def AddLiveMap(
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
         teleoperation: The inputs of a teleoperated diagram.
-        hardware: Whether the robot is real: movers are then sensed by other
-            programs, which receive the version of the map in use.
+        hardware: Whether the robot is real. If so, other programs detect
+            movers, and receive the version of the map in use.
 
     Returns:
-        The live map; None if nothing is mapped.
+        The live map; None if mapping is disabled.
     """
     if teleoperation.mapping is None:
         return None
@@ -257,7 +257,7 @@ def AddLiveMap(
 def AddSettledRequests(
     builder: DiagramBuilder, loop: ControlLoop
 ) -> SettledRequests | None:
-    """Adds the requests to the live map for objects that have settled.
+    """Adds the system that requests the mapping of objects at rest.
 
     Args:
         builder: The builder of the diagram.
@@ -286,7 +286,7 @@ def AddOperatorViews(
     page: MeshcatPage,
     live_map: LiveMap | None,
 ) -> None:
-    """Adds views of the live map, of clearances and of velocities.
+    """Adds the views of the live map, of clearances and of velocities.
 
     Args:
         builder: The builder of the diagram.
