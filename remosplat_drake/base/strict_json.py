@@ -18,13 +18,14 @@ MAX_DEPTH = 32
 """Deepest nesting of lists and objects; all supported formats have less than
 ten."""
 
-_DIGITS_OF_64_BITS = 18
+_WHOLE = range(-(2**63), 2**63)
+_LONGEST = len(str(_WHOLE.start))
 
 
 def parse_json(text: str | bytes, where: str | Path) -> Any:
     """Parses a JSON text.
 
-    Integers beyond 64 bits become floats, as in most languages. NaN and
+    Integers that do not fit into 64 bits become floats. NaN and
     infinities are accepted, so that a later check can name the field.
 
     Args:
@@ -125,7 +126,7 @@ _TOO_DEEP = (
 
 
 def _whole_number(digits: str) -> int | float:
-    if len(digits) <= _DIGITS_OF_64_BITS:
+    if len(digits) <= _LONGEST and int(digits) in _WHOLE:
         return int(digits)
     return float(digits)
 

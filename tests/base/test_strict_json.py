@@ -48,10 +48,10 @@ def test_what_is_read():
 
 
 def test_whole_numbers_fit_an_array_or_are_floats():
-    largest = 10**18 - 1
-    for text in (str(largest), str(1 - largest // 10)):
-        assert parse_json(text, "a.json") == int(text)
-    for text in ("1" * 19, "-" + "1" * 30):
+    for whole in (0, 2**63 - 1, -(2**63)):
+        value = parse_json(str(whole), "a.json")
+        assert isinstance(value, int) and value == whole
+    for text in (str(2**63), str(-(2**63) - 1), "-" + "1" * 30):
         value = parse_json(text, "a.json")
         assert isinstance(value, float)
         assert value == float(text)
