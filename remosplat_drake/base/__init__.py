@@ -1,1 +1,1 @@
-"""Shared foundations: errors, ranges, files, processes and clocks."""
+"""Basic modules for all others: errors, ranges, files, processes, clocks."""

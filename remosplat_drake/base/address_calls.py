@@ -1,10 +1,10 @@
-"""Calls from kernels to functions that are compiled separately.
+"""Calls from kernels to a user's functions, which are compiled separately.
 
 A kernel contains the functions that it calls. When one of these changes, the
 kernel is compiled again, which takes minutes. To avoid this for a user's
-function, it is compiled separately, and the kernel calls it by its address. Its
-settings and arguments are named tuples, which the kernel passes in packed form;
-see `Packed`.
+function, the function is compiled separately, and the kernel calls it by its
+address. Its settings and arguments are named tuples, which the kernel passes in
+packed form; see `Packed`.
 """
 
 import hashlib
@@ -28,8 +28,9 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 DONE, RAISED, MISFIT = range(3)
-"""Results of a call: the function returned, raised an exception, or did not run
-because it was compiled for other arguments."""
+"""Results of a call: the function returned (DONE), raised an exception
+(RAISED), or did not run because it was compiled for other arguments
+(MISFIT)."""
 
 _WORD = ir.IntType(64)
 
@@ -37,9 +38,9 @@ _WORD = ir.IntType(64)
 class AddressedFunction:
     """A compiled function with settings, which kernels call by its address.
 
-    The function takes two named tuples: its settings and its input. It is
-    compiled once for all settings of the same type. Division by zero gives
-    infinity or NaN, as in NumPy.
+    The function takes two named tuples: its settings and its input. All
+    settings of the same type share one compiled function. Division by zero
+    gives infinity or NaN, as in NumPy.
 
     Attributes:
         words: The addresses of the function and of its settings, for kernels,
@@ -59,7 +60,7 @@ class AddressedFunction:
         Args:
             function: The function.
             settings: Its settings.
-            told: An example of its input; only the type is used.
+            told: An example of the function's input; only its type is used.
 
         Raises:
             NumbaError: The function cannot be compiled.
@@ -97,7 +98,7 @@ def _compiled(function: Callable, settings: PackedType, told: PackedType):
 
 
 def _digest(kind: types.Type) -> int:
-    """Returns a number that identifies a type in every process."""
+    """Returns a number that is equal in all processes for the same type."""
     digest = hashlib.sha256(repr(kind).encode()).digest()
     return int.from_bytes(digest[:8], "little", signed=True)
 
@@ -131,7 +132,7 @@ def _call(typing_context, function, settings, told):
         del signature
         words = packed_words(context, builder, told, arguments[2])
         first = store_words(builder, words)
-        # An address is passed like an integer.
+        # At this level, an address is passed as an integer.
         kind = ir.FunctionType(_WORD, [_WORD] * 3)
         called = builder.inttoptr(arguments[0], kind.as_pointer())
         digest = ir.Constant(_WORD, _digest(packed_type(told)))

@@ -1,4 +1,4 @@
-"""`AppendFile`: a file that only grows, and stays valid on a full disk."""
+"""`AppendFile`: a file that only grows, and stays valid if the disk is full."""
 
 import os
 from pathlib import Path
@@ -7,10 +7,11 @@ from remosplat_drake.base.errors import FileError
 
 
 class AppendFile:
-    """Appends each piece completely or not at all, and never raises.
+    """A file to which each piece is appended completely or not at all.
 
-    When `append` returns, the operating system has the piece, so it survives a
-    crash of this process. No call waits for the disk.
+    `append` never raises an exception and does not wait for the disk. When it
+    returns, the operating system has the piece, so the piece survives a crash
+    of this process.
 
     Args:
         path: The file, which must not exist; its folder is made.
@@ -35,14 +36,14 @@ class AppendFile:
             raise FileError(path, f"cannot be written: {problem}")
 
     def append(self, piece: bytes | memoryview) -> str:
-        """Appends a piece as a whole, or leaves the file as it was.
+        """Appends a whole piece, or leaves the file unchanged.
 
         Args:
             piece: The bytes to append.
 
         Returns:
-            The system's error message if it failed, such as "No space left on
-            device"; otherwise the empty string.
+            The system's error message, such as "No space left on device", if
+            the file is unchanged; otherwise the empty string.
         """
         rest = memoryview(piece)
         try:
@@ -58,17 +59,17 @@ class AppendFile:
         """Closes the file; nothing can be appended any more.
 
         Returns:
-            The problem with the file at its path, such as "was moved or deleted
-            meanwhile"; empty if the file is there.
+            A problem, such as "was moved or deleted while it was written";
+            empty if the file is still at its path.
         """
         ours = os.fstat(self._file)
         os.close(self._file)
         try:
             there = self.path.stat()
         except OSError:
-            return "was moved or deleted meanwhile"
+            return "was moved or deleted while it was written"
         return "" if os.path.samestat(ours, there) else "was replaced meanwhile"
 
     def _take_back(self) -> None:
-        """Removes a partly written piece, which works on a full disk, too."""
+        """Removes a partly written piece; this works on a full disk, too."""
         os.ftruncate(self._file, self._size)

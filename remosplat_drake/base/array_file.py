@@ -1,9 +1,9 @@
-"""Files of named arrays: `write_arrays` and `open_arrays`.
+"""Writes and opens files of named arrays: `write_arrays`, `open_arrays`.
 
-Layout: `_PREFIX`, a header of JSON, and the arrays one after the other, each of
-them at a multiple of 64 bytes, little-endian. The header holds a document of
-the caller and, in the order of the arrays, their names, types, shapes and
-checksums, from which their positions follow.
+A file has a prefix of fixed size (`_PREFIX`), a JSON header, and the arrays one
+after the other, little-endian, each at a multiple of 64 bytes. The header
+contains a document of the caller and the names, types, shapes and checksums of
+the arrays, in order; the arrays' positions follow from these.
 
 Writing a file returns its seal, the SHA-256 of the header. A caller that passes
 the seal opens the file at once: its arrays are mapped into memory and not read.
@@ -28,10 +28,12 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.json_fields import JsonFields, parse_fields
 
 _PREFIX = struct.Struct("<8sIIQ32s")
-"""Magic, format, sizes of the header and of the file, the header's SHA-256."""
+"""The prefix of a file: magic bytes, format version, sizes of the header and of
+the file, and the header's SHA-256."""
 
 _ALIGNMENT = 64
-"""Size of a cache line: some kernels read records of whole cache lines."""
+"""Alignment of arrays [bytes]. It is the size of a cache line, since some
+kernels read records of whole cache lines."""
 
 _LONGEST_HEADER = 1 << 20
 _LARGEST_ARRAY = 1 << 40
@@ -59,7 +61,7 @@ class FileKind:
 
 
 class VersionError(FileError):
-    """A file has an unsupported version of its format."""
+    """Raised if a file has an unsupported version of its format."""
 
 
 @dc.dataclass(frozen=True)
@@ -80,8 +82,8 @@ class ArrayFile:
     Attributes:
         path: Path of the file.
         document: The JSON document that is stored with the arrays.
-        is_sealed: Whether the seal matched. If so, the arrays are views of the
-            file; otherwise they are views of memory that was checked.
+        is_sealed: Whether the file was opened with its seal. If so, the arrays
+            are views of the file; otherwise they are views of checked memory.
     """
 
     path: Path
@@ -159,15 +161,15 @@ def write_arrays(
 def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
     """Opens a file of named arrays.
 
-    A file that is opened with its seal may be deleted or replaced while it is
-    in use, but not written into.
+    While a file that was opened with its seal is in use, it may be deleted or
+    replaced, but its bytes must not be changed.
 
     Args:
         path: The file.
         kind: The kind of file that it must be.
-        seal: The return value of `write_arrays` in this run of the program; the
-            arrays are then mapped into memory unread. None reads the file and
-            checks each array on first use.
+        seal: The return value of `write_arrays` in this run of the program: the
+            arrays are then mapped into memory and not read. None reads the
+            file, and checks each array on first use.
 
     Raises:
         VersionError: The file has an unsupported version of its format.
@@ -177,7 +179,7 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
     data = _read(path) if seal is None else _map(path)
     header = _header(path, kind, data)
     if seal is not None and hashlib.sha256(header).hexdigest() != seal:
-        raise FileError(path, "is not the file that was written here")
+        raise FileError(path, "is not the file that this program wrote")
     fields = parse_fields(bytes(header), str(path))
     places = _find(path, fields.inner("arrays"), len(header), len(data))
     document = fields.inner("document")
@@ -187,14 +189,16 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
 def _read(path: Path) -> memoryview:
     """Reads the file into memory."""
     try:
-        # Pipes and devices may never end.
+        # Only regular files are read, since a pipe or device may never end.
         if not path.is_file() and path.exists():
             raise FileError(path, "is not a file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
             data = np.empty(size, np.uint8).data
             if file.readinto(data) != size:
-                raise FileError(path, "changes while it is read")
+                raise FileError(
+                    path, ("was changed by another program while it was read")
+                )
             return data
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
@@ -204,7 +208,7 @@ def _map(path: Path) -> memoryview:
     """Maps the file into memory.
 
     The mapping is private and writable, since kernels are compiled for writable
-    arrays.
+    arrays. Writes to it do not change the file.
     """
     try:
         with path.open("rb") as file:
@@ -231,7 +235,7 @@ def _header(path: Path, kind: FileKind, data: memoryview) -> memoryview:
         )
     if len(data) != end:
         raise FileError(
-            path, f"is cut off: it has {len(data)} bytes instead of {end}"
+            path, f"is truncated: it has {len(data)} bytes instead of {end}"
         )
     header = data[_PREFIX.size :][: min(size, _LONGEST_HEADER)]
     if hashlib.sha256(header).digest() != digest:
@@ -252,7 +256,7 @@ def _find(
             raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")
         if len(shape) > _MOST_DIMENSIONS:
             raise entry.error("shape", "has too many dimensions")
-        # The other dimensions of an empty array are bounded, too.
+        # If one dimension is 0, the others must be bounded, too.
         size = np.dtype(dtype).itemsize * math.prod(max(n, 1) for n in shape)
         if size > _LARGEST_ARRAY:
             raise entry.error("shape", "is too large")

@@ -1,8 +1,8 @@
 """Sends values with large arrays without blocking this process's threads.
 
-Pickling a whole map copies its arrays, and blocks other threads of Python for
-some milliseconds. This module writes the arrays one by one without copies, and
-other threads continue.
+Pickling a whole map would copy its arrays, and block other threads of Python
+for some milliseconds. This module writes the arrays one by one without copies,
+while other threads continue.
 """
 
 import dataclasses as dc
@@ -13,13 +13,14 @@ from typing import Any
 
 @dc.dataclass(frozen=True)
 class ArrayHeader:
-    """The message before the arrays of a value.
+    """The message that precedes the arrays of a value.
 
     Attributes:
         body: Pickle of the value, without its arrays.
         sizes: Number of bytes of each array that follows.
-        read_only: Whether each array is read-only. Kernels would be compiled
-            again for writable arrays, which takes half a minute.
+        read_only: Whether each array is read-only. The receiver restores this
+            flag, since kernels would be compiled again for writable arrays,
+            which takes half a minute.
     """
 
     body: bytes
@@ -28,7 +29,7 @@ class ArrayHeader:
 
 
 def send_arrays(connection: Connection, value: object) -> None:
-    """Sends a value; waits for the reader if arrays exceed the pipe's buffer.
+    """Sends a value; waits for the reader if the pipe's buffer is full.
 
     Args:
         connection: The sender's end of the pipe.

@@ -12,9 +12,9 @@ from remosplat_drake.base.errors import FileError
 
 @contextmanager
 def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
-    """Opens a temporary file that takes the place of `path` at the end.
+    """Opens a temporary file that replaces `path` at the end of the block.
 
-    After an exception inside the block, `path` is as it was before.
+    If the block raises an exception, `path` is unchanged.
 
     Raises:
         FileError: The folder cannot be made or written, `path` is a folder,
@@ -69,16 +69,17 @@ def _umask() -> int:
 
 
 def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
-    """Replaces a text file, and undoes that if it does not pass a check.
+    """Replaces a text file, and restores the old content if a check fails.
 
     Args:
         path: The file, which exists.
         text: Its new content.
-        check: Reads the file; if it raises, the old content is restored.
+        check: Function that reads the new file; if it raises an exception, the
+            old content is restored.
 
     Raises:
         FileError: The folder cannot be made or written.
-        Exception: The exception of the check.
+        Exception: The exception that `check` raised.
     """
     before = path.read_bytes()
     write_atomically(path, text)

@@ -22,7 +22,7 @@ ONE_THREAD = {
 }
 """Environment variables that keep a child process to one thread.
 
-`LP_NUM_THREADS` is that of Mesa's software renderer llvmpipe.
+`LP_NUM_THREADS` is the variable of Mesa's software renderer llvmpipe.
 """
 
 
@@ -46,10 +46,11 @@ _inside = _Inside()
 def one_thread_environment() -> Iterator[None]:
     """Sets `ONE_THREAD` for child processes that the block starts.
 
-    Numerical libraries read the variables when they load. Only the environment
-    of the C library changes, which children inherit. `os.environ` of this
-    process stays as it is, because Numba reads it at each compilation and fails
-    if the number of threads has changed. Blocks of several threads may overlap.
+    Numerical libraries read these variables when they load. Only the
+    environment of the C library changes, which child processes inherit.
+    `os.environ` of this process does not change, because Numba reads it at each
+    compilation and fails if the number of threads has changed. The blocks of
+    several threads may overlap in time.
     """
     with _inside.lock:
         _inside.count += 1
@@ -76,10 +77,11 @@ def _restore() -> None:
 class ChildProcess:
     """A daemon process with a pipe, started by multiprocessing's spawn.
 
-    Its numerical libraries use one thread. Its scheduling policy is
-    SCHED_OTHER, independent of the starting thread; it may be niced, and
-    ignores Ctrl-C (SIGINT), which its parent handles. Its target must return
-    when the pipe is closed (EOFError).
+    The process ignores Ctrl-C (SIGINT), which its parent handles, and its
+    numerical libraries use one thread. Its scheduling policy is SCHED_OTHER,
+    even if the starting thread has a real-time priority; its nice value can be
+    increased. Its target function must return when the pipe is closed
+    (EOFError).
 
     Attributes:
         connection: The parent's end of the pipe; None while no process runs or
@@ -106,7 +108,7 @@ class ChildProcess:
 
     @property
     def is_down(self) -> bool:
-        """Whether no process runs or is starting."""
+        """Whether no process runs or starts."""
         return self._starter is None
 
     def start(self, *arguments: object) -> None:
@@ -125,19 +127,22 @@ class ChildProcess:
             The parent's end of the pipe, and the process.
 
         Raises:
-            RuntimeError: The process cannot be started; a traceback says why.
+            RuntimeError: The process cannot be started; a traceback on stderr
+                states the reason.
         """
         if self._starter is not None:
             self._starter.join()
         if self.connection is None or self.process is None:
-            raise RuntimeError(f"the process {self._name!r} has not started")
+            raise RuntimeError(
+                f"the process {self._name!r} could not be "
+                "started; see the traceback above"
+            )
         return self.connection, self.process
 
     def _spawn(self, *arguments: object) -> None:
-        # Starting the resource tracker unblocks SIGINT, so it is started first.
-        # The process inherits the settings below: SIGINT is blocked from its
-        # start, and it has no real-time priority even if the control loop has
-        # one.
+        # The new process inherits the settings below: SIGINT is blocked, and it
+        # has no real-time priority, even if the control loop has one. Python's
+        # resource tracker is started before, since its start unblocks SIGINT.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -154,7 +159,8 @@ class ChildProcess:
                 process.start()
             self.process = process
         finally:
-            # Without a process, the first read finds the other end closed.
+            # If no process has started, the first read raises EOFError, since
+            # the other end is closed.
             theirs.close()
             self._poll.register(connection.fileno(), select.POLLIN)
             self.connection = connection
@@ -175,9 +181,10 @@ class ChildProcess:
             self._poll.poll(1e3 * timeout)
 
     def end(self, patience: float = 2.0) -> None:
-        """Closes the pipe, which ends the process, and waits for its exit.
+        """Ends the process by closing its pipe, and waits for its exit.
 
-        Does nothing if no process runs. `start` may then start another one.
+        If no process runs, nothing happens. Afterwards, `start` may start
+        another process.
 
         Args:
             patience: Time after which the process is killed [s].

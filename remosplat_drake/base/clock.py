@@ -1,4 +1,4 @@
-"""Wall-clock stamps, tick numbers, lap times, and fixed-rate loops."""
+"""Clocks: wall-clock stamps, tick numbers, lap times, fixed-rate loops."""
 
 import math
 import time
@@ -7,7 +7,7 @@ MICROSECONDS = 1_000_000
 """Microseconds in a second; message stamps are in microseconds."""
 
 LATEST_START = 0.5
-"""Largest delay at the start of a tick, as a fraction of the period."""
+"""Largest delay with which a tick may start, as a fraction of the period."""
 
 
 def wall_utime() -> int:
@@ -18,21 +18,21 @@ def wall_utime() -> int:
 def next_tick(now: float, period: float, latest: int) -> int:
     """Returns the number of the next tick that can still start in time.
 
-    Tick n is due at n * period, counted from the Unix epoch as Drake counts its
-    periodic events from 0. Ticks that would start more than `LATEST_START` of a
-    period late are skipped.
+    Tick n is due at n * period after the Unix epoch, as Drake's periodic events
+    are due at multiples of their period. A tick that would start later than
+    `LATEST_START` of a period after its due time is skipped.
 
     Args:
         now: Wall-clock time since the Unix epoch [s].
         period: Time between two ticks [s].
-        latest: Number of the latest tick; the next one is higher even if the
-            clock was set back.
+        latest: Number of the latest tick. The returned number is higher, even
+            if the clock was set back.
     """
     return max(latest + 1, math.ceil(now / period - LATEST_START))
 
 
 def sleep_until(wake: float, longest: float) -> None:
-    """Sleeps until a time of the wall clock, even if that is set back.
+    """Sleeps until a time of the wall clock, even if the clock is set back.
 
     Args:
         wake: Wall-clock time to return at, since the Unix epoch [s].
@@ -69,8 +69,8 @@ class Pacer:
     """Holds a driver's loop to a fixed period on the monotonic clock.
 
     A late loop runs without pauses until it has caught up. After a stall longer
-    than `patience` the backlog is dropped, since a burst of outdated ticks is
-    of no use.
+    than `patience`, the missed ticks are dropped, since a burst of outdated
+    ticks has no use.
 
     Attributes:
         ticks: Number of calls of `wait`.
@@ -84,7 +84,7 @@ class Pacer:
 
         Args:
             period: Time between two ticks [s].
-            patience: Longest backlog that the loop catches up with [s].
+            patience: Longest delay that the loop catches up with [s].
         """
         self._period = period
         self._patience = patience

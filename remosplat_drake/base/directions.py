@@ -1,4 +1,4 @@
-"""Evenly distributed directions."""
+"""Makes directions that are evenly distributed over the sphere."""
 
 import numpy as np
 

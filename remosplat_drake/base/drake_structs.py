@@ -1,9 +1,9 @@
-"""Drake's own structs as fields of files, `SimulatorConfig` for example.
+"""Lets files contain Drake's own structs, such as `SimulatorConfig`.
 
-pydrake lists the fields of each struct (`__fields__`). Their types become
-annotations like those of this package. A vector is a list of numbers with the
-length that it has in a new struct. Random distributions are excluded, since a
-scenario is deterministic.
+pydrake lists the fields of each struct (`__fields__`). This module turns their
+types into annotations like those of this package. A vector becomes a list of
+numbers, with the length that it has in a new struct. Random distributions are
+excluded, since a scenario is deterministic.
 """
 
 import copyreg
@@ -18,7 +18,7 @@ from annotated_types import Len
 from pydrake.common.schema import Rotation
 
 _RANDOM = ("Deterministic", "Gaussian", "Uniform", "_Invalid")
-"""Prefixes of the names of Drake's distributions."""
+"""Prefixes of the class names of Drake's random distributions."""
 
 
 def is_struct(kind: Any) -> bool:
@@ -32,17 +32,17 @@ def is_record(kind: Any) -> bool:
 
 
 def member(record: Any, name: str) -> Any:
-    """Returns a field's value; for Drake's rotations, the alternative."""
+    """Returns a field's value; of Drake's `Rotation`, the active variant."""
     value = getattr(record, name)
     return value.value if isinstance(value, Rotation) else value
 
 
 @functools.cache
 def struct_fields(struct: Any) -> dict[str, Any]:
-    """Returns the annotations of a struct's fields, in types of files.
+    """Returns the annotations of a struct's fields, with types for files.
 
-    This call also makes structs of this type picklable, since configurations
-    are sent to other processes.
+    It also makes structs of this type picklable, since configurations are sent
+    to other processes.
     """
     new = struct()
     copyreg.pickle(struct, _reduced)
@@ -53,7 +53,7 @@ def struct_fields(struct: Any) -> dict[str, Any]:
 
 
 def _reduced(struct: Any) -> tuple[Any, ...]:
-    """The state of a struct for `pickle`."""
+    """Returns the constructor and the state of a struct, for `pickle`."""
     names = struct_fields(type(struct))
     return _restored, (type(struct), {n: member(struct, n) for n in names})
 

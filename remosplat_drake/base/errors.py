@@ -23,11 +23,12 @@ class RemoSplatError(Exception):
 
 
 class FileError(RemoSplatError):
-    """A file is missing, unreadable or of the wrong kind.
+    """Raised if a file is missing, unreadable or of the wrong kind.
 
     Attributes:
         path: The file or folder.
-        problem: What is wrong with the file, after its name in the message.
+        problem: Description of the problem, which follows the file's name in
+            the message.
     """
 
     def __init__(self, path: str | Path, problem: str):
@@ -37,12 +38,12 @@ class FileError(RemoSplatError):
 
 
 class FieldError(RemoSplatError):
-    """A named field of a file, scenario or flag has an unusable value.
+    """Raised if a field of a file, scenario or flag has an unusable value.
 
     Attributes:
-        where: The file (with its line, where that is known), flag or class.
-        field: Path of the field inside it, such as `oracle.n_sigma`.
-        problem: What is wrong with the value.
+        where: The file (with its line, if that is known), flag or class.
+        field: Path of the field inside the file, such as `oracle.n_sigma`.
+        problem: Description of the problem with the value.
     """
 
     def __init__(self, where: str, field: str, problem: str):
@@ -53,7 +54,7 @@ class FieldError(RemoSplatError):
 
 
 class MissingExtraError(RemoSplatError):
-    """A feature needs a package of an optional extra that is not installed."""
+    """Raised if a package of an optional extra is not installed."""
 
     def __init__(self, feature: str, extra: str):
         super().__init__(
@@ -63,17 +64,17 @@ class MissingExtraError(RemoSplatError):
 
 
 _MANY, _LISTED = 12, 5
-"""Largest number of names of which all are listed, and the number of listed
-names if there are more."""
+"""Largest number of valid names that an error lists completely, and the number
+that it lists if there are more."""
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
     """Formats an error about an unknown name, with a guess and valid names.
 
-    It lists the closest of many names.
+    If there are many valid names, only the most similar ones are listed.
 
     Args:
-        kind: The kind of thing that the name stands for, such as "robot".
+        kind: The kind of thing that has the name, such as "robot".
         name: The name that was given.
         valid: The valid names.
 

@@ -1,6 +1,6 @@
-"""Configurations of other packages, named as `package.module:Class`.
+"""Finds classes of other packages, which files name `package.module:Class`.
 
-A field accepts them if its annotation contains a `Protocol`:
+A field accepts such a class if its annotation contains a `Protocol`:
 
     oracle: SphereToEllipsoid | GroundTruth | OracleMaker
 
@@ -35,7 +35,7 @@ def find_extension(
 
     Python's import path is searched first. If the module is not found, the
     folder of the file that names it is appended to `sys.path`. As the last
-    entry, it hides no installed module, and child processes inherit it.
+    entry, the folder hides no installed module, and child processes inherit it.
 
     Args:
         name: The name, as `package.module:Class`.
@@ -90,7 +90,8 @@ def extension_name(kind: type) -> str:
     """Returns the name by which `find_extension` finds a class.
 
     Raises:
-        RemoSplatError: The class is not in a module, so no name finds it.
+        RemoSplatError: The class is not in a module that can be imported by
+            name.
     """
     name = kind.__qualname__
     if kind.__module__ == "__main__" or not name.isidentifier():
@@ -101,7 +102,7 @@ def extension_name(kind: type) -> str:
 
 
 def extensions_in(config: Config) -> Iterator[Config]:
-    """Returns all configurations inside `config` that other packages define."""
+    """Returns the configurations in `config` that other packages define."""
     for name in field_types(type(config)):
         yield from _extensions_of(getattr(config, name))
 

@@ -1,7 +1,7 @@
-"""Dataclasses of arrays, flattened to a JSON text and named arrays, and back.
+"""Converts dataclasses of arrays to JSON text and arrays, and back.
 
-Values are arrays, dataclasses, tuples, lists, numbers, strings and None, nested
-in any way. `restore` returns an equal value, bit for bit.
+Supported values are arrays, dataclasses, tuples, lists, numbers, strings and
+None, nested in any way. `restore` returns a value that is equal bit for bit.
 """
 
 import dataclasses as dc
@@ -31,14 +31,14 @@ def restore(kind: type[T], text: str, arrays: Mapping[str, np.ndarray]) -> T:
     """Rebuilds a value from the results of `flatten`.
 
     Args:
-        kind: Dataclass of the value. Only dataclasses that its fields are
-            declared to hold are created.
+        kind: Dataclass of the value. Only this dataclass, and those in the
+            annotations of its fields, can be created.
         text: The JSON text.
         arrays: The arrays.
 
     Raises:
         RemoSplatError: The text is not JSON, or a dataclass rejects a field.
-        LookupError: An array or a dataclass is unknown.
+        LookupError: The text names an unknown array or dataclass.
         TypeError: The value is of another kind.
     """
     value = _restored(parse_json(text, "text"), arrays, _dataclasses(kind))
@@ -76,7 +76,7 @@ def _flat(value: object, arrays: dict[str, np.ndarray]) -> object:
             if field.init
         }
         return {"dataclass": type(value).__name__, "fields": fields}
-    raise TypeError(f"cannot flatten {type(value).__name__}")
+    raise TypeError(f"cannot store a value of type {type(value).__name__}")
 
 
 def _restored(
@@ -98,7 +98,7 @@ def _restored(
 
 
 def _dataclasses(kind: Any) -> dict[str, type]:
-    """Returns a type and all dataclasses that it may hold, by name."""
+    """Returns a type and all dataclasses that it may contain, by name."""
     found: dict[str, type] = {}
     waiting = [kind]
     while waiting:

@@ -1,7 +1,7 @@
 """Reads selected fields of YAML that other programs write, with line numbers.
 
-`strict_yaml` rejects unknown fields, which the files of this package must not
-have. Here unknown fields are ignored, and required fields must exist.
+Unknown fields are ignored, and required fields must exist. In contrast,
+`strict_yaml`, which reads the files of this package, rejects unknown fields.
 """
 
 import typing
@@ -22,7 +22,7 @@ from remosplat_drake.base.yaml_nodes import (
 
 
 class ForeignValue:
-    """A value in a YAML file, with its line and its path.
+    """A value in a YAML file, with its line and its path in the document.
 
     Attributes:
         field: Path of the value inside its document; empty for the whole.
@@ -53,7 +53,7 @@ class ForeignValue:
         return ForeignValue(node, joined(self.field, name))
 
     def get(self, name: str) -> "ForeignValue":
-        """Returns a field of a mapping, which must be there.
+        """Returns a required field of a mapping.
 
         Raises:
             FieldError: This is not a mapping, or the field is missing.

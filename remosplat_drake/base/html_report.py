@@ -44,7 +44,8 @@ svg { max-width: 100%; height: auto; }
 """Style sheet (CSS) of a report."""
 
 OURS, OTHERS = "#2f6fae", "#b54708"
-"""Colours in plots: of the subject of a report, and of its reference."""
+"""Colours of the curves in plots: for the subject of a report, and for the
+reference that it is compared with."""
 
 
 def make_page(title: str, body: str, style: str = "") -> str:
@@ -53,7 +54,7 @@ def make_page(title: str, body: str, style: str = "") -> str:
     Args:
         title: The page's title and heading, as text.
         body: The part after the heading, as HTML.
-        style: Further rules of the style sheet.
+        style: Further CSS rules for the page.
     """
     name = html.escape(title)
     return (
@@ -69,7 +70,7 @@ def cards(values: Mapping[str, str]) -> str:
     """Writes highlighted numbers as HTML.
 
     Args:
-        values: The numbers as text, by their labels.
+        values: The numbers as formatted text, by their labels.
     """
     inner = "".join(
         f'<div class="card"><b>{html.escape(value)}</b>'
@@ -105,5 +106,5 @@ def to_svg(figure: Any) -> str:
     # Element names are hashes, so that equal figures give equal text.
     with rc_context({"svg.hashsalt": "remosplat"}):
         figure.savefig(text, format="svg", metadata={"Date": None})
-    # The XML header is not valid inside a page.
+    # The XML header is removed, since it is not valid inside a page.
     return text.getvalue()[text.getvalue().index("<svg") :]

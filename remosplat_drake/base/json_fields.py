@@ -1,4 +1,4 @@
-"""`JsonFields`: a foreign JSON object, read field by field with type checks."""
+"""`JsonFields`: an untrusted JSON object, read field by field with checks."""
 
 import math
 
@@ -15,8 +15,8 @@ _LARGEST = 2**53
 class JsonFields:
     """A JSON object whose fields are checked when they are read.
 
-    All methods but `has` and `names` raise `FieldError`, with the file's and
-    the field's name, if a field is missing, of another type or out of range.
+    If a field is missing, of another type or out of range, the methods except
+    `has` and `names` raise a `FieldError` that names the file and the field.
     """
 
     def __init__(self, value: object, where: str, field: str = ""):
@@ -53,7 +53,7 @@ class JsonFields:
         return list(self._values)
 
     def text(self, name: str) -> str:
-        """Returns a field that holds a string, which UTF-8 can encode."""
+        """Returns a field that holds a string, without lone surrogates."""
         return self._as_text(name, self._values.get(name))
 
     def flag(self, name: str) -> bool:
@@ -137,7 +137,8 @@ class JsonFields:
         is_number = isinstance(value, (int, float))
         if not is_number or isinstance(value, bool) or not _is_finite(value):
             raise self._wrong(name, "a finite number", value)
-        # An integer stays an integer, since 1 prints differently from 1.0.
+        # An integer is not converted to a float, since 1.0 prints differently
+        # from 1.
         return value if abs(value) <= _LARGEST else float(value)
 
     def _as_whole(self, name: str, value: object, least: int, most: int) -> int:

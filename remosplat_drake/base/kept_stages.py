@@ -1,8 +1,8 @@
 """`KeptStages`: results of finished stages, so that a long job can resume.
 
-Each finished stage is a file of arrays in one folder, with a digest of all that
-its result depends on. A restarted job reuses the stages that are still valid.
-At the end the folder is removed.
+Each finished stage is a file of arrays in one folder. The file contains a
+digest of all inputs of the stage, so that a restarted job reuses only results
+that are still valid. At the end of the job the folder is removed.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from remosplat_drake.base.version import __version__
 KIND = FileKind("finished stage", b"RSSTAGE\n", 1)
 
 SUFFIX = ".stage"
-"""File name extension of kept stages."""
+"""File name extension of the stages' files."""
 
 T = TypeVar("T")
 
@@ -58,12 +58,13 @@ class KeptStages:
         folder: Path | None,
         tell: Callable[[str], object] = lambda words: None,
     ):
-        """Prepares the stages; reads no file yet.
+        """Prepares the stages, without reading a file.
 
         Args:
-            folder: Folder of the stages, which need not exist; None keeps none.
-            tell: Receives one line for each stage that is reused or cannot be
-                reused.
+            folder: Folder of the stages' files, which need not exist; None
+                keeps no stages.
+            tell: Called with one line for each stage that is reused or cannot
+                be reused.
         """
         self._folder, self._tell = folder, tell
 
@@ -83,14 +84,14 @@ class KeptStages:
     def kept(
         self, name: str, kind: type[T], inputs: object, make: Callable[[], T]
     ) -> T:
-        """Returns the kept result of a stage, or computes and keeps it.
+        """Returns a stage's kept result; without one, computes and keeps it.
 
         Args:
             name: Name of the stage, also of its file.
             kind: Dataclass of the result; see `flat_values` for its possible
                 content.
-            inputs: All that the result depends on, of types that `flat_values`
-                accepts.
+            inputs: All values that the result depends on, of types that
+                `flat_values` accepts.
             make: Function that computes the result.
 
         Raises:
@@ -111,17 +112,17 @@ class KeptStages:
         text, arrays = flatten(make())
         arrays = {n: np.ascontiguousarray(a) for n, a in arrays.items()}
         write_arrays(path, KIND, {"key": key, "value": text}, arrays)
-        # Returned as it would be read: with another memory layout, sums might
-        # differ in the last bit.
+        # The result is returned as a later run would read it: with another
+        # memory layout of its arrays, sums might differ in the last bit.
         return restore(kind, text, arrays)
 
 
 NOTHING_KEPT = KeptStages(None)
-"""For jobs that keep no stages."""
+"""An instance for jobs that keep no stages."""
 
 
 def _load(path: Path, kind: type[T], key: str) -> T | None:
-    """Returns a result; None if there is no file.
+    """Returns the result in a stage's file; None if there is no file.
 
     Raises:
         RemoSplatError: The file is damaged, or belongs to another job.

@@ -1,11 +1,13 @@
-"""SIMD lanes for kernels (Numba): operations on eight or four numbers at once.
+"""SIMD vectors for kernels (Numba): operations on eight or four numbers.
 
-Numba rarely vectorises a loop over eight numbers. Lanes are a SIMD vector: an
-operation on them is one instruction, or two if the processor handles four
-numbers at a time. Kernels use them like numbers, and a scalar operand is
-broadcast. Each lane's result equals that of scalar code to the last bit.
+Numba rarely vectorises a loop over eight numbers. This module provides a SIMD
+vector type, called lanes: an operation on eight lanes is one instruction, or
+two if the processor handles four numbers at a time. Kernels use lanes like
+numbers, and a scalar operand is broadcast. The result in each lane equals that
+of scalar code to the last bit.
 
-Comparisons give a mask, one boolean for each lane, for `where` and `places_of`.
+A comparison returns a mask, one boolean for each lane, for `where` and
+`places_of`.
 """
 
 import operator
@@ -29,10 +31,12 @@ from numba.extending import (
 from remosplat_drake.base.kernels import helper
 
 _built_in = cast(Callable[..., Any], intrinsic)
-"""Numba's `intrinsic`; its functions are called without `typing`."""
+"""Numba's decorator `intrinsic`. A decorated function is called without its
+first parameter, `typing`."""
 
 WIDTH, FEW = 8, 4
-"""Numbers of lanes: the usual one, and one for data that rarely fill eight."""
+"""Numbers of lanes in a vector: eight as a rule, and four for data that rarely
+fill eight."""
 
 _NUMBER, _TRUTH = ir.DoubleType(), ir.IntType(1)
 _WHOLE, _PLACE = ir.IntType(64), ir.IntType(32)
@@ -66,17 +70,17 @@ def _is_number(kind) -> bool:
 
 
 def _width_of(kinds) -> int:
-    """Returns the number of lanes of operands, 0 if all are scalars."""
+    """Returns the number of lanes of operands; 0 if all are scalars."""
     return max(kind.width if isinstance(kind, _Vector) else 0 for kind in kinds)
 
 
 def _numbers(width: int) -> Any:
-    """Returns the type of lanes, or of a scalar if the width is 0."""
+    """Returns the type of a vector of numbers; of a scalar if `width` is 0."""
     return _LANES.get(width, types.float64)
 
 
 def _spread(context, builder, kind, value, width):
-    """Broadcasts a number or boolean to all lanes, unless the width is 0."""
+    """Broadcasts a number or boolean to `width` lanes, unless `width` is 0."""
     if isinstance(kind, _Vector):
         return value
     element = _TRUTH
@@ -131,7 +135,7 @@ def _define(function, operands, results, build) -> None:
 
 
 def _compare(sign):
-    """Ordered comparison: NaN compares as false."""
+    """Makes the code of an ordered comparison, in which NaN is false."""
     return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
 
 
@@ -150,7 +154,7 @@ _define(operator.invert, _MASKS, _MASKS, ir.IRBuilder.not_)
 
 
 def _of_numbers(build):
-    """Types and lowers a function whose operands are scalars or lanes."""
+    """Makes the type and the code of a function of scalars or lanes."""
 
     def type_and_lower(*kinds):
         if not all(map(_is_number, kinds)):
@@ -166,7 +170,7 @@ def _of_numbers(build):
 
 
 def _call(name):
-    """Calls an LLVM intrinsic."""
+    """Generates a call of an LLVM intrinsic."""
 
     def build(builder, value):
         vector = isinstance(value.type, ir.VectorType)
@@ -220,19 +224,19 @@ def round_down(typing, x):
 
 @_built_in
 def greatest(typing, a, b):
-    """Returns the greater of two numbers or lanes; b if they are unordered."""
+    """Returns the greater of two numbers or lanes; b if one of them is NaN."""
     return _greatest(a, b)
 
 
 @_built_in
 def least(typing, a, b):
-    """Returns the lesser of two numbers or lanes; b if they are unordered."""
+    """Returns the lesser of two numbers or lanes; b if one of them is NaN."""
     return _least(a, b)
 
 
 @_built_in
 def _times_power_of_two(typing, x, shifted):
-    """Returns x 2^n of numbers or lanes, n being `shifted` less `_SHIFT`."""
+    """Returns x 2^n of numbers or lanes, with n = `shifted` - `_SHIFT`."""
     if x != shifted or not _is_number(x):
         return None
 
@@ -248,20 +252,22 @@ def _times_power_of_two(typing, x, shifted):
 
 
 _SHIFT = 1.5 * 2.0**52
-"""Adding this number rounds the other one to an integer, in its lowest bits."""
+"""Constant for rounding: the sum of a number and this constant contains the
+rounded number in its lowest bits."""
 
 _LOG2_E = 1.4426950408889634
 _LN_2 = (0.693147180369123816490, 1.90821492927058770002e-10)
-"""The logarithm of 2 in two parts: the first has so few digits that its product
-with any exponent is exact."""
+"""The logarithm of 2 as a sum of two parts. The first has so few digits that
+its product with any exponent is exact."""
 
 _LEAST = -700.0
-"""Exponents below this one are clamped to it; the power is nearly zero."""
+"""Smallest exponent of `exponential`; smaller ones are clamped to it, since the
+result is nearly zero."""
 
 
 @helper
 def exponential(x):
-    """Returns e to the power of a number or of lanes, which are at most 0."""
+    """Returns e to the power of a number or of lanes, at most 0."""
     x = greatest(x, _LEAST)
     shifted = x * _LOG2_E + _SHIFT
     n = shifted - _SHIFT
@@ -271,7 +277,7 @@ def exponential(x):
 
 @helper
 def _series(r):
-    """Taylor's series of the exponential function, exact up to ln(2) / 2."""
+    """Returns e to the power of x by Taylor's series, for |x| <= ln(2) / 2."""
     r2 = r * r
     r4 = r2 * r2
     low = (1.0 + r) + r2 * (0.5 + r * (1 / 6))
@@ -288,7 +294,7 @@ def where(typing, condition, a, b):
     """Selects a where a condition holds, and b elsewhere.
 
     Args:
-        typing: Numba's own.
+        typing: Numba's typing context; callers omit it.
         condition: A boolean or a mask.
         a: A number or lanes.
         b: A number or lanes.
@@ -310,7 +316,7 @@ def where(typing, condition, a, b):
 
 @_built_in
 def in_all(typing, x):
-    """Returns lanes that all hold the number x."""
+    """Returns a vector in which all lanes contain the number x."""
 
     def spread(context, builder, signature, values):
         return _spread(context, builder, x, values[0], WIDTH)
@@ -320,7 +326,7 @@ def in_all(typing, x):
 
 @_built_in
 def first_lanes(typing, n, lanes):
-    """Returns a mask as wide as `lanes` that is true in the first n lanes."""
+    """Returns a mask, as wide as `lanes`, that is true in the first n lanes."""
 
     def compare(context, builder, signature, values):
         most = context.cast(builder, values[0], n, types.float64)
@@ -334,7 +340,7 @@ def first_lanes(typing, n, lanes):
 
 @_built_in
 def greatest_of(typing, lanes):
-    """Returns the greatest number of lanes that contain no NaN."""
+    """Returns the greatest number in the lanes, which must not contain NaN."""
     if not _is_lanes(lanes):
         return None
 
@@ -356,7 +362,7 @@ def greatest_of(typing, lanes):
 
 @_built_in
 def lane_of(typing, lanes, place):
-    """Returns one number of lanes, by its place."""
+    """Returns the number in one lane, by the lane's index."""
     if not (_is_lanes(lanes) and isinstance(place, types.Integer)):
         return None
 
@@ -368,7 +374,7 @@ def lane_of(typing, lanes, place):
 
 @_built_in
 def places_of(typing, mask):
-    """Returns the lanes in which a mask is true, as bits of an integer."""
+    """Returns an integer whose bit i is set if lane i of a mask is true."""
 
     def bits(context, builder, signature, values):
         as_bits = builder.bitcast(values[0], ir.IntType(mask.width))
@@ -382,17 +388,16 @@ def lanes_from(typing, array, place):
     """Reads eight consecutive numbers from an array's memory.
 
     Args:
-        typing: Numba's own.
-        array: Contiguous, in single or in double precision.
-        place: Number of the first in memory, however many dimensions there
-            are.
+        typing: Numba's typing context; callers omit it.
+        array: Contiguous array of single or double precision.
+        place: Index of the first number in the flattened array.
     """
     return _read(array, WIDTH)
 
 
 @_built_in
 def few_lanes_from(typing, array, place):
-    """Reads four numbers, see `lanes_from`."""
+    """Reads four consecutive numbers from an array's memory."""
     return _read(array, FEW)
 
 
@@ -419,15 +424,15 @@ def _read(array, width):
 
 @_built_in
 def columns_of(typing, array, places):
-    """Reads eight rows of an array and returns lanes by column.
+    """Reads eight rows of an array; returns its columns as lanes.
 
     Args:
-        typing: Numba's own.
-        array: In double precision, shape (n, 16).
-        places: Numbers of the rows, the first eight of this array.
+        typing: Numba's typing context; callers omit it.
+        array: Array of double precision, shape (n, 16).
+        places: Indices of the rows; the first eight of this array are used.
 
     Returns:
-        Sixteen lanes, one for each column.
+        Sixteen vectors of eight lanes, one for each column.
     """
     if not (_is_plain(array) and _is_plain(places)):
         return None
@@ -454,7 +459,7 @@ def columns_of(typing, array, places):
 
 
 def _transposed(builder, rows):
-    """Transposes eight lanes by row into lanes by column, block by block."""
+    """Transposes eight vectors, one per row, into vectors per column."""
     for step in (1, 2, 4):
         upper = [j - step + WIDTH if j & step else j for j in range(WIDTH)]
         lower = [j + WIDTH if j & step else j + step for j in range(WIDTH)]
@@ -469,7 +474,7 @@ def _transposed(builder, rows):
 
 @_built_in
 def write_lanes(typing, array, place, lanes):
-    """Writes lanes into an array's memory, see `lanes_from`."""
+    """Writes lanes into consecutive numbers of an array's memory."""
     if not (_is_plain(array) and _is_lanes(lanes)):
         return None
 
@@ -491,11 +496,11 @@ def _address(context, builder, signature, values, width):
 
 @_built_in
 def lowest_bit(typing, bits):
-    """Returns the place of the lowest bit that is set.
+    """Returns the index of the lowest bit that is set.
 
     Args:
-        typing: Numba's own.
-        bits: A number that is not 0.
+        typing: Numba's typing context; callers omit it.
+        bits: An integer that is not 0.
     """
 
     def place(context, builder, signature, values):

@@ -1,7 +1,7 @@
 """Runs many jobs in parallel on this machine: `run_jobs`.
 
-Results come in the order in which they are ready. A job that fails, or whose
-worker dies, has a result as well.
+Results are returned in the order in which they are ready. A job that fails, or
+whose worker process dies, returns a result that describes the failure.
 """
 
 import dataclasses as dc
@@ -31,30 +31,33 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 DIED = "its process died"
-"""Error text of a job whose worker process was lost."""
+"""Error text of a job whose worker process died."""
 
 MAX_ATTEMPTS = 2
 """Number of attempts after which a job whose worker dies counts as failed."""
 
 JOBS_A_WORKER = 100
-"""Number of jobs after which the workers are replaced, all at once: Drake never
-frees a diagram that has systems in Python, nor the maps that they hold."""
+"""Number of jobs after which all workers are replaced by new ones. Drake never
+frees a diagram with systems in Python, nor their maps, so memory would grow."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
-"""Environment variable that names the GPUs a process sees."""
+"""Name of the environment variable that selects the GPUs of a process."""
 
 Results = Generator[Any, None, None]
-"""Generator of the results of jobs, in the order in which they are ready."""
+"""Type of a generator of jobs' results, in the order in which they are
+ready."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Job:
-    """A function call; if it fails, its result is made from the error.
+    """A function call that returns a result even if the function fails.
 
     Attributes:
-        subject: Argument of the call; small, since it is sent to workers.
+        subject: Argument of the call. It should be small, since it is sent to
+            workers.
         function: Function that is called; workers must be able to import it.
-        failed: Makes a result of the subject and an error's text.
+        failed: Function that makes a result from the subject and an error's
+            text.
     """
 
     subject: Any
@@ -62,7 +65,7 @@ class Job:
     failed: Callable[[Any, str], Any]
 
     def run(self) -> Any:
-        """Returns the function's result, or one made of its error."""
+        """Returns the function's result, or one made from its error."""
         try:
             return self.function(self.subject)
         except Exception:
@@ -70,21 +73,20 @@ class Job:
             return self.failed(self.subject, error)
 
     def died(self) -> Any:
-        """Returns the result for a job that no worker survives."""
+        """Returns the result of a job whose worker dies at every attempt."""
         return self.failed(self.subject, DIED)
 
 
 def run_jobs(
     jobs: Iterable[Job], workers: int, gpus: Sequence[str] = ()
 ) -> Results:
-    """Runs jobs in workers; if a worker dies, only its job may fail.
+    """Runs jobs in worker processes; if a worker dies, only its job may fail.
 
     Args:
         jobs: Jobs to run. The next one is taken when a worker is free.
-        workers: Number of worker processes; 0 runs everything in this one, in
+        workers: Number of worker processes; 0 runs all in this process, in
             order.
-        gpus: GPUs that workers share, as `VISIBLE_GPUS` names them; each
-            worker sees one.
+        gpus: Numbers of the GPUs that the workers share; each worker uses one.
     """
     if workers == 0:
         yield from (job.run() for job in jobs)
@@ -93,7 +95,7 @@ def run_jobs(
     while True:
         if suspects:
             # After a worker's death, the jobs that were running are repeated
-            # one by one, to find the one whose worker dies.
+            # one by one, to find the job that kills its worker.
             queue, count = _emptied(suspects), 1
         elif (job := next(fresh, None)) is not None:
             rest = islice(fresh, workers * JOBS_A_WORKER - 1)
@@ -129,12 +131,13 @@ class _Failure:
 def run_all(
     function: Callable[[T], R], subjects: Iterable[T], workers: int
 ) -> Generator[R, None, None]:
-    """Calls a function with each subject; a call that fails ends it.
+    """Calls a function with each subject, until a call fails.
 
     Args:
         function: Function that is called; workers must be able to import it.
-        subjects: Its arguments, small ones; there may be endlessly many.
-        workers: Number of worker processes; 0 runs everything in this one, in
+        subjects: The arguments, which should be small; the iterator may be
+            endless.
+        workers: Number of worker processes; 0 runs all in this process, in
             order.
 
     Yields:
@@ -181,13 +184,13 @@ def _drain(
 
 
 def gpu_for(worker: int, gpus: Sequence[str]) -> str:
-    """Returns the GPU of a worker; workers are assigned to GPUs in turn."""
+    """Returns the GPU of a worker; the GPUs are assigned to workers in turn."""
     return gpus[worker % len(gpus)]
 
 
 @contextmanager
 def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
-    """Makes spawned workers of one thread each; the parent handles Ctrl-C."""
+    """Starts worker processes of one thread, which ignore Ctrl-C."""
     spawn = multiprocessing.get_context("spawn")
     with one_thread_environment():
         pool = ProcessPoolExecutor(

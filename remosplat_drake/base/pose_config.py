@@ -23,8 +23,8 @@ class PoseConfig(Config):
 
     # Position x, y, z of the frame's origin [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw, as in Drake's `RollPitchYaw` [deg]; absent:
-    # `rotation`, or no rotation.
+    # Roll, pitch and yaw, as in Drake's `RollPitchYaw` [deg]. Absent:
+    # `rotation` applies, or there is no rotation.
     rpy_deg: RollPitchYawDeg | None = None
     # The three rows of the rotation matrix, in place of `rpy_deg`.
     rotation: (
@@ -34,11 +34,11 @@ class PoseConfig(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that at most one rotation is given, and that it is valid.
 
-        `rpy_deg` and `rotation` exclude each other, and the rows of
-        `rotation` must be orthonormal and right-handed.
+        `rpy_deg` and `rotation` exclude each other. The rows of `rotation` must
+        be orthonormal and right-handed.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         if self.rotation is None:
             return

@@ -19,15 +19,15 @@ from rich.text import Text
 T = TypeVar("T")
 
 BEGUN = 1.0
-"""Without a terminal, the first line about a stage appears after this time [s];
-shorter stages get none."""
+"""Duration of a stage after which its first line is printed, if there is no
+terminal [s]. Shorter stages print no line."""
 
 PERIOD = 30.0
-"""Time between two lines about a stage [s]."""
+"""Time between two lines about a stage, if there is no terminal [s]."""
 
 _STEP, _LEAST_PERIOD = 0.1, 5.0
-"""Progress that triggers another line, and the least time between two lines
-[s]."""
+"""Fraction of the work that triggers another line, and the least time between
+two such lines [s]."""
 
 _BAR = 30
 """Width of a bar [columns]."""
@@ -40,11 +40,11 @@ class Stage:
     Attributes:
         what: Name of the work.
         done: Number of finished steps.
-        total: Number of its steps; None if unknown. For fewer than two, only
-            the elapsed time is shown.
+        total: Number of all steps; None if unknown. If there are fewer than
+            two, only the elapsed time is shown.
         estimate: Function that returns the finished fraction of the work and
             the remaining time [s]; None assumes equally long steps.
-        start: When it began, on the monotonic clock [s].
+        start: Start of the stage, on the monotonic clock [s].
     """
 
     what: str
@@ -59,7 +59,7 @@ class Stage:
         self._first = self.done
 
     def state(self) -> tuple[float | None, str]:
-        """Returns the finished fraction, None if unknown, and a text.
+        """Returns the finished fraction (None if unknown), and a text.
 
         The fraction never decreases.
         """
@@ -80,7 +80,7 @@ class Stage:
         return self._shown, said
 
     def line(self) -> str:
-        """Returns a line for a log, and records its time."""
+        """Returns a line for a log, and records when it was printed."""
         fraction, said = self.state()
         self._told = monotonic(), fraction or 0.0
         return f"{self.what}: {said}"
@@ -97,9 +97,9 @@ class Stage:
 class Progress:
     """Shows the stage of a job: a bar, its steps, and the time that it takes.
 
-    In a terminal this is a line that vanishes at the end. Otherwise, lines go
-    to stderr: one for each stage of some duration, and more for long ones.
-    Nothing is shown before the first report.
+    In a terminal this is a line that vanishes at the end. Without a terminal,
+    lines are printed to stderr: one for each stage of some duration, and more
+    for long stages. Nothing is shown before the first report.
 
     Example:
         >>> from rich.console import Console
@@ -117,7 +117,8 @@ class Progress:
 
         Args:
             console: Console on which progress is shown.
-            what: Name of the first stage; empty shows nothing yet.
+            what: Name of the first stage; if it is empty, nothing is shown
+                until the first report.
         """
         self.stage: Stage | None = None
         self._first = what
@@ -152,12 +153,12 @@ class Progress:
     def report(
         self, what: str, done: int = 0, total: int | None = None
     ) -> None:
-        """Shows the progress of a stage; another name begins another stage.
+        """Shows the progress of a stage; a new name begins a new stage.
 
         Args:
             what: Name of the work.
             done: Number of finished steps.
-            total: Number of its steps; None if unknown.
+            total: Number of all steps; None if unknown.
         """
         stage = self.stage
         if stage is None or stage.what != what:
@@ -170,14 +171,14 @@ class Progress:
 
         Args:
             items: The items.
-            what: Name of the work with them.
+            what: Name of the work that processes them.
         """
         for done, item in enumerate(items):
             self.report(what, done, len(items))
             yield item
 
     def show(self, stage: Stage) -> None:
-        """Shows this stage from now on, instead of the previous one."""
+        """Replaces the displayed stage by this one."""
         is_first, self.stage = self.stage is None, stage
         if not is_first:
             return
@@ -187,7 +188,7 @@ class Progress:
             self._lines.start()
 
     def print_line(self) -> None:
-        """Prints a line immediately if there is no terminal."""
+        """Prints a line at once if there is no terminal."""
         stage = self.stage
         if self._live is None and stage is not None:
             with suppress(OSError):  # The reader has closed the pipe.

@@ -1,14 +1,14 @@
 """Calls from compiled kernels back to Python.
 
-Some results are available only in Python: those of Drake's solvers, and of maps
-and ingredients of other packages. `ask_python` stores the addresses of the
-arrays that it passes, and calls a C function by its symbol, which calls the
-Python function. That function writes its results into these arrays, or returns
-the address of a `Packed`.
+Some results can be computed only in Python: those of Drake's solvers, and of
+maps and ingredients of other packages. A kernel calls `ask_python` with arrays
+and numbers. A C function, which the kernel finds by its symbol, then calls the
+Python function. The Python function writes its results into the arrays, or
+returns the address of a `Packed`.
 
-An exception in the function does not end the kernel: the call returns `FAILED`,
-and the kernel takes its safe branch. The exception is stored as
-`PythonCalls.error`, for the caller to raise.
+If the Python function raises an exception, the kernel continues: the call
+returns `FAILED`, and the kernel takes a safe branch. The exception is stored as
+`PythonCalls.error`, so that the kernel's caller can raise it.
 """
 
 import ctypes
@@ -31,21 +31,22 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 FAILED = -1
-"""Result of a call whose function has raised an exception."""
+"""Result of a call whose Python function has raised an exception."""
 
 _SYMBOL = "remosplat_drake_call_python"
 _WORD = ir.IntType(64)
 _KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
 _DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
 _NUMBER = -1
-"""Marker of a number, in place of an array's number of dimensions."""
+"""Marker in place of an array's number of dimensions, if the value is a
+number."""
 
 
 class Question:
     """The arrays and numbers that a kernel passes to a Python function.
 
-    They are read on access. Arrays are the kernel's own memory, which is valid
-    until the function returns.
+    A value is read when it is accessed. Arrays are views of the kernel's
+    memory, which is valid until the function returns.
     """
 
     __slots__ = ("_words",)
@@ -55,7 +56,7 @@ class Question:
         self._words = (ctypes.c_int64 * size).from_address(address)[:]
 
     def __getitem__(self, i: int) -> Any:
-        """Returns value i of the flat question: named tuples are unfolded."""
+        """Returns value i; the fields of named tuples count as values."""
         place = self._words[1 + i]
         kind, n_dim, first = self._words[place : place + 3]
         dtype = _DTYPES[kind]
@@ -83,13 +84,13 @@ class PythonCalls:
         if calls.error is not None:
             raise calls.error
 
-    A function takes the `Question`, and returns an integer >= 0, such as the
-    result of `handed` for a `Packed`.
+    Each function takes a `Question`, the values that the kernel passes. It
+    returns an integer >= 0, such as the result of `handed` for a `Packed`.
 
     Attributes:
-        number: The number by which a kernel refers to these calls.
-        error: The first exception of a function; None if there was none. After
-            it, no function is called.
+        number: Number by which a kernel refers to this object.
+        error: The first exception that a function raised; None if there was
+            none. After an exception, no function is called any more.
     """
 
     __slots__ = ("_functions", "_handed", "error", "number")
@@ -107,14 +108,15 @@ class PythonCalls:
 
     def __exit__(self, *_: object) -> None:
         del _open[self.number]
-        # No reference cycle remains: a real robot's loop collects no garbage.
+        # This avoids a reference cycle, which would never be freed: the loop of
+        # a real robot runs without garbage collection.
         self._functions, self._handed = (), {}
 
     def handed(self, packed: Packed) -> int:
-        """Returns the address of a `Packed`, which stays alive for the kernel.
+        """Returns a `Packed` value's address, and keeps the value alive.
 
         Args:
-            packed: The input that the kernel reads by `packed_at`.
+            packed: The value that the kernel reads by `packed_at`.
         """
         self._handed[packed.address] = packed
         return packed.address
@@ -122,7 +124,7 @@ class PythonCalls:
     def answer(self, function: int, question: Question | list) -> int:
         """Calls a function; returns `FAILED` if it raises an exception.
 
-        After a failure, no function is called.
+        After a failure, no further function is called.
 
         Args:
             function: Number of the function.
@@ -156,8 +158,8 @@ def ask_python(number, function, values) -> int:
     Args:
         number: The number of the `PythonCalls`.
         function: Index of the function.
-        values: A tuple of contiguous arrays and of numbers; named tuples of
-            these, packed or not, may be among them.
+        values: A tuple of contiguous arrays, numbers, and named tuples of
+            these, packed or not.
 
     Returns:
         The function's result, or `FAILED`.
@@ -253,7 +255,7 @@ def _flat_values(context, builder, value, kind):
 
 
 def _described(context, builder, value, kind):
-    """Returns the words for a value: type, number of dimensions, and data."""
+    """Returns the words that describe a value: type, dimensions, and data."""
     if not isinstance(kind, types.Array):
         if kind == types.float64:
             value = builder.bitcast(value, _WORD)

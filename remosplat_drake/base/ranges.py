@@ -1,12 +1,12 @@
-"""Ranges of values, declared together with the fields.
+"""Checks values against ranges that are declared together with fields.
 
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
 
-The markers are those of `annotated-types` and the two below. One function
-checks values against the markers. It checks every `Config` at creation, and
-again before use, since a field may have been assigned in between. `strict_yaml`
-uses it for every value of a file, so errors name the line. For Drake's structs
-it checks only that numbers are finite; Drake checks the rest.
+The markers in `Annotated` are those of `annotated-types` and the two below.
+Every `Config` is checked at creation, and again before use, since a field may
+have been assigned in between. `strict_yaml` checks every value of a file, so
+that errors name the line. In Drake's structs, only the finiteness of numbers is
+checked here; Drake checks the rest.
 """
 
 import dataclasses as dc
@@ -37,7 +37,7 @@ _SHOWN = 60
 
 @dc.dataclass(frozen=True)
 class OneOf:
-    """Marks a text field whose value must be one of some names.
+    """Marks a text field whose value must be one of given names.
 
     Attributes:
         names: The valid names.
@@ -54,7 +54,7 @@ class Unbounded:
     """Marks a number field for which any finite value is valid.
 
     Attributes:
-        reason: Why the field needs no range.
+        reason: The reason why the field needs no range.
     """
 
     reason: str
@@ -70,7 +70,8 @@ JointPosition = Annotated[float, Interval(ge=-100, le=100)]
 """Position of a revolute joint [rad] or of a prismatic joint [m]."""
 
 Cosine = Annotated[float, Interval(ge=-2, le=2)]
-"""An entry of a rotation matrix; the matrix is checked as a whole, too."""
+"""Type of an entry of a rotation matrix. The whole matrix is checked
+elsewhere."""
 
 Seed = Annotated[int, Interval(ge=0, lt=2**63)]
 """Seed of a random number generator."""
@@ -86,10 +87,10 @@ class Config:
     """Base of dataclasses whose values are checked against declared ranges.
 
     Attributes:
-        PRESET: Name of the field that selects a preset, which replaces the
-            defaults of the other fields; empty: there are no presets.
-        MODULES: Name of the field with the folder of extensions, relative to
-            the file; empty: extensions are in the file's folder.
+        PRESET: Name of the field that selects a preset, a set of defaults for
+            the other fields; empty if there are no presets.
+        MODULES: Name of the field that states the folder of extensions,
+            relative to the file; empty if extensions are in the file's folder.
 
     Example:
         >>> import remosplat_drake as rs
@@ -121,7 +122,7 @@ class Config:
         """Checks relations between fields whose values are valid by themselves.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         yield from ()
 
@@ -190,7 +191,7 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
 
 @functools.cache
 def field_types(schema: type) -> dict[str, Any]:
-    """Returns the annotations of a record's fields, with their markers."""
+    """Returns the annotations of a dataclass' or struct's fields."""
     if is_struct(schema):
         return struct_fields(schema)
     hints = typing.get_type_hints(schema, include_extras=True)
@@ -206,17 +207,17 @@ def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def choices(expected: Any) -> list[Any]:
-    """Returns the members of a union; for another type, only that type."""
+    """Returns the members of a union; for another type, the type itself."""
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]
 
 
 def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
-    """Returns the members of a union except None, and its protocols.
+    """Splits a union, without None, into its classes and its protocols.
 
-    A protocol makes a field open to configurations of other packages, see
-    `extensions.py`.
+    A field whose annotation contains a protocol accepts configurations of other
+    packages, see `extensions.py`.
     """
     options = [o for o in choices(expected) if o is not type(None)]
     protocols = [o for o in options if getattr(o, "_is_protocol", False)]
@@ -224,10 +225,10 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Returns the methods that a class lacks for a field; empty if none.
+    """Returns the methods that a class lacks for a field, as text.
 
-    The class must have the methods of one of the protocols, with equal numbers
-    of arguments.
+    The class must have all methods of one of the protocols, with equal numbers
+    of arguments. If it has, the text is empty.
     """
     wanted = []
     for protocol in protocols:
@@ -252,7 +253,7 @@ def _takes(kind: type, name: str, arguments: Sequence[str]) -> bool:
 
 
 def schema_problem(schema: type) -> str:
-    """Returns why a dataclass cannot be read from a file; empty if it can."""
+    """Returns the reason why files cannot contain a dataclass, or ""."""
     try:
         types = field_types(schema)
     except Exception as error:
@@ -303,11 +304,12 @@ KINDS: dict[Any, tuple[str, Any]] = {
     list: ("a list", (Sequence, np.ndarray)),
     dict: ("a mapping", Mapping),
 }
-"""For each type of a field, its name in messages and the accepted classes."""
+"""For each scalar type of a field: its name in messages, and the accepted
+Python classes."""
 
 
 def kind_problem(value: object, base: Any) -> str:
-    """Returns why a value does not fit an annotation; empty if it does."""
+    """Returns the reason why a value does not fit a type; empty if it does."""
     base = typing.get_origin(base) or base
     name, classes = KINDS[base]
     is_switch = isinstance(value, (bool, np.bool_))
@@ -326,7 +328,7 @@ def kind_problem(value: object, base: Any) -> str:
 
 
 def range_problem(value: Any, markers: Sequence[Any]) -> str:
-    """Returns why a value is out of range; empty if it is in range.
+    """Returns the reason why a value is out of range; empty if it is not.
 
     Args:
         value: A value of the right type.
@@ -369,7 +371,7 @@ def _interval(marker: Any) -> Interval:
 def _interval_problem(value: Any, bounds: Interval) -> str:
     low = bounds.gt if bounds.ge is None else bounds.ge
     high = bounds.lt if bounds.le is None else bounds.le
-    # NaN must fail every comparison.
+    # The comparisons are written so that NaN is out of range.
     above = low is None or (value > low if bounds.ge is None else value >= low)
     below = high is None or (
         value < high if bounds.le is None else value <= high

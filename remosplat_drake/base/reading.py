@@ -1,12 +1,14 @@
 """Adds the file's name to unexpected errors of file readers.
 
-A reader reports a problem of a file as a `RemoSplatError`. Any other exception
-is a bug of this package, but the user still needs the name of the file. The
-command line prints one line and keeps the traceback in a log; a program or test
-that calls the reader gets both.
+A reader, a function that reads a file, reports a problem of the file as a
+`RemoSplatError`. Any other exception is a bug of this package, but the user
+still needs the name of the file. The command line prints one line with this
+name, and writes the traceback to a log. A program that calls the reader gets an
+exception with both.
 
-The decorator is only for functions that read whole files before anything moves.
-Code that runs while a robot moves keeps its own exceptions.
+The decorator is meant for functions that read whole files before a robot moves.
+Do not use it for code that runs while a robot moves, whose callers handle
+specific exceptions.
 """
 
 import functools
@@ -21,7 +23,7 @@ T = TypeVar("T")
 
 
 class UnreadableError(Exception):
-    """A reader has failed with an unexpected error.
+    """Raised if a reader has failed with an unexpected error.
 
     It is not a `RemoSplatError`, since the file may be valid.
 
@@ -38,7 +40,8 @@ class UnreadableError(Exception):
 def reads_file(read: Callable[P, T]) -> Callable[P, T]:
     """Decorates a reader so that unexpected errors name the file.
 
-    Any exception other than a `RemoSplatError` becomes an `UnreadableError`.
+    The decorated function raises an `UnreadableError` in place of any exception
+    that is not a `RemoSplatError`.
 
     Args:
         read: A function whose first argument is the file or folder.

@@ -1,4 +1,4 @@
-"""Real-time loops: SCHED_RR, no garbage collection, and timing statistics."""
+"""Tools for real-time loops: SCHED_RR, garbage collection, statistics."""
 
 import contextlib
 import dataclasses as dc
@@ -18,7 +18,7 @@ DRIVER_PRIORITY = 10
 """SCHED_RR priority of the robot's drivers, which precede the controller."""
 
 KEPT = 60_000
-"""Number of the latest ticks in statistics: ten minutes at 100 Hz."""
+"""Number of latest ticks that statistics include: ten minutes at 100 Hz."""
 
 
 @contextlib.contextmanager
@@ -27,13 +27,13 @@ def realtime_priority(priority: int) -> Iterator[None]:
 
     If the system does not allow it (see `ulimit -r`), nothing changes. The
     priority applies to all threads that exist when the block begins, such as
-    those that receive LCM messages, and to threads and processes that these
-    start inside the block, except a `ChildProcess`. At the end, the former
-    return to SCHED_OTHER.
+    those that receive LCM messages. Threads and processes that these start
+    inside the block inherit it, except a `ChildProcess`. At the end of the
+    block, the threads that existed at its beginning return to SCHED_OTHER.
 
     Args:
-        priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`; of two threads
-            the one with the higher number runs first.
+        priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`. The thread with
+            the higher number runs first.
     """
     tasks = Path("/proc/self/task")
     threads = [int(task.name) for task in tasks.glob("*")]
@@ -76,7 +76,7 @@ class Spread:
 
     @staticmethod
     def of(values: np.ndarray) -> "Spread":
-        """Computes the spread of some values, shape (n,); NaN without any."""
+        """Computes the spread of values, shape (n,); NaN if n is 0."""
         if not len(values):
             return Spread(math.nan, math.nan, math.nan)
         p50, p99 = np.percentile(values, [50, 99])
@@ -119,12 +119,11 @@ class LoopQuality:
 class LoopLog:
     """Records the ticks of a real-time loop; `LoopQuality` summarises them.
 
-    In long runs only the latest `KEPT` ticks count.
+    The statistics include only the latest `KEPT` ticks of a long run.
 
     Attributes:
-        missed: Number of skipped ticks; the loop counts them here.
-        unheard: Number of ticks without a new status; the loop counts them
-            here.
+        missed: Number of skipped ticks; the loop increments it.
+        unheard: Number of ticks without a new status; the loop increments it.
     """
 
     def __init__(self, period: float):
@@ -134,8 +133,9 @@ class LoopLog:
             period: Time between two ticks [s].
         """
         self._period = period
-        # A ring buffer of age, work, time of sending, processor time, and stamp
-        # of the image: a run may last for hours, and its memory must not grow.
+        # A ring buffer, since a run may last for hours and its memory must not
+        # grow. Columns: age, work, time of sending, processor time, stamp of
+        # the image.
         self._rows = np.full((KEPT, 5), math.nan)
         self._ticks = 0
         self.missed = 0
@@ -143,7 +143,7 @@ class LoopLog:
 
     @property
     def age(self) -> float:
-        """Time from status to command at the latest tick [s]; NaN at first."""
+        """Time from status to command in the latest tick [s]; NaN before it."""
         return float(self._rows[(self._ticks - 1) % KEPT, 0])
 
     def record(
@@ -168,7 +168,7 @@ class LoopLog:
         self._ticks += 1
 
     def quality(self) -> LoopQuality:
-        """Summarises the latest ticks."""
+        """Returns the statistics of the latest ticks."""
         oldest = max(0, self._ticks - KEPT)
         order = np.arange(oldest, self._ticks) % KEPT
         age, work, sent, processor, image = self._rows[order].T

@@ -1,8 +1,8 @@
 """Locations of models/, scenarios/ and the user's cache.
 
-A checkout or editable install keeps the data beside the package; a wheel
-carries it inside, under share/. All other modules get their paths from this
-one.
+In a checkout or an editable install, these folders are beside the package; a
+wheel contains them inside the package, in share/. All other modules get these
+paths from this module.
 """
 
 import itertools
@@ -17,10 +17,11 @@ _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
 
 _MOST = 10_000
-"""Largest number of files in a folder that is searched for a similar name."""
+"""Largest number of files in a folder that is searched for a file of a similar
+name."""
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
-"""Beginning of URIs of files that come with this package."""
+"""Prefix of the URIs of files that are part of this package."""
 
 
 def models_dir() -> Path:
@@ -65,7 +66,7 @@ def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
 
 
 def _guess(path: Path) -> str:
-    """Suggests a file of that folder with a similar name."""
+    """Suggests a file with a similar name in the same folder."""
     try:
         names = [x.name for x in itertools.islice(path.parent.iterdir(), _MOST)]
     except OSError:

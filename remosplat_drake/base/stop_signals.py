@@ -1,4 +1,4 @@
-"""Ctrl-C (SIGINT) and SIGTERM as a request to stop, not as an exception."""
+"""Turns Ctrl-C (SIGINT) and SIGTERM into a request that a loop checks."""
 
 import signal
 import threading
@@ -13,8 +13,8 @@ class StopRequest:
 
     Attributes:
         made: Whether a signal has arrived.
-        is_heeded: Whether the loop has ended. Further signals are then ignored,
-            so that none interrupts a ramp to standstill.
+        is_heeded: Whether the loop has ended. From then on, further signals are
+            ignored, so that they do not interrupt the braking ramp.
     """
 
     def __init__(self):
@@ -22,10 +22,10 @@ class StopRequest:
         self.is_heeded = False
 
     def make(self, *_) -> None:
-        """Handles a signal: records the first one; a second one interrupts.
+        """Records the first signal; a second one raises KeyboardInterrupt.
 
-        Raises:
-            KeyboardInterrupt: The program has not reacted to the first signal.
+        Raises: KeyboardInterrupt: The loop has not ended since the first
+        signal.
         """
         if self.made and not self.is_heeded:
             self.is_heeded = True
@@ -37,15 +37,15 @@ class StopRequest:
 def stop_signals(
     numbers: Sequence[signal.Signals] = _SIGNALS,
 ) -> Iterator[StopRequest]:
-    """Handles signals while the block runs.
+    """Records signals as a `StopRequest` while the block runs.
 
-    A loop checks the request between two iterations. An exception during the
-    delivery of a message would leave Drake as another exception. In a thread
-    other than the main one, signal handling does not change. Ignored signals
-    stay ignored.
+    A loop checks the request between two iterations. An exception is no
+    alternative: if a signal raised one while Drake delivers a message, Drake
+    would turn it into another exception. Signals that are ignored before the
+    block remain ignored. Outside the main thread, the function has no effect.
 
     Args:
-        numbers: The signals, SIGINT and SIGTERM if they are not given.
+        numbers: The signals; by default SIGINT and SIGTERM.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
@@ -64,10 +64,10 @@ def stop_signals(
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether an exception was caused by Ctrl-C.
+    """Returns whether an exception was caused by Ctrl-C.
 
-    Interrupted compiled code, Numba's for example, may raise a `SystemError`
-    whose cause is the interrupt.
+    If compiled code is interrupted, for example Numba's, it may raise a
+    `SystemError` whose cause is the KeyboardInterrupt.
     """
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, KeyboardInterrupt):

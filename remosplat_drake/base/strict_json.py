@@ -1,9 +1,9 @@
 """Parses untrusted JSON, with bounds on nesting and on the size of numbers.
 
-Python's parser raises a RecursionError on deep nesting, returns integers of
-thousands of digits that neither a float nor an array can hold, and accepts
-duplicate keys. Values from this module can be traversed, printed and stored in
-arrays.
+Python's own parser raises a RecursionError on deep nesting, accepts duplicate
+keys, and returns integers of thousands of digits, which neither a float nor an
+array can hold. This module rejects the first two, and turns such integers into
+floats.
 """
 
 import json
@@ -15,8 +15,8 @@ from typing import Any
 from remosplat_drake.base.errors import FieldError, FileError
 
 MAX_DEPTH = 32
-"""Deepest nesting of lists and objects; all supported formats have less than
-ten."""
+"""Largest accepted nesting of lists and objects. All supported formats have
+fewer than ten levels."""
 
 _WHOLE = range(-(2**63), 2**63)
 _LONGEST = len(str(_WHOLE.start))
@@ -25,8 +25,9 @@ _LONGEST = len(str(_WHOLE.start))
 def parse_json(text: str | bytes, where: str | Path) -> Any:
     """Parses a JSON text.
 
-    Integers that do not fit into 64 bits become floats. NaN and
-    infinities are accepted, so that a later check can name the field.
+    Integers that do not fit into 64 bits (int64) become floats. NaN and
+    infinities are accepted here, so that a later check can name the field in
+    its error.
 
     Args:
         text: The text; bytes are UTF-8.
@@ -120,7 +121,7 @@ def shown(value: object) -> str:
 
 
 _TOO_DEEP = (
-    "not JSON that this program reads: "
+    "not JSON that this program reads: it is "
     f"nested more than {MAX_DEPTH} levels deep"
 )
 

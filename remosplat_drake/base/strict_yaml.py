@@ -1,8 +1,9 @@
 """Loads YAML into dataclasses, with errors that name file, line and field.
 
-A document is first checked against the dataclasses, on nodes with line numbers;
-the ranges are those of the fields (`ranges.py`). Then several layers, such as a
-file and text from the command line, are merged into one object.
+A document is parsed into nodes with line numbers, which are checked against the
+dataclasses and the ranges of their fields (`ranges.py`). Then several documents
+(layers), such as a file and text from the command line, are merged into one
+object.
 """
 
 import copy
@@ -61,7 +62,8 @@ def load_strict(
         path: The YAML file.
         child: Key of the entry to load; None loads the whole document.
         override: YAML text whose values replace those of the file.
-        defaults: Values of fields that neither the file nor `override` names.
+        defaults: Values of the fields that neither the file nor `override`
+            contains.
 
     Raises:
         FileError: The file is missing, not YAML, or has no such entry.
@@ -86,8 +88,8 @@ def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
     Args:
         schema: A dataclass whose fields all have defaults.
         text: YAML text, from the command line for example.
-        where: Source of the text in errors, such as a flag.
-        defaults: Values of fields that the text does not name.
+        where: Source of the text, such as a flag, for errors.
+        defaults: Values of the fields that the text does not contain.
 
     Raises:
         FileError: The text is not YAML.
@@ -127,7 +129,7 @@ def _is_text(node: yaml.Node | None) -> bool:
     return node is not None and node.tag == YAML_TAG + "str"
 
 
-# Functions that check one layer.
+# The functions below check one document (layer).
 
 
 def _check_node(
@@ -138,7 +140,7 @@ def _check_node(
     Args:
         node: The node.
         expected: The annotation.
-        field: Its name, for messages.
+        field: Path of the field, for messages.
         folder: Folder of extensions, besides Python's import path.
 
     Raises:
@@ -152,7 +154,7 @@ def _check_node(
     if schema is not base:
         return _check_node(node, schema, field, folder)
     if not node.tag.startswith(YAML_TAG):
-        fail(node, field, f"takes no tag, got {shown(node.tag)}")
+        fail(node, field, f"must not have a tag, got {shown(node.tag)}")
     container = typing.get_origin(base)
     if is_record(base):
         return _check_fields(node, typing.cast(type, base), field, folder)
@@ -179,9 +181,10 @@ def _check_node(
 def _choose(
     node: yaml.Node, base: Any, field: str, folder: Path | None = None
 ) -> tuple[Any, yaml.Node]:
-    """Returns the union member that a tag names, or the first; and the node.
+    """Returns the class in a union that a tag names, and the node without it.
 
-    A protocol stands for all classes that have its methods.
+    Without a tag, this is the first class. If the union contains a protocol,
+    the tag may also name a class of another package.
     """
     options, protocols = alternatives(base)
     tag = "" if node.tag.startswith(YAML_TAG) else node.tag.removeprefix("!")
@@ -203,7 +206,7 @@ def _choose(
 
 
 def _untagged(node: yaml.Node, or_empty: bool = False) -> yaml.Node:
-    """Removes a node's tag; a bare name may stand for an empty mapping."""
+    """Removes a node's tag; a tag without values becomes an empty mapping."""
     is_name = node.tag == YAML_TAG + "str" or node.value == ""
     if or_empty and is_name:
         marks = node.start_mark, node.end_mark
@@ -242,7 +245,7 @@ def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
     if value is None:
         hint = ""
         if base in (float, int, bool) and node.style:
-            hint = " (in quotes it is text)"
+            hint = "  (remove the quotes: a value in quotes is text)"
         elif base is str and not is_null(node):
             hint = " (put it in quotes)"
         fail(node, field, f"expected {name}, got {shown(node.value)}{hint}")
@@ -251,7 +254,7 @@ def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
     return value
 
 
-# Functions that build an object from checked layers.
+# The functions below build an object from checked documents (layers).
 
 
 def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
@@ -287,7 +290,7 @@ def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
 
 
 def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
-    """Returns the last layers that choose the same member of a union."""
+    """Returns the last layers, as far as they choose the same union member."""
     wanted, _ = _choose(layers[-1], base, field)
     alike: list[yaml.Node] = []
     for layer in reversed(layers):
@@ -313,7 +316,8 @@ def _build_dataclass(
     try:
         return schema(**values)
     except FieldError as error:
-        # Only relations between fields can be wrong by now.
+        # Each value has been checked, so only relations between fields can be
+        # wrong.
         path = joined(field, error.field)
         if not layers:
             raise FieldError(schema.__name__, path, error.problem) from error
@@ -359,7 +363,7 @@ def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
 def _start(
     schema: type[T], given: dict[str, list[yaml.Node]], default: T | None
 ) -> T:
-    """Returns the source of fields that are not given."""
+    """Returns the object with the values of fields that no layer contains."""
     if issubclass(schema, Config) and schema.PRESET in given:
         node = given[schema.PRESET][-1]
         return schema.preset(node.value)
@@ -370,7 +374,7 @@ def _start(
 
 
 def dump(name: str, config: Any) -> str:
-    """Formats a configuration as YAML under one key, with all defaults."""
+    """Formats a configuration as YAML under one key, including defaults."""
     key = yaml.ScalarNode(YAML_TAG + "str", name)
     root = yaml.MappingNode(
         YAML_TAG + "map", [(key, _node(config, type(config)))]
@@ -401,7 +405,7 @@ def _node(value: Any, expected: Any) -> yaml.Node:
 
 
 def _mapping_node(config: Any, tag: str) -> yaml.Node:
-    """Returns a record's fields as a node, without unset optional ones."""
+    """Returns an object's fields as a node, except fields that are None."""
     values = {
         name: (member(config, name), expected)
         for name, expected in _file_fields(type(config)).items()

@@ -1,8 +1,9 @@
 """Imports packages that need shared libraries of the system.
 
 Drake, Open3D and librealsense link against libraries that pip does not install.
-For libusb, the pip package is tried. If another library is absent, the error
-names it and its Debian package in one line.
+If one of these is missing, a one-line error names the library and its Debian
+package. Only libusb exists as a pip package, too, which is tried if the system
+has no libusb.
 """
 
 import contextlib
@@ -28,13 +29,14 @@ DEBIAN_PACKAGES = {
 
 _LIBUSB = "libusb-1.0.so.0"
 
-# Messages of the dynamic loader, and of Drake, which loads EGL itself.
+# These patterns match messages of the dynamic loader, and of Drake, which loads
+# EGL itself.
 _GLIBC = re.compile(r"version `GLIBC_([\d.]+)' not found")
 _LIBRARY = re.compile(r"(?:^|/|loading )(lib[^\s/:;]+\.so[\d.]*)[:;]")
 
 
 class MissingLibraryError(RemoSplatError):
-    """A feature needs a library that this system does not have."""
+    """Raised if a feature needs a shared library that this system lacks."""
 
 
 def import_optional(name: str, feature: str, extra: str) -> ModuleType:
@@ -60,7 +62,7 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
 @contextlib.contextmanager
 def libraries_named(feature: str) -> Iterator[None]:
-    """Context that reports a missing shared library of an import, in one line.
+    """Turns an import error about a missing library into a one-line error.
 
     Args:
         feature: The feature that needs the library, for the error.
@@ -78,7 +80,7 @@ def libraries_named(feature: str) -> Iterator[None]:
 
 
 def _missing(problem: str) -> str | None:
-    """Returns the missing library by an error; None for other errors."""
+    """Returns the library that an error reports as missing, or None."""
     glibc = _GLIBC.search(problem)
     if glibc:
         here = platform.libc_ver()[1]
@@ -92,14 +94,14 @@ def _missing(problem: str) -> str | None:
 
 
 def _load_libusb() -> None:
-    """Loads libusb for packages that link against it: the system's, or pip's.
+    """Loads libusb, the system's or pip's, for packages that link against it.
 
     The dynamic loader does not search for a library that is already loaded.
     """
     try:
         ctypes.CDLL(_LIBUSB, ctypes.RTLD_GLOBAL)
     except OSError:
-        # Without it, the importing package reports what is missing.
+        # If neither exists, the importing package reports the missing library.
         with contextlib.suppress(ImportError, OSError):
             libusb = importlib.import_module("libusb_package")
             path = libusb.get_library_path()

@@ -1,4 +1,4 @@
-"""`Table`: cells of text under headings, written as Markdown and as HTML."""
+"""`Table`: a table of text cells, written as Markdown or HTML."""
 
 import dataclasses as dc
 import html
@@ -6,16 +6,16 @@ import html
 
 @dc.dataclass(frozen=True)
 class Table:
-    """Cells of text under headings.
+    """A table of text cells, with headings and notes.
 
     Attributes:
         title: Heading above the table; empty for none.
         header: Headings of the columns; empty ones are not shown in a terminal.
-        rows: Rows of cells, one for each heading.
+        rows: Rows of cells; a row has one cell for each heading.
         notes: Paragraph below the table; empty for none.
-        texts: Number of leading columns that hold text, which is aligned left;
-            the others hold numbers.
-        quoted: Indices of rows that are quoted from other publications.
+        texts: Number of leading columns that contain text, which is aligned
+            left. The other columns contain numbers.
+        quoted: Indices of rows with results that are quoted from publications.
     """
 
     title: str

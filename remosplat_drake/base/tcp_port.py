@@ -1,4 +1,4 @@
-"""Checks whether a TCP port is free for a page."""
+"""Checks whether a page can be served on a TCP port."""
 
 import errno
 import socket
@@ -32,7 +32,7 @@ def is_free(host: str, port: int) -> bool:
 def check_free(host: str, port: int | None) -> None:
     """Raises an error if no page can be served at an address.
 
-    Commands that serve a page late check this before any other work.
+    Commands that serve a page only after long work call this function first.
 
     Args:
         host: Network interface, in the format of `--host`.

@@ -1,4 +1,4 @@
-"""`TerminalLines`: lines typed while a program is busy."""
+"""`TerminalLines`: reads lines that are typed while a program runs."""
 
 import os
 import select
@@ -6,10 +6,10 @@ import sys
 
 
 class TerminalLines:
-    """Lines that are typed at the terminal of this process, if it has one."""
+    """Reads lines that are typed at this process' terminal, if it has one."""
 
     def __init__(self):
-        """Opens the terminal; reads nothing yet."""
+        """Opens the terminal, without reading a line."""
         self._open = sys.stdin is not None and sys.stdin.isatty()
 
     @property
@@ -20,7 +20,7 @@ class TerminalLines:
     def fetch(self) -> str | None:
         """Returns a line typed since the last call; None if there is none.
 
-        It never waits. A background process gets no input.
+        The call does not wait for input. A background process gets no input.
         """
         if not self._open:
             return None
@@ -29,7 +29,8 @@ class TerminalLines:
             return None
         if not select.select([number], [], [], 0)[0]:
             return None
-        # Without `readline`: its buffer would hide a second line from `select`.
+        # `readline` is not used: its buffer would hide a second line from
+        # `select`.
         data = os.read(number, 4096)
         self._open = bool(data)
         return data.decode(errors="replace").strip() if data else None

@@ -1,6 +1,7 @@
-"""Threads for work on large arrays: NumPy and kernels release the GIL.
+"""Runs work on large arrays on several threads.
 
-A process that is limited to one thread, see `ONE_THREAD`, uses no others.
+Threads are useful, since NumPy and kernels release the GIL. A process that is
+limited to one thread, see `ONE_THREAD`, starts no others.
 """
 
 import os
@@ -13,14 +14,15 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _MOST = 8
-"""Largest number of threads; more would only wait for memory."""
+"""Largest number of threads. More threads would not be faster, since they would
+wait for memory."""
 
 
 def num_threads() -> int:
     """Returns the number of threads that this process may use.
 
-    It is at most one for each core, and at most NUMBA_NUM_THREADS, as for
-    Numba's threads.
+    It is at most the number of cores, and at most the environment variable
+    NUMBA_NUM_THREADS.
     """
     try:
         cores = len(os.sched_getaffinity(0))
@@ -36,12 +38,12 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """Calls a function with each item, on `num_threads` threads.
 
     Args:
-        function: The function; its calls must not share data that one of them
-            changes.
-        items: Its arguments; put those that take longest first.
+        function: The function. Its calls must not change data that other calls
+            use.
+        items: The arguments; put those that take longest first.
 
     Returns:
-        Its results, in the order of the items.
+        The results, in the order of the items.
 
     Raises:
         Exception: The exception of the first item that failed.
@@ -58,8 +60,8 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
 def kept_threads(name: str, threads: int) -> ThreadPoolExecutor:
     """Returns a persistent thread pool, for frequent short work.
 
-    Starting threads would take as long as the work. A function that runs on one
-    of these threads must use a pool of another name.
+    The threads are kept, since starting them would take as long as the work. A
+    function that runs on one of these threads must use a pool of another name.
 
     Args:
         name: Name of the pool.
@@ -68,7 +70,7 @@ def kept_threads(name: str, threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, name)
 
 
-# A forked child inherits no threads.
+# The key includes the process id, since a forked child inherits no threads.
 os.register_at_fork(after_in_child=kept_threads.cache_clear)
 
 
@@ -76,7 +78,7 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
     """Calls two functions at the same time, if two threads are allowed.
 
     Args:
-        first: Function that this thread calls.
+        first: Function that the calling thread calls.
         second: Function that another thread calls.
 
     Returns:
@@ -93,5 +95,5 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
 
 
 def blocks(n: int, size: int) -> list[slice]:
-    """Splits n rows into blocks of at most `size`."""
+    """Splits n rows into blocks of at most `size` rows."""
     return [slice(k, min(k + size, n)) for k in range(0, n, size)]

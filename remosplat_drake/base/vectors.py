@@ -1,6 +1,7 @@
-"""Operations on 3D vectors for kernels: arrays of three numbers, or tuples.
+"""Operations on 3D vectors, as arrays or tuples, for kernels.
 
-NumPy's operations allocate an array each, and take Numba longer to compile.
+Kernels use them instead of NumPy's operations, each of which allocates an array
+and takes longer to compile.
 """
 
 import math
@@ -45,7 +46,7 @@ def set_vector(out, a) -> None:
 
 @helper
 def across(n, angle):
-    """Makes two unit vectors perpendicular to each other and to a third one.
+    """Makes two perpendicular unit vectors that are perpendicular to a third.
 
     Args:
         n: The third vector, a unit vector, shape (3,).
@@ -77,7 +78,7 @@ def across(n, angle):
 
 @helper
 def rotation(axis, angle):
-    """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
+    """Makes the matrix, (3, 3), of a rotation about a unit vector [rad]."""
     s, c = math.sin(angle), math.cos(angle)
     x, y, z = axis[0], axis[1], axis[2]
     R = np.empty((3, 3))

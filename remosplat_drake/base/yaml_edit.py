@@ -12,13 +12,13 @@ def with_values(
 ) -> str:
     """Returns the text with new values in one of its mappings.
 
-    Comments, order and spelling of all other values are preserved. A missing
-    mapping or field is added before its siblings.
+    Comments, and the order and notation of all other values, are preserved. A
+    missing mapping or field is added before its siblings.
 
     Args:
         text: A YAML document.
         path: Keys that lead to the mapping; the last one may be missing.
-        values: YAML of each value, by its field.
+        values: Each value as YAML text, by its field.
         where: The file, for errors.
 
     Raises:
@@ -36,7 +36,8 @@ def with_values(
             end = found.end_mark.index
             return f"{text[:at]} {{{content}}}{text[end:]}"
         node = _mapping(found, path[: depth + 1], where)
-    # From the end, so that earlier positions stay valid.
+    # Replacements are made from the end of the text, so that earlier positions
+    # stay valid.
     present = {k: v for k in values if (v := _value(node, k)) is not None}
     new = [f"{k}: {v}" for k, v in values.items() if k not in present]
     for key, old in sorted(
@@ -53,7 +54,9 @@ def _mapping(
     """Returns the node, which must be a mapping without a tag."""
     if not isinstance(node, yaml.MappingNode) or not node.tag.endswith(":map"):
         raise FieldError(
-            str(where), ".".join(path), "is not a plain mapping: set it by hand"
+            str(where),
+            ".".join(path),
+            ("is not a plain mapping and cannot be edited: set it by hand"),
         )
     return node
 
@@ -67,7 +70,10 @@ def _is_empty(node: yaml.Node) -> bool:
 
 
 def _end(node: yaml.Node) -> int:
-    """Returns where a value ends; in PyYAML, blocks end at the next token."""
+    """Returns the position at which a value ends.
+
+    For blocks, PyYAML's end mark is not used, since it is at the next token.
+    """
     is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
     if not is_block or not node.value:
         return node.end_mark.index
@@ -76,7 +82,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _with_fields(text: str, node: yaml.MappingNode, lines: list[str]) -> str:
-    """Adds fields before all others of a mapping."""
+    """Adds fields before all other fields of a mapping."""
     if node.flow_style:
         at = node.start_mark.index + 1
         comma = ", " if node.value else ""

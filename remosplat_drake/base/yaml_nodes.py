@@ -1,7 +1,7 @@
-"""Parses YAML into PyYAML nodes with line numbers, bounded in size.
+"""Parses YAML into PyYAML nodes with line numbers.
 
-Nesting, size and the expansion of aliases have limits, so reading any file
-terminates.
+The size of a file, its nesting and the expansion of its aliases are limited, so
+that reading any file ends after a short time.
 """
 
 import re
@@ -15,16 +15,17 @@ from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.ranges import joined, shown
 
 MOST_BYTES = 8 * 2**20
-"""Largest file size; larger files would take minutes [bytes]."""
+"""Largest accepted file size [bytes]. Larger files would take minutes to
+parse."""
 
 MOST_NODES = 2_000_000
 """Largest number of values in a document after expansion of aliases."""
 
 DEEPEST = 40
-"""Deepest nesting of lists and mappings."""
+"""Largest accepted nesting of lists and mappings."""
 
 YAML_TAG = "tag:yaml.org,2002:"
-"""Beginning of the tags of YAML's own types."""
+"""Prefix of the tags of YAML's own types."""
 
 
 def read_text(path: Path) -> str:
@@ -42,7 +43,7 @@ def read_text(path: Path) -> str:
         raise FileError(path, str(error)) from error
     if len(data) > MOST_BYTES:
         raise FileError(
-            path, f"is larger than {MOST_BYTES // 2**20} MiB, far too long"
+            path, f"is larger than {MOST_BYTES // 2**20} MiB, the limit"
         )
     try:
         return data.decode()
@@ -88,7 +89,7 @@ def compose(text: str, where: str) -> yaml.Node:
             node = loader.get_single_node()
         finally:
             loader.dispose()
-    # PyYAML does not catch some errors of its conversions.
+    # Some conversions of PyYAML raise errors that are not its own.
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         problem = " ".join(str(error).split())
         raise FileError(where, f"not YAML: {problem}") from error
@@ -113,7 +114,9 @@ def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
             total += sum(_size(part, known, where) for part in parts)
         known[id(node)] = total
     if known[id(node)] < 0:
-        raise FileError(where, "an alias refers to a node that contains it")
+        raise FileError(
+            where, ("an alias refers to a value that contains the alias")
+        )
     return known[id(node)]
 
 
@@ -160,10 +163,10 @@ def fail(node: yaml.Node, field: str, problem: str) -> typing.NoReturn:
     raise FieldError(line_of(node), " ".join(field.split()), problem)
 
 
-# Scalars, which PyYAML keeps as text.
+# The functions below convert scalars, which PyYAML keeps as text.
 
 _SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
-"""The dot of YAML's own spellings .inf, -.inf and .nan."""
+"""Pattern of the dot in YAML's spellings .inf, -.inf and .nan."""
 
 _OCTAL = re.compile(r"[-+]?0[0-9_]+")
 
@@ -186,7 +189,14 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
     """
     tag = node.tag.removeprefix(YAML_TAG)
     if kind in (float, int) and not node.style and _OCTAL.fullmatch(node.value):
-        fail(node, field, f"{shown(node.value)}: YAML reads this as octal")
+        fail(
+            node,
+            field,
+            (
+                f"{shown(node.value)}: YAML reads a number with "
+                "leading zeros as octal; remove the zeros"
+            ),
+        )
     if kind is float:
         return _number(node)
     if kind is int and tag == "int":
@@ -201,7 +211,7 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
 def _number(node: yaml.ScalarNode) -> float | None:
     """Returns the number that a plain scalar stands for.
 
-    Plain 1e-3 is a number in YAML 1.2, but not in YAML 1.1.
+    It accepts 1e-3, which is a number in YAML 1.2 but not in YAML 1.1.
     """
     if node.style:
         return None

@@ -72,5 +72,5 @@ def test_only_declared_dataclasses_are_made():
         restore(Tree, text, arrays)
     with pytest.raises(LookupError):
         restore(Leaf, text.replace("Leaf", "Tree"), arrays)
-    with pytest.raises(TypeError, match="cannot flatten set"):
+    with pytest.raises(TypeError, match="cannot store a value of type set"):
         flatten({1})

@@ -179,7 +179,7 @@ def test_a_map_that_fits_in_no_file_leaves_the_old_one(path):
 def test_only_the_file_that_was_sealed_opens_with_its_seal(path):
     seal = write_map(path, a_map())
     write_map(path, a_map(splat=floor(400)))
-    with pytest.raises(FileError, match="not the file that was written here"):
+    with pytest.raises(FileError, match="not the file that this program wrote"):
         open_map(path, seal)
 
 

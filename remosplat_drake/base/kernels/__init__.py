@@ -1,7 +1,7 @@
 """Compilation of the kernels of this package with Numba.
 
-A `kernel` is compiled by itself and kept on disk; a `helper` is compiled into
-the kernels that call it.
+A `kernel` is a function that is compiled separately and kept on disk. A
+`helper` is a function that is compiled into each kernel that calls it.
 """
 
 from collections.abc import Callable
@@ -43,8 +43,9 @@ def kernel(
 
     Args:
         function: The function; omitted if there are options.
-        returns: Type of its result, see `Kernel`.
-        linked: Whether kernels that call it contain its code, like a helper's.
+        returns: Type of the function's result, see `Kernel`.
+        linked: Whether kernels that call the function contain its code, as with
+            a helper.
         options: Numba's options.
     """
     if function is None:
@@ -57,26 +58,26 @@ def kernel(
 
 
 def numpy_kernel(function: Any = None, **options: Any) -> Any:
-    """A `kernel` that divides as NumPy does: by zero gives infinity or NaN."""
+    """Makes a `kernel` in which division by zero gives infinity or NaN."""
     return kernel(function, error_model="numpy", **options)
 
 
 def parallel_kernel(function: Any) -> Any:
-    """A `kernel` whose loops over `prange` run on several threads."""
+    """Makes a `kernel` whose loops over `prange` run on several threads."""
     return kernel(function, parallel=True)
 
 
 helper = register_jitable(no_cfunc_wrapper=True)
 """Compiles a function into the kernels that call it.
 
-If Python calls a helper, it runs uncompiled, which is slow."""
+If Python calls a helper directly, it runs uncompiled, which is slow."""
 
 numpy_helper = register_jitable(no_cfunc_wrapper=True, error_model="numpy")
-"""A `helper` that divides as NumPy does."""
+"""A `helper` in which division by zero gives infinity or NaN."""
 
 
 def overload(function: Callable) -> Callable[[Callable], Callable]:
-    """Numba's `overload`: decorates a function that selects an implementation.
+    """Decorates a function that selects an implementation (Numba's `overload`).
 
     Args:
         function: The function.

@@ -1,11 +1,11 @@
 """Compiles kernels in worker processes, on idle cores.
 
-A process can declare in advance which kernels it will need: see `expect`. When
-the first of them is missing on disk, worker processes compile all that are
-missing. Kernels with a declared result type are compiled in parallel with their
-callers in any case. The workers write compiled kernels to disk, where this
-process finds them. While this process waits for a worker's kernel, it compiles
-another one from the queue.
+A process can declare in advance which kernels it will need, by `expect`. When
+the first of these is not on disk, worker processes compile all missing ones.
+Without such a declaration, workers compile only kernels with a declared result
+type, in parallel with their callers. The workers write compiled kernels to
+disk, from where this process loads them. While this process waits for a kernel
+of a worker, it compiles another one from the queue.
 """
 
 import contextlib
@@ -22,18 +22,20 @@ from remosplat_drake.base.kernels.references import Unit, found
 from remosplat_drake.base.threads import num_threads
 
 COMPILERS = "REMOSPLAT_COMPILERS"
-"""Environment variable: largest number of worker processes."""
+"""Name of the environment variable with the largest number of worker
+processes."""
 
 extending_modules: list[str] = []
 """Modules that extend Numba's compiler. Worker processes import them before
 they compile."""
 
 _ASKED, _BEGUN, _ENDED, _READY = range(4)
-"""Messages of a worker about a variant: the worker needs it, begins to compile
-it, has compiled it; and that the worker waits for the next variant."""
+"""Messages of a worker about a variant (a kernel for certain argument types):
+it needs the variant, begins to compile it, or has compiled it. The last message
+is that the worker waits for the next variant."""
 
 _USUAL = 1.0
-"""Assumed compilation time of a variant if it is unknown [s]."""
+"""Compilation time of a variant that is assumed if it is unknown [s]."""
 
 
 class _Compilation:
@@ -43,14 +45,15 @@ class _Compilation:
         changed: Condition, notified when a variant is requested or has been
             compiled.
         asked: All requested variants.
-        waiting: Requested variants that no process has begun, in order.
+        waiting: Requested variants that no process has begun to compile, in
+            order.
         running: Variants that workers compile at present.
         processes: Number of workers.
         idle: Number of idle workers.
         expected: Function that returns the variants that this process will
             need; None after its call.
-        tell: Sends messages to the process for which this one compiles; None if
-            there is none.
+        tell: Function that sends messages to the parent process, for which this
+            one compiles; None if this process is no worker.
         weights: Known compilation times of variants, on a reference processor
             [s].
         missing: Compilation times of the variants that were missing [s].
@@ -77,7 +80,7 @@ _state = _Compilation()
 
 
 def expect(variants: Callable[[], Mapping[Any, float]]) -> None:
-    """Declares which variants this process will need.
+    """Declares which variants (kernels for argument types) will be needed.
 
     Args:
         variants: Function that returns the variants, in the order of
@@ -124,7 +127,7 @@ def count() -> Count:
 
 
 def rest() -> None:
-    """Records that this process no longer waits for kernels."""
+    """Reports that this process no longer waits for kernels."""
     if _state.shows is not None:
         _state.shows(False)
 
@@ -135,7 +138,7 @@ def _miss(variant: Unit) -> None:
 
 
 def ask(variant: Unit) -> None:
-    """Requests a variant from a worker, if it is not on disk.
+    """Requests a variant from the workers, unless it is on disk.
 
     Args:
         variant: The variant.
@@ -158,10 +161,10 @@ def ask(variant: Unit) -> None:
 
 
 def begin(variant: Unit) -> None:
-    """Records that this thread compiles a variant, which is not on disk.
+    """Records that this thread begins to compile a variant.
 
-    If another process already compiles it, this returns when that process has
-    finished.
+    The variant is not on disk. If another process already compiles it, this
+    call returns when that process has finished.
 
     Args:
         variant: The variant.
@@ -187,14 +190,14 @@ def begin(variant: Unit) -> None:
                 _state.changed.wait()
                 continue
             other = next(iter(_state.waiting))
-        # A thread that needs the variant compiles it again and raises the
-        # error.
+        # The error is ignored here: a thread that needs the variant compiles it
+        # again and raises the error.
         with contextlib.suppress(Exception):
             other.prepare()
 
 
 def end(variant: Unit) -> None:
-    """Records that this thread has compiled a variant, or has failed to."""
+    """Records that this thread has compiled a variant, or that this failed."""
     if _state.tell is not None:
         _state.tell(_ENDED, variant)
     with _state.changed:
@@ -205,7 +208,7 @@ def finish(variant: Unit) -> None:
     """Loads or compiles all variants that a variant calls.
 
     Args:
-        variant: A variant that is compiled or loaded.
+        variant: A variant whose own code is compiled or loaded.
     """
     missing, seen = [variant], set()
     while missing:
@@ -227,8 +230,8 @@ def _most() -> int:
 
 
 def _run_process() -> None:
-    """Starts a worker and sends it variants until it exits."""
-    # If the worker exits early, this process compiles the rest.
+    """Starts a worker, and sends it variants until it exits."""
+    # If the worker exits early, this process compiles the remaining variants.
     try:
         with contextlib.suppress(OSError, EOFError, pickle.PickleError):
             _Process().run()
@@ -303,7 +306,7 @@ class _Process:
 
 
 def serve(requests: Any, answers: Any) -> None:
-    """Compiles the requests of another process, until that process ends.
+    """Compiles the variants that another process requests, until it ends.
 
     Args:
         requests: The file from which requests are read.
@@ -322,8 +325,8 @@ def serve(requests: Any, answers: Any) -> None:
             for module in modules:
                 importlib.import_module(module)
             variant = found(reference)
-            # If this fails, the other process compiles the variant and raises
-            # the error.
+            # An error is ignored here: the other process then compiles the
+            # variant itself and raises the error.
             with contextlib.suppress(Exception):
                 if variant is not None and not variant.is_kept:
                     variant.prepare()

@@ -1,12 +1,13 @@
-"""The digest of a compiled kernel's content.
+"""Computes the digest of a kernel's content, which names its file.
 
 A kernel contains the functions that it calls and the constants that it reads,
-of any file. The digest covers their bytecode and these values, as they are in
-this process. No source file is read: a comment changes nothing, and a function
-that was redefined in a notebook counts with its current code.
+from all modules. The digest covers the bytecode of these functions and the
+values of these constants in this process. It does not depend on source files: a
+changed comment does not change the digest, and of a function that was redefined
+in a notebook it covers the current code.
 
-If a kernel calls another by its address, only the other's name and type count:
-see `Kernel`.
+If a kernel calls another kernel by its address, the digest covers only the name
+and the type of the called kernel; see `Kernel`.
 """
 
 import enum
@@ -24,7 +25,8 @@ from llvmlite import ir
 from numba import extending, types
 
 _FOREIGN = {"numba", "numpy", "llvmlite", *sys.stdlib_module_names}
-"""Packages whose functions are identified by name and version."""
+"""Packages whose functions the digest covers by name and version, instead of
+bytecode."""
 
 _COMPILER_FILES = (
     "address_calls.py",
@@ -44,22 +46,22 @@ _COMPILER_MODULES = {
 
 
 class UnknownContentError(Exception):
-    """The content of something in a kernel cannot be determined."""
+    """Raised if the content of a value in a kernel cannot be determined."""
 
 
 class Referenced:
-    """A global that is identified by name: kernels call it by its address.
+    """A global that kernels call by its address, and that the name identifies.
 
     Attributes:
-        content: Identifies it in every process; empty if its callers contain it
-            after all.
+        content: Text that identifies the global in every process; empty if its
+            callers contain its code.
     """
 
     content: str
 
 
 overloads: dict[Callable, list[Callable]] = {}
-"""For each function, the overloads that choose its compiled form; see
+"""The functions that choose the compiled form of a Python function; see
 `overload`."""
 
 
@@ -67,7 +69,7 @@ def content_digest(function: Callable) -> str:
     """Returns the digest of a function and of all that it contains.
 
     Raises:
-        UnknownContentError: It reads a global whose content cannot be
+        UnknownContentError: The function reads a global whose content cannot be
             determined.
     """
     digest = hashlib.sha256(_environment())
@@ -78,7 +80,7 @@ def content_digest(function: Callable) -> str:
 
 
 class _Walk:
-    """Iterates over the content of values, each function once."""
+    """Iterates over the content of values; visits each function once."""
 
     def __init__(self):
         self._seen: dict[Any, int] = {}
@@ -141,7 +143,7 @@ def _is_set(value: Any) -> bool:
 
 
 def _names(code: CodeType) -> set[str]:
-    """Names that a function, and those within it, may read of its module."""
+    """Returns the globals that a function or its inner functions may read."""
     names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -150,8 +152,8 @@ def _names(code: CodeType) -> set[str]:
 
 
 def _is_foreign(module: str | None) -> bool:
-    # The module of a script or notebook, `__main__`, is in the list of the
-    # standard library.
+    # `__main__` is the module of a script or notebook, although it is in the
+    # list of the standard library.
     return module != "__main__" and (module or "").split(".")[0] in _FOREIGN
 
 
@@ -162,7 +164,7 @@ def _name(value: Any) -> bytes:
 
 
 def _plain(value: Any) -> bytes:
-    """Returns the content of a value that is not a function and holds none."""
+    """Returns the content of a value that contains no function."""
     if value is None or value is Ellipsis:
         return repr(value).encode()
     if isinstance(value, enum.Enum):
@@ -191,7 +193,7 @@ def _plain(value: Any) -> bytes:
 def _is_known_by_name(value: Any) -> bool:
     """Whether a value is a function of Numba, NumPy or C, or an intrinsic.
 
-    Intrinsics that reach this function are defined in `_COMPILER_FILES`.
+    Only intrinsics that are defined in `_COMPILER_FILES` reach this function.
     """
     return hasattr(value, "__name__") and (
         isinstance(value, BuiltinFunctionType | np.ufunc)
@@ -212,7 +214,7 @@ _known_environment = b""
 
 
 def _environment() -> bytes:
-    """Dependencies of all kernels: versions, and extensions of the compiler."""
+    """Returns what all kernels depend on: versions, and compiler extensions."""
     global _known_environment
     if not _known_environment:
         base = Path(__file__).resolve().parents[1]

@@ -1,9 +1,9 @@
 """Files of compiled kernels, one for each kernel, named by its content.
 
 A file's name depends on the content of the kernel, the types of its arguments,
-and the target processor. So a file is never out of date, and folders can be
-copied and shared. Kernels are read from two places: the user's cache, where new
-ones are written, and the package, if its wheel contains kernels.
+and the target processor. So a file is never out of date, and folders of kernels
+can be copied and shared. Kernels are read from the user's cache, where new ones
+are written, and from the package, if its wheel contains kernels.
 """
 
 import fcntl
@@ -29,23 +29,24 @@ PACKAGED = Path(__file__).resolve().parents[2] / "compiled_kernels"
 """Folder of the kernels that a wheel contains."""
 
 MADE_FOR = "made_for.txt"
-"""The file in it with the versions that the kernels fit, see `made_for`."""
+"""The file in the wheel's folder that states the versions that its kernels fit,
+see `made_for`."""
 
 _MOST = 1_000_000_000
 """Size of the user's cache beyond which the oldest files are removed [B]."""
 
 
 def kernels_dir() -> Path:
-    """Returns the folder of the user's kernels; it may not exist.
+    """Returns the folder of the user's kernels, which may not exist.
 
-    It is NUMBA_CACHE_DIR if that is set.
+    The environment variable NUMBA_CACHE_DIR overrides the default.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return Path(chosen) if chosen else cache_dir() / "kernels"
 
 
 def made_for() -> str:
-    """Returns the Python, packages and processor of kernels made here."""
+    """Returns the versions and the processor that kernels made here need."""
     python = ".".join(map(str, sys.version_info[:2]))
     processor = config.CPU_NAME or "this processor"
     return (
@@ -57,7 +58,7 @@ def made_for() -> str:
 def unfit() -> str:
     """Returns the versions that the wheel's kernels require, if they differ.
 
-    The text is empty if they fit this system, or if there are none.
+    The text is empty if the kernels fit this system, or if the wheel has none.
     """
     try:
         made = (PACKAGED / MADE_FOR).read_text()
@@ -67,7 +68,7 @@ def unfit() -> str:
 
 
 def find(name: str) -> Path | None:
-    """Returns the file of a kernel, None if it is not kept.
+    """Returns the path of a kernel's file; None if there is none.
 
     Args:
         name: Its name.
@@ -80,7 +81,7 @@ def find(name: str) -> Path | None:
 
 
 def read(path: Path) -> tuple[Any, ...] | None:
-    """Returns the content; None if the file is damaged or missing."""
+    """Returns the content of a kernel's file; None if damaged or missing."""
     try:
         return pickle.loads(path.read_bytes())
     except Exception:  # Damaged pickles raise anything.
@@ -88,7 +89,7 @@ def read(path: Path) -> tuple[Any, ...] | None:
 
 
 def write(name: str, parts: tuple[Any, ...]) -> None:
-    """Keeps a kernel, unless the disk is full or read-only.
+    """Writes a kernel's file, unless the disk is full or read-only.
 
     Args:
         name: Its name.
@@ -117,9 +118,10 @@ def _remove_oldest() -> None:
 
 @contextmanager
 def locked(name: str) -> Iterator[None]:
-    """Context in which only this process compiles a kernel.
+    """Provides a context in which only this process compiles a kernel.
 
-    If the folder is read-only, each process compiles for itself.
+    If the folder is read-only, there is no lock, and each process compiles for
+    itself.
 
     Args:
         name: The kernel's file.
@@ -139,6 +141,6 @@ def locked(name: str) -> Iterator[None]:
 
 @cache
 def _lock_file(folder: Path) -> int:
-    """Opens a file in which each byte is a lock. It stays open."""
+    """Opens, once, the file of which each byte serves as a lock."""
     folder.mkdir(parents=True, exist_ok=True)
     return os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)

@@ -30,17 +30,19 @@ Returns = types.Type | Callable[..., types.Type] | None
 class Kernel(Referenced):
     """A compiled function, kept on disk under the digest of its content.
 
-    Python calls it with values. Other kernels call it by its address, so it is
-    compiled only once, and they are not compiled again when it changes.
+    Python calls a kernel with values. Other kernels call it by its address: so
+    the kernel is compiled only once, and its callers are not compiled again
+    when it changes.
 
     Attributes:
-        py_func: The function, as it was written.
+        py_func: The original Python function.
         module: Name of its module.
-        name: Its qualified name there.
-        content: `Referenced.content`; empty if kernels that call it contain it.
-        returns: The type of its result, or a function that derives it from the
-            argument types. If it is given, callers are compiled at the same
-            time; otherwise after this kernel.
+        name: Qualified name of the function in its module.
+        content: See `Referenced`; empty if the kernel's callers contain its
+            code.
+        returns: The type of the result, or a function that derives it from the
+            argument types. If it is given, callers are compiled in parallel
+            with this kernel, otherwise after it.
         options: Numba's options, as text.
     """
 
@@ -56,8 +58,8 @@ class Kernel(Referenced):
 
         Args:
             function: The function.
-            returns: The type of its result, see `Kernel`.
-            linked: Whether kernels that call it contain it.
+            returns: The type of the result, see `Kernel`.
+            linked: Whether kernels that call this one contain its code.
             options: Numba's.
         """
         update_wrapper(self, function)
@@ -76,7 +78,7 @@ class Kernel(Referenced):
         self._call = None if linked else self._intrinsic()
 
     def __call__(self, *arguments: Any) -> Any:
-        """Calls it with values."""
+        """Calls the kernel with values."""
         try:
             return self.dispatcher(*arguments)
         except BaseException:
@@ -84,19 +86,19 @@ class Kernel(Referenced):
             raise
 
     def variant(self, arguments: Types) -> Variant:
-        """Returns the variant for argument types."""
+        """Returns the variant of this kernel for some argument types."""
         if arguments not in self._variants:
             self._variants[arguments] = Variant(self, arguments)
         return self._variants[arguments]
 
     @property
     def variants(self) -> list[Variant]:
-        """The variants that are compiled or loaded."""
+        """The variants of this kernel that are compiled or loaded."""
         return [v for v in self._variants.values() if v.uses is not None]
 
     @property
     def digest(self) -> str:
-        """The digest of its content; empty if that cannot be determined."""
+        """The digest of the content; empty if it cannot be determined."""
         return self._digest
 
     @cached_property
@@ -107,7 +109,7 @@ class Kernel(Referenced):
             return ""
 
     def _intrinsic(self) -> Any:
-        """Creates the intrinsic that calls it by its address."""
+        """Creates the intrinsic that calls this kernel by its address."""
 
         def call(typing_context, *arguments):
             del typing_context
@@ -134,9 +136,9 @@ def _type_of_kernel(kernel, context):
 def callback(signature: Any) -> Any:
     """Compiles a function that kernels call by its address, for one signature.
 
-    It is not kept on disk, since it may contain code of other files.
+    The result is not kept on disk, since it may contain code of other files.
 
     Args:
-        signature: Numba's types of its result and arguments.
+        signature: Numba's types of the function's result and arguments.
     """
     return cfunc(signature, error_model="numpy")

@@ -1,12 +1,12 @@
 """Changes to Numba's code generation that keep compilation short.
 
 By default, Numba compiles each function to machine code, and compiles it again
-inside each caller. A helper that Python never calls needs only the copies
-inside its callers. So helpers are linked into their callers, but not compiled
-on their own, unless a pointer into their library is needed.
+as a part of each caller. A helper that Python never calls needs only the copies
+in its callers. So helpers are linked into their callers, but are not compiled
+separately, unless a pointer into their library is needed.
 
-This module uses private parts of Numba. A test names each of them, and
-`pyproject.toml` has an upper bound for untested versions.
+This module uses private parts of Numba. A test lists each of these parts, and
+`pyproject.toml` excludes versions of Numba that are not tested.
 """
 
 from collections.abc import Sequence
@@ -20,16 +20,17 @@ _ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
 _UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
 
 _environments: dict[str, Any] = {}
-"""Arguments of `set_env` for functions without machine code yet."""
+"""Arguments of delayed calls of `set_env`, for functions that have no machine
+code yet."""
 
 
 class LinkedLibrary(codegen.JITCodeLibrary):
-    """A library of code that is compiled only if it is called from outside."""
+    """A code library that is compiled only if code outside it calls it."""
 
     _only_linked = False
 
     def _optimize_functions(self, ll_module):
-        # The module-level passes hold these.
+        # Numba keeps these objects in its module-level passes.
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self):
@@ -39,10 +40,10 @@ class LinkedLibrary(codegen.JITCodeLibrary):
             super()._optimize_final_module()
 
     def _hide_linked(self):
-        """Hides helpers from the machine code of other kernels.
+        """Makes the names of helpers invisible to the code of other kernels.
 
-        Functions are numbered per process, so two different ones could have the
-        same name.
+        Numba's names of functions contain a number that is unique only within a
+        process. So two different helpers could have the same name.
         """
         for function in self._final_module.functions:
             if function.linkage.name == "linkonce_odr":
@@ -64,7 +65,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
                 self._codegen.set_env(variable.name, environment)
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Returns the address of a function, 0 if it is not defined here."""
+        """Returns the address of a function; 0 if this library lacks it."""
         self._ensure_finalized()
         if self._only_linked:
             if not any(f.name == name for f in self.get_defined_functions()):
@@ -80,7 +81,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
     def _is_entered(self) -> bool:
-        """Whether Python calls it, or its code cannot be deferred."""
+        """Whether Python calls the library, or its code cannot be deferred."""
         module = self._final_module
         return (
             not self._object_caching_enabled
@@ -98,7 +99,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
 
 
 def link_only() -> None:
-    """Makes Numba use this class for the rest of this process."""
+    """Makes Numba use `LinkedLibrary` for the rest of this process."""
     machine = codegen.JITCPUCodegen
     if machine._library_class is not codegen.JITCodeLibrary:
         return
@@ -115,10 +116,10 @@ def link_only() -> None:
 
 
 def compare_quickly() -> None:
-    """Makes Numba compare settings of functions by their explicit values only.
+    """Makes Numba compare functions' settings by their explicit values only.
 
-    Numba compares settings thousands of times, and computes all of them each
-    time, including the defaults.
+    By default, Numba compares settings thousands of times, and computes all of
+    them each time, including default values.
     """
     config = targetconfig.TargetConfig
     equal, digest = config.__eq__, config.__hash__
@@ -140,7 +141,7 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 
     Args:
         library: Numba's library.
-        prefix: Prefix of their names.
+        prefix: Prefix of the variables' names.
     """
     variables = library._final_module.global_variables
     return sorted(v.name for v in variables if v.name.startswith(prefix))
@@ -149,13 +150,13 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 def reduced(compiled: Any, is_linked: bool) -> tuple:
     """Returns the part of a compile result that is kept on disk.
 
-    Numba keeps the intermediate code for linking, and parses it to find the
-    names that the machine code defines. If nothing links it, a module with
-    these names suffices.
+    Numba's result contains intermediate code. It is needed for linking, and for
+    the names that the machine code defines. If no other code links the
+    function, an empty module with these names replaces the intermediate code.
 
     Args:
         compiled: Numba's `CompileResult`.
-        is_linked: Whether other code links it.
+        is_linked: Whether other code links the function.
     """
     library, *rest = compiled._reduce()
     if is_linked:

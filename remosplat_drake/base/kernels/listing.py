@@ -1,8 +1,8 @@
-"""Lists of kernels with their argument types and compilation times.
+"""Reads and writes lists of kernels, with argument types and times.
 
-With such a list, a process has its kernels compiled on all cores at once,
-before their arguments exist. Types are numbered, since they refer to each
-other.
+With such a list, all kernels that a process needs can be compiled at once on
+all cores, before the values of their arguments exist. The types in a list are
+numbered, since they refer to each other.
 """
 
 import importlib
@@ -22,13 +22,14 @@ _PACKAGE = "remosplat_drake."
 
 
 class UnlistedTypeError(Exception):
-    """A type of an argument cannot be written into a list of kernels."""
+    """Raised if the type of an argument cannot be written into a list."""
 
 
 def listed(variants: Iterable[Variant]) -> str:
-    """Returns a list of variants as text, callees first.
+    """Returns a list of variants as text; called variants precede callers.
 
-    Variants that another process cannot find, such as a script's, are omitted.
+    A variant that another process cannot find, such as one defined in a script,
+    is omitted.
     """
     table, rows = _Table(), []
     for variant in _callees_first(variants):
@@ -44,9 +45,9 @@ def listed(variants: Iterable[Variant]) -> str:
 
 
 def read_list(path: Path) -> dict[Variant, float]:
-    """Returns the variants of a list, and how long each takes [s].
+    """Returns the variants of a list, and the compilation time of each [s].
 
-    Entries for kernels that no longer exist are omitted.
+    Entries of kernels that no longer exist are omitted.
     """
     content = json.loads(path.read_text())
     kinds: list[types.Type | None] = []
@@ -77,10 +78,10 @@ def _callees_first(variants: Iterable[Variant]) -> Iterator[Variant]:
 
 
 class _Table:
-    """The types of a list, each once and after those that it holds.
+    """The types in a list, each once, and after the types that it contains.
 
     Attributes:
-        rows: Their descriptions.
+        rows: Descriptions of the types, in order.
     """
 
     def __init__(self):
@@ -88,7 +89,7 @@ class _Table:
         self._numbers: dict[types.Type, int] = {}
 
     def number(self, kind: types.Type) -> int:
-        """Returns the number of a type."""
+        """Returns the number of a type; adds the type if it is new."""
         if kind not in self._numbers:
             row = self._described(kind)
             self._numbers[kind] = len(self.rows)

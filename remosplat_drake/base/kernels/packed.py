@@ -1,10 +1,10 @@
 """`Packed`: a named tuple of arrays that kernels receive by address.
 
-If a kernel takes a plain named tuple, each number of each array header becomes
-an argument of its own, hundreds for a robot, and likewise in the functions that
-it calls. These arguments dominate the compilation time and the cost of a call
-from Python. A `Packed` is one address; a kernel reads only the fields that it
-uses.
+If a kernel takes a plain named tuple, Numba makes a separate argument of each
+number in each array header: hundreds of arguments for a robot, also in each
+function that the kernel calls. These arguments would dominate the compilation
+time and the duration of calls from Python. A `Packed` is a single address, from
+which a kernel reads only the fields that it uses.
 """
 
 import hashlib
@@ -41,11 +41,11 @@ _WORD = ir.IntType(64)
 class Packed(Generic[Values]):
     """A named tuple for kernels: arrays, numbers, and tuples of these.
 
-    Kernels read its fields by name, as they read the tuple's. They must not
-    write to arrays that are read-only.
+    Kernels read the fields of a `Packed` by name, as those of the tuple.
+    Kernels must not write to its read-only arrays.
 
     Attributes:
-        values: The named tuple, with its arrays as kernels read them.
+        values: The named tuple, with contiguous arrays.
         address: Address of the array headers.
     """
 
@@ -55,8 +55,8 @@ class Packed(Generic[Values]):
         """Packs a named tuple.
 
         Args:
-            values: The named tuple. Arrays that are not contiguous are copied;
-                nested named tuples are packed, too, unless they are already.
+            values: The named tuple. Arrays that are not contiguous are copied.
+                Nested named tuples are packed, too.
         """
         parts = _contiguous(values)
         self.values = _unpacked(parts)
@@ -85,14 +85,14 @@ def _contiguous(value: Any) -> Any:
 
 
 def _unpacked(value: Any) -> Any:
-    """Replaces packed values by the named tuples that they contain."""
+    """Replaces packed values by the named tuples that they were made from."""
     if isinstance(value, Packed):
         return value.values
     return _of_parts(value, _unpacked)
 
 
 def _of_parts(value: Any, convert: Callable[[Any], Any]) -> Any:
-    """Converts all parts of a tuple, and leaves other values as they are."""
+    """Converts all parts of a tuple; returns other values unchanged."""
     if isinstance(value, tuple):
         make = getattr(type(value), "_make", tuple)
         return make(map(convert, value))
@@ -100,7 +100,7 @@ def _of_parts(value: Any, convert: Callable[[Any], Any]) -> Any:
 
 
 def _words(value: Any) -> list[int]:
-    """Returns the stored words; of an array address, shape and strides."""
+    """Returns a value as words; an array's are address, shape and strides."""
     if isinstance(value, Packed):
         return value._words.tolist()
     if isinstance(value, np.ndarray):
@@ -113,7 +113,7 @@ def _words(value: Any) -> list[int]:
 
 
 def _address(array: np.ndarray) -> int:
-    # Several times as fast as `ctypes` of the array.
+    # This is several times as fast as the array's `ctypes`.
     return array.__array_interface__["data"][0]
 
 
@@ -123,8 +123,8 @@ _codes: dict[type, Any] = {}
 def bind_code(kind: type, function: Any) -> None:
     """Associates the code that processes a named tuple with the tuple's type.
 
-    Kernels that contain this code are then compiled again when it changes. Must
-    be called before the first such tuple is packed.
+    Kernels that contain this code are then compiled again when the code
+    changes. This function must be called before the first such tuple is packed.
 
     Args:
         kind: The named tuple.
@@ -134,7 +134,7 @@ def bind_code(kind: type, function: Any) -> None:
 
 
 def _code_of(kind: type) -> str:
-    """Returns an identifier of the code that works on a named tuple."""
+    """Returns an identifier of the code that processes a named tuple."""
     try:
         return content_digest(_codes[kind]) if kind in _codes else ""
     except UnknownContentError:
@@ -142,12 +142,13 @@ def _code_of(kind: type) -> str:
 
 
 class PackedType(types.Type):
-    """The type of a `Packed`: the named tuple's and those of its fields."""
+    """Numba's type of a `Packed`: types of the named tuple and its fields."""
 
     def __init__(self, kind: type, fields: tuple[types.Type, ...]):
         self.kind, self.fields = kind, fields
         self.code = _code_of(kind)
-        # Kept with the code that was compiled: fields may change places.
+        # The order of the fields is part of the type, since compiled code
+        # depends on it.
         self.names: tuple[str, ...] = kind._fields  # pyright: ignore
         looks = repr((fields, self.names, self.code))
         digest = hashlib.sha256(looks.encode()).hexdigest()[:16]
@@ -158,7 +159,7 @@ class PackedType(types.Type):
 
     @property
     def key(self) -> tuple:
-        """Distinguishes it from other types."""
+        """Key that distinguishes this type from other types."""
         return self.kind, self.names, self.fields, self.code
 
 
@@ -173,7 +174,7 @@ def _known_type(looks: Any, values: Any) -> PackedType:
 
 
 def _looks(value: Any) -> Any:
-    """Returns a key that differs for values of different types."""
+    """Returns a hashable key that is equal for values of the same type."""
     if isinstance(value, Packed):
         return value._looks
     if isinstance(value, np.ndarray):
@@ -199,7 +200,7 @@ def _type(value: Any) -> types.Type:
 
 
 def _count(kind: types.Type) -> int:
-    """The number of words that a value of a type takes."""
+    """Returns the number of 64-bit words that a value of a type takes."""
     if isinstance(kind, types.Array):
         return 1 + 2 * kind.ndim
     if isinstance(kind, PackedType):
@@ -244,7 +245,7 @@ def packed_field(context, builder, kind, value, place) -> Any:
         builder: Writes the kernel's intermediate code.
         kind: The `PackedType`.
         value: The value.
-        place: Number of the field.
+        place: Index of the field.
     """
     first = sum(_count(part) for part in kind.fields[:place])
     words = builder.bitcast(value, _WORD.as_pointer())
@@ -252,12 +253,13 @@ def packed_field(context, builder, kind, value, place) -> Any:
 
 
 def _read(context, builder, kind, words, first):
-    """Reads a value of a type from the word with the number `first` on."""
+    """Reads a value of a type from consecutive words, beginning at `first`."""
 
     def word(number):
         at = builder.gep(words, [ir.Constant(_WORD, number)])
         loaded = builder.load(at)
-        # Headers never change, so the compiler may hoist the read out of loops.
+        # Array headers never change, so the compiler may move this read out of
+        # loops.
         loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
         return loaded
 
@@ -297,7 +299,7 @@ def packed_type(kind: types.Type) -> Any:
         kind: The type of the value.
 
     Raises:
-        TypingError: It holds an array that is not contiguous.
+        TypingError: The value contains an array that is not contiguous.
     """
     if isinstance(kind, types.Array):
         if kind.layout != "C":
@@ -361,13 +363,13 @@ def handed_type(kind: types.Type) -> Any:
 
 
 def hand_over(context, builder, kind, value) -> ir.Value:
-    """Returns a kernel's value in the form that another kernel takes.
+    """Converts a kernel's value to the form in which another kernel takes it.
 
     Args:
         context: Numba's target context.
         builder: Writes the kernel's intermediate code.
         kind: The type of the value.
-        value: The value. Packed arrays must outlive the call.
+        value: The value. Its arrays must exist until the other kernel returns.
     """
     handed = handed_type(kind)
     if handed == kind:
@@ -385,10 +387,11 @@ def hand_over(context, builder, kind, value) -> ir.Value:
 def type_text(kind: types.Type) -> str:
     """Returns a text that identifies a type in every process.
 
-    Numba's own names of named tuples do not have those of the fields.
+    Numba's own name of a named tuple is not sufficient, since it lacks the
+    names of the fields.
 
     Args:
-        kind: The type; parts of tuples count, too.
+        kind: The type; of a tuple, the types of all parts are in the text.
     """
     if not isinstance(kind, types.BaseTuple):
         return repr(kind)
@@ -400,7 +403,7 @@ def type_text(kind: types.Type) -> str:
 
 
 def store_words(builder, words) -> ir.Value:
-    """Stores words in a kernel's frame, and returns where the first is."""
+    """Stores words in a kernel's stack frame; returns the first's address."""
     at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))
     first = builder.bitcast(at, _WORD.as_pointer())
     for k, word in enumerate(words):

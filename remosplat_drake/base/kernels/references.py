@@ -1,4 +1,4 @@
-"""References by which any process finds a kernel, and its interface."""
+"""References by which any process finds a kernel; interfaces of kernels."""
 
 import importlib
 from collections.abc import Callable
@@ -9,11 +9,12 @@ from numba import types
 Types = tuple[types.Type, ...]
 
 Reference = tuple[str, str, Types]
-"""A kernel's module, its name there, and its argument types."""
+"""A reference: a kernel's module, its name in the module, and its argument
+types."""
 
 
 class KernelCode(Protocol):
-    """The part of `Kernel` that `Variant` uses; see there."""
+    """The part of the interface of `Kernel` that `Variant` uses."""
 
     py_func: Callable
     module: str
@@ -33,7 +34,7 @@ class KernelCode(Protocol):
 
 
 class Unit(Protocol):
-    """The part of `Variant` that compilation uses; see there."""
+    """The part of the interface of `Variant` that compilation uses."""
 
     uses: Any
 

@@ -1,4 +1,4 @@
-"""Shorthands for the result types of kernels; see `Kernel.returns`."""
+"""Functions that return Numba's types, for results of kernels."""
 
 from numba import types
 
@@ -11,27 +11,27 @@ REAL, WHOLE, TRUTH, NOTHING = (
 
 
 def reals(n: int) -> types.Array:
-    """Returns the type of arrays of real numbers of n dimensions."""
+    """Returns the type of n-dimensional arrays of real numbers."""
     return types.Array(REAL, n, "C")
 
 
 def wholes(n: int) -> types.Array:
-    """Returns the type of arrays of integers of n dimensions."""
+    """Returns the type of n-dimensional arrays of integers."""
     return types.Array(WHOLE, n, "C")
 
 
 def truths(n: int) -> types.Array:
-    """Returns the type of arrays of booleans of n dimensions."""
+    """Returns the type of n-dimensional arrays of booleans."""
     return types.Array(TRUTH, n, "C")
 
 
 def several(*kinds: types.Type) -> types.BaseTuple:
-    """Returns the type of tuples of some types."""
+    """Returns the type of tuples whose parts have the given types."""
     return types.BaseTuple.from_types(kinds)
 
 
 def named(kind: type, *kinds: types.Type) -> types.BaseNamedTuple:
-    """Returns the type of named tuples.
+    """Returns the type of named tuples of a class.
 
     Args:
         kind: The class.

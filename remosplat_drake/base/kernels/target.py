@@ -1,8 +1,8 @@
-"""The processor for which kernels are compiled.
+"""Chooses the processor for which kernels are compiled.
 
-On x86-64 it is the level v3 (AVX2, FMA), if the processor supports it, and not
-the processor itself. Such kernels are as fast within a few percent, and their
-files fit all such machines.
+On x86-64 this is the microarchitecture level v3 (AVX2, FMA) instead of the
+present processor, if that supports v3. Kernels for v3 run on all processors
+with this level, and are only a few percent slower.
 """
 
 from llvmlite import binding
@@ -16,7 +16,7 @@ _FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 def choose() -> None:
     """Makes Numba compile for x86-64-v3, unless the user set another target.
 
-    If Numba has already compiled code, the target does not change.
+    The target does not change if Numba has already compiled code.
     """
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         return

@@ -1,9 +1,9 @@
 """`Variant`: a kernel for arguments of certain types.
 
-Kernels call a variant through its cell, a word of memory with its address.
-Machine code finds the cell by name. Before Python calls a kernel, the cells of
-all variants that it may reach are filled, so that none is compiled or loaded in
-the middle of a call.
+Kernels call a variant through its cell, a word of memory that contains the
+variant's address. Machine code finds the cell by name. Before Python calls a
+kernel, the cells of all variants that it may call are filled, so that no
+variant is compiled or loaded during the call.
 """
 
 import ctypes
@@ -34,9 +34,9 @@ from remosplat_drake.base.kernels.references import (
 _CELL = "numba.dynamic.globals.remosplat_drake:"
 """Prefix of the names of cells.
 
-Because of its first words, Numba treats them as local to this process, and does
-not cache functions with `cache=True` that call kernels: another process would
-not find the cells."""
+Because of how the prefix begins, Numba treats the cells as local to this
+process. So it does not cache functions with `cache=True` that call kernels:
+another process would not find the cells."""
 
 _WORD = ir.IntType(64)
 
@@ -52,11 +52,12 @@ class Variant:
 
     Attributes:
         kernel: The kernel.
-        arguments: The types.
-        uses: The variants that it calls; None before it is compiled or loaded.
-        time: Compilation time on one core, without the variants that it calls
+        arguments: The types of the arguments.
+        uses: The variants that this one calls; None before it is compiled or
+            loaded.
+        time: Compilation time on one core, without that of the called variants
             [s].
-        was_kept: Whether it was loaded from disk.
+        was_kept: Whether the variant was loaded from disk.
     """
 
     def __init__(self, kernel: KernelCode, arguments: Types):
@@ -72,7 +73,7 @@ class Variant:
 
     @cached_property
     def name(self) -> str:
-        """The name by which machine code finds its cell."""
+        """The name by which machine code finds the variant's cell."""
         kernel, kinds = self.kernel, self._kinds
         name = f"{_CELL}{kernel.module}.{kernel.name}"
         return f"{name}.{hashlib.sha256(kinds.encode()).hexdigest()[:16]}"
@@ -83,7 +84,7 @@ class Variant:
 
     @property
     def file(self) -> str:
-        """The name of its file; empty if it cannot be kept."""
+        """The name of the variant's file; empty if there can be none."""
         return self._file
 
     @cached_property
@@ -97,12 +98,12 @@ class Variant:
 
     @property
     def is_kept(self) -> bool:
-        """Whether it is on disk."""
+        """Whether the variant is on disk."""
         return bool(self.file) and files.find(self.file) is not None
 
     @property
     def result(self) -> types.Type:
-        """The type of its result; prepares the variant if it is unknown."""
+        """The type of the result; reading it may compile the variant."""
         if self._result is None:
             returns = self.kernel.returns
             if returns is not None:
@@ -116,14 +117,14 @@ class Variant:
 
     @property
     def reference(self) -> Reference | None:
-        """Its reference for `found` in any process; None if there is none."""
+        """The variant's reference for `found`; None if there is none."""
         kernel = self.kernel
         module, name = kernel.module, kernel.name
         is_found = module != "__main__" and of_module(module, name) is kernel
         return (module, name, self.arguments) if is_found else None
 
     def prepare(self) -> None:
-        """Loads or compiles it, without the variants that it calls."""
+        """Loads or compiles the variant, without the variants that it calls."""
         if self._compiled is not None:
             return
         _thread.nested += 1
@@ -137,7 +138,7 @@ class Variant:
             _thread.nested -= 1
 
     def load(self, target_context: Any) -> Any:
-        """Returns Numba's compile result; None if it is not on disk."""
+        """Returns the compile result from disk; None if it is not on disk."""
         if self._compiled is not None:
             return self._compiled
         kept = self._kept()
@@ -147,7 +148,8 @@ class Variant:
         uses = []
         for reference, result in used:
             variant = found(reference)
-            # A caller fits the result type that its callee had at compilation.
+            # The caller on disk is only valid if its callees still have the
+            # result types that they had at its compilation.
             if variant is None or variant.result != result:
                 return None
             variant.name_cell()
@@ -158,7 +160,7 @@ class Variant:
         return compiled
 
     def begin(self) -> None:
-        """Locks it against other processes, and disables garbage collection."""
+        """Locks the variant for this process; disables garbage collection."""
         compilation.begin(self)
         if self.file:
             self._work.enter_context(files.locked(self.file))
@@ -169,7 +171,7 @@ class Variant:
         _thread.working.append(self)
 
     def keep(self, compiled: Any) -> None:
-        """Keeps Numba's compiled code on disk."""
+        """Writes Numba's compiled code to disk."""
         spent = process_time() - self._start
         self.time += spent
         for outer in _thread.working[-2:-1]:
@@ -191,9 +193,10 @@ class Variant:
         self._work.close()
 
     def _kept(self) -> Any:
-        """Returns the code on disk; None if there is none.
+        """Returns the content of the variant's file; None if there is none.
 
-        The compilation time, the called variants, and Numba's data.
+        The content is the compilation time, the called variants, and Numba's
+        data.
         """
         path = files.find(self.file) if self.file else None
         return None if path is None else files.read(path)
@@ -206,20 +209,20 @@ class Variant:
                 "declared"
             )
         self._result, self.uses = result, uses
-        # Numba measures each compilation once, and loading from disk never.
+        # Numba measures the duration of compilations, but not of loading.
         self._compiled = compiled._replace(metadata=None)
         self._cell.value = compiled.library.get_pointer_to_function(
             compiled.fndesc.llvm_func_name
         )
 
     def name_cell(self) -> None:
-        """Makes the cell's name known to machine code."""
+        """Defines the cell's name for machine code."""
         if self.name not in _named:
             _named[self.name] = self
             binding.add_symbol(self.name, ctypes.addressof(self._cell))
 
     def generate_call(self, context, builder, signature, arguments):
-        """Generates a call of it through the cell; see `numba.extending`."""
+        """Generates the code of a call through the cell (`numba.extending`)."""
         self.name_cell()
         convention, module = context.call_conv, builder.module
         cell = module.globals.get(self.name)
@@ -248,9 +251,9 @@ class Variant:
 
 
 def _check_owned(context, builder, kernel, kind, value) -> None:
-    """Generates a check that a result holds no array of a packed argument.
+    """Generates a check that a result contains no array of a packed argument.
 
-    Such an array might be freed while it is still read.
+    Such an array might be freed while the result is still read.
     """
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
@@ -269,8 +272,8 @@ class _Thread(threading.local):
 
     Attributes:
         working: The variants that it compiles.
-        nested: How many of them are callees of others that it compiles, or are
-            compiled for other processes.
+        nested: Number of these variants that are compiled as callees of others,
+            or for other processes.
     """
 
     def __init__(self):
@@ -285,7 +288,7 @@ def abandon(outer: int = 0) -> None:
     """Ends the thread's compilations after one of them failed.
 
     Args:
-        outer: Number of compilations that continue.
+        outer: Number of enclosing compilations that continue.
     """
     for variant in reversed(_thread.working[outer:]):
         variant._end()
@@ -300,7 +303,7 @@ class VariantCache:
         self._kernel = kernel
 
     def load_overload(self, arguments: Types, target_context: Any) -> Any:
-        """Returns the variant on disk; None if it must be compiled."""
+        """Returns a variant's compile result from disk; None if not there."""
         variant = self._kernel.variant(tuple(arguments))
         target_context.refresh()  # It links Numba's runtime.
         compiled = variant.load(target_context)
@@ -315,7 +318,7 @@ class VariantCache:
         return compiled
 
     def save_overload(self, arguments: Types, compiled: Any) -> None:
-        """Does nothing: see `adding_complete`."""
+        """Does nothing, since `adding_complete` writes variants to disk."""
 
 
 def adding_complete(
@@ -323,9 +326,9 @@ def adding_complete(
 ) -> Callable[[Any], None]:
     """Returns a function that adds a compile result to a kernel's dispatcher.
 
-    From then on, Python may call it on any thread. So all variants that it
-    calls are prepared before. Variants that are compiled on the way are not
-    added: if Python needs one, `VariantCache` provides it.
+    As soon as a result is added, Python may call the kernel on any thread. So
+    all variants that it calls are prepared before that. Their own results are
+    not added: if Python needs one of them, `VariantCache` loads it.
 
     Args:
         kernel: The kernel.
@@ -337,7 +340,7 @@ def adding_complete(
             if variant.kernel is kernel:  # Not for a variant from disk.
                 variant.keep(compiled)
                 _complete(variant)
-        # Numba itself links contained functions.
+        # Functions whose code is contained in a caller are linked by Numba.
         if not _thread.nested or not kernel.content:
             add(compiled)
 
@@ -345,7 +348,7 @@ def adding_complete(
 
 
 def _complete(variant: Variant) -> None:
-    """Prepares a variant's callees, if Python is about to call it."""
+    """Prepares the variants that a variant calls, before Python calls it."""
     if not _thread.nested:
         try:
             compilation.finish(variant)
@@ -356,7 +359,8 @@ def _complete(variant: Variant) -> None:
 def complete_for_others(variant: Variant) -> None:
     """Prepares a variant for a caller that is not a kernel.
 
-    Such a caller requests nothing before it is called.
+    Such a caller does not request the variants that it needs before its first
+    call.
     """
     if not _thread.working and not _thread.nested:
         variant.prepare()
@@ -365,7 +369,7 @@ def complete_for_others(variant: Variant) -> None:
 
 @cache
 def _processor() -> str:
-    """The target of compilation and Numba's settings."""
+    """Returns the target processor and Numba's settings, as text."""
     codegen = registry.cpu_target.target_context.codegen()
     settings = (
         int(config.OPT),

@@ -7,7 +7,8 @@ import sys
 from remosplat_drake.base.kernels import compilation
 
 NICE = 5
-"""Nice value: a running control loop has precedence."""
+"""Nice value of a worker. It is high, so that a running control loop has
+precedence."""
 
 if __name__ == "__main__":
     # Only the parent handles Ctrl-C; this process ends when its parent ends.
