@@ -353,7 +353,7 @@ def test_a_robot_that_no_doctor_has_seen_is_not_driven(
     line = complaint(
         capsys, "run", "--hardware", "--headless", "--lcm-url", free_url()
     )
-    assert "doctor.json: no report on robot and wire" in line
+    assert "doctor.json: no report about the robot" in line
     assert "--without-doctor" in line
 
 

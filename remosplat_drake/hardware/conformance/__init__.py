@@ -1,6 +1,6 @@
-"""Checks that a robot's drivers keep the rules of the wire.
+"""Checks that a robot's drivers conform to the wire protocol.
 
-The `Packet`s of a wire become a `RobotRecord`; `checks` judge it, and
-`following` how the axes follow. Nothing here sends anything: what moves the
-robot has been through verification and supervisor.
+`robot_record` collects LCM packets in a `RobotRecord`; `checks` evaluates it,
+and `following` measures how the axes follow their commands. This package sends
+no commands: another run, with verification and supervisor, moves the robot.
 """

@@ -1,4 +1,4 @@
-"""Checks the messages of a robot: a finding for each rule of the wire."""
+"""Checks the messages of a robot, with a finding for each rule."""
 
 import dataclasses as dc
 from collections.abc import Iterator, Sequence
@@ -26,19 +26,21 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.robot.actuators import Actuator
 
 SHARE = 0.8
-"""Least share of the configured rate at which statuses come."""
+"""Least permitted rate of statuses, as a fraction of the configured rate."""
 
 _AHEAD = 0.002
-"""How far a stamp may be ahead of our clock [s]."""
+"""Largest time by which a stamp may be ahead of our clock [s]."""
 
 _SAME = 0.15
-"""By which share a gain of an axis may differ from 1."""
+"""Permitted deviation of an axis' gain, its motion per commanded motion, from
+1."""
 
 _OTHER = 0.1
-"""Greatest gain of an axis by the commands of another one."""
+"""Greatest permitted motion of an axis per commanded motion of another one."""
 
 _VELOCITY = 0.3
-"""Permitted deviation of the ratio of the velocities from 1."""
+"""Permitted deviation from 1 of the ratio of the reported velocity to the
+change of position per time."""
 
 _RESOLUTION = 0.005
 """Resolution of delays [s]."""
@@ -56,7 +58,7 @@ def judge(
     Args:
         record: The received messages.
         config: Rates and limits of the controller.
-        actuators: How the axes should follow, base first.
+        actuators: Models of how the axes follow their commands, base first.
     """
     findings = []
     for part in record.parts:
@@ -83,13 +85,13 @@ class Seen:
     """The observations so far that a record must contain."""
 
     def __init__(self):
-        """Starts with nothing."""
+        """Starts without observations."""
         self._axes: dict[str, dict[str, _Range]] = {}
         self._stopped: dict[str, bool] = {}
         self._drivers: set[int] = set()
 
     def add(self, record: RobotRecord) -> None:
-        """Adds the messages since then."""
+        """Adds the messages of another record."""
         for part in record.parts:
             axes = self._axes.setdefault(part.part, {})
             ways = commanded_ways(part)
@@ -101,11 +103,11 @@ class Seen:
         self._drivers |= record.drivers.keys()
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
-        """Names the missing observations, in words for an operator.
+        """Lists the missing observations, in words for an operator.
 
         Args:
-            stop: Whether stops are waited for.
-            restart: Whether a restart of a driver is.
+            stop: Whether stops of all parts are required.
+            restart: Whether a restart of a driver is required.
         """
         found = []
         for part, axes in self._axes.items():
@@ -121,14 +123,14 @@ class Seen:
 
 @dc.dataclass
 class _Range:
-    """The range of a way [rad, m] that is continued piece by piece."""
+    """The range of an axis' position [rad, m], updated piece by piece."""
 
     end: float = 0.0
     low: float = 0.0
     high: float = 0.0
 
     def add(self, piece: np.ndarray) -> None:
-        """Continues the way by a piece, which starts at 0; shape (c,)."""
+        """Adds positions relative to the end of the previous piece, (c,)."""
         if len(piece):
             self.low = min(self.low, self.end + piece.min())
             self.high = max(self.high, self.end + piece.max())
@@ -147,7 +149,7 @@ def _silent(part: PartRecord) -> Finding:
         problem,
         f"statuses on {part.channel}",
         part.channel,
-        "start the driver with this LCM URL, and read what it says",
+        "start the driver with this LCM URL, and read its messages",
     )
 
 
@@ -156,12 +158,12 @@ def _whole(part: PartRecord) -> Finding:
     return judged(
         f"{part.part}: whole",
         not count,
-        found=f"{count} broken: {next(iter(part.broken))}"
+        found=f"{count} malformed: {next(iter(part.broken))}"
         if count
-        else f"{len(part.stamp)} statuses, all whole",
+        else f"{len(part.stamp)} statuses, all valid",
         wanted="finite positions and velocities of every axis",
         source=part.channel,
-        mend="send no status rather than one with a number that is not known",
+        mend="if a number is unknown, let the driver send no status",
     )
 
 
@@ -176,7 +178,7 @@ def _rate(part: PartRecord, config: HardwareConfig, duration: float) -> Finding:
         found=f"{rate:.0f} Hz",
         wanted=f"{wanted:.0f} Hz or more",
         source=f"stamps of {part.channel}",
-        mend="say the rate in hardware.arm_status_rate, or raise the robot's",
+        mend="set hardware.arm_status_rate, or raise the robot's rate",
     )
 
 
@@ -189,10 +191,10 @@ def _age(part: PartRecord) -> Finding:
         bool(good),
         found=f"{1e3 * middle:.1f} ms (1 %: {1e3 * first:.1f}, 99 %:"
         f" {1e3 * last:.1f})",
-        wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms when they come",
+        wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms on arrival",
         source=f"stamps of {part.channel}, and our clock",
-        mend="carry the stamp of the source through; let both computers follow"
-        " one clock; look for queues on the way",
+        mend="let the driver pass on the stamp of the measurement; synchronise"
+        " both computers' clocks; look for queues in between",
     )
 
 
@@ -200,7 +202,7 @@ def _gaps(part: PartRecord, config: HardwareConfig) -> Finding:
     limit = config.base_status_expiry
     if part.part == "arm":
         limit = config.arm_status_limit
-    # A message that comes late is as bad as one that does not come.
+    # A late message leaves the same gap as a lost one.
     longest = float(np.diff(part.received, prepend=part.received[0]).max())
     return judged(
         f"{part.part}: silence",
@@ -209,8 +211,8 @@ def _gaps(part: PartRecord, config: HardwareConfig) -> Finding:
         wanted=f"at most {1e3 * limit:.0f} ms, after which the robot is"
         " stopped",
         source=f"arrivals on {part.channel}",
-        mend="raise the driver's priority; run nothing else on its computer; a"
-        " restart of the driver causes silence, too",
+        mend="raise the driver's priority; end other programs on its computer;"
+        " a restart of the driver also causes silence",
     )
 
 
@@ -224,8 +226,8 @@ def _mode(part: PartRecord) -> Finding:
         found=f"{seen} all the time" if len(part.modes) == 1 else seen,
         wanted=_MODE_WORDS,
         source=f"modes of {part.channel}, while a person presses the stop",
-        mend="let the driver read the robot's stop: `emergency_stop` and"
-        " `mode` of !Ros2Arm name topics",
+        mend="let the driver report the robot's stops: for !Ros2Arm, set"
+        " the topics `emergency_stop` and `mode`",
     )
 
 
@@ -251,7 +253,7 @@ def _axes(
             found=_words(following, i, part.axes),
             wanted="motion as commanded, in rad or m, and only of this axis",
             source=f"commands, and positions in {part.channel}",
-            mend="look at the driver's order of axes, signs and units",
+            mend="check the driver's order of axes, signs and units",
         )
         yield judged(
             f"{name}: velocity",
@@ -259,7 +261,7 @@ def _axes(
             found=f"{velocity:.2f} times the change of position per time",
             wanted=f"{1 - _VELOCITY:.1f} to {1 + _VELOCITY:.1f}",
             source=part.channel,
-            mend="let the source report velocities, or the driver compute them",
+            mend="let the robot report velocities, or the driver compute them",
         )
         tube = actuators[i].tube + _RESOLUTION
         late = following.late[i]
@@ -268,9 +270,9 @@ def _axes(
             f"{name}: latency",
             bool(late <= tube) and gain != 0.0,
             found=f"{1e3 * (late + told):.0f} ms",
-            wanted=f"at most {1e3 * (told + tube):.0f} ms, as described",
+            wanted=f"at most {1e3 * (told + tube):.0f} ms, by the description",
             source="commands and stamps",
-            mend="measure it with `remosplat identify`; if it is long, look at"
+            mend="measure it with `remosplat identify`; if it is long, check"
             " driver and network",
         )
 
@@ -288,13 +290,16 @@ def _words(following: Following, axis: int, axes: Sequence[str]) -> str:
     row = following.gains[axis]
     strongest = int(np.abs(row).argmax())
     if strongest != axis and abs(row[strongest]) > _OTHER:
-        return f"moves by {row[strongest]:.2f} of {axes[strongest]}'s commands"
-    return f"moves by {row[axis]:.2f} of its commands"
+        other = axes[strongest]
+        return (
+            f"moves by {row[strongest]:.2f} of the motion commanded to {other}"
+        )
+    return f"moves by {row[axis]:.2f} of the commanded motion"
 
 
 def _restart(record: RobotRecord) -> Finding:
     check, source = "restart", "DRIVER_REPORT"
-    wanted = "a driver that ends and comes back under a name of its own"
+    wanted = "a driver that ends and restarts, with a new session"
     if len(record.drivers) <= len(record.parts):
         return Finding(check, SKIPPED, "not seen", wanted, source)
     names = ", ".join(sorted(set(record.drivers.values())))

@@ -1,7 +1,7 @@
-"""Measures how the axes of a part follow: which, how far and how late.
+"""Measures how the axes of a part follow their commands.
 
-The commands are passed through the description's model of the actuators.
-Measurements are then compared with this motion, at every delay beyond the
+The description's model of the actuators predicts a motion from the commands.
+The measured motion is compared with it, for several delays in addition to the
 model's.
 """
 
@@ -17,13 +17,14 @@ _GRID = 0.002
 """Time between two states of the model [s]."""
 
 _DELAYS = np.arange(-0.1, 0.4, 0.005)
-"""Delays beyond the model's that are tried [s]."""
+"""Delays in addition to the model's that are tried [s]."""
 
 _WINDOW = 0.1
-"""Time over which ways are compared [s]: drift and rest say nothing."""
+"""Duration of compared motions [s]; it is short, since drift and rest contain
+no information."""
 
 MOVED = 0.02
-"""Way that an axis must have come to be judged [rad, m]."""
+"""Least commanded motion of an axis for an evaluation [rad, m]."""
 
 _HELD = 0.1
 """Longest time for which a command is valid, as in the drivers [s]."""
@@ -31,16 +32,17 @@ _HELD = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class Following:
-    """How n axes follow.
+    """Result of the comparison of n axes with their commands.
 
     Attributes:
-        moved: Whether each was commanded to move so far that it can be judged,
+        moved: Whether each was commanded to move far enough for an evaluation,
             shape (n,).
-        gains: Travel of axis i per travel that the commands of axis j should
-            cause, shape (n, n); zero where j has not moved.
-        late: Delay of each axis beyond that of its model, shape (n,) [s].
-        velocity: Reported velocity of each axis over the change of its position
-            per time, shape (n,); NaN where it has not moved.
+        gains: Motion of axis i per commanded motion of axis j, shape (n, n);
+            zero if j has not moved.
+        late: Delay of each axis in addition to that of its model, shape (n,)
+            [s].
+        velocity: Ratio of each axis' reported velocity to the change of its
+            position per time, shape (n,); NaN if it has not moved.
     """
 
     moved: np.ndarray
@@ -54,7 +56,7 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
 
     Args:
         part: Its messages.
-        actuators: How its axes should follow, in their order.
+        actuators: Models of how its axes follow their commands, in their order.
     """
     n = len(part.axes)
     gains, late = np.zeros((n, n)), np.full(n, np.nan)
@@ -94,14 +96,14 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
 
 
 def commanded_ways(part: PartRecord) -> np.ndarray:
-    """Integrates a part's commands, without its actuators.
+    """Integrates a part's commands, without a model of its actuators.
 
     Args:
         part: Its messages.
 
     Returns:
-        Ways at the ends of the commands, shape (c, n) [rad, m]; the latest
-        command has no end yet.
+        Positions at the ends of the commands, relative to the start, shape (c,
+        n) [rad, m]; the latest command has not ended yet.
     """
     held = np.minimum(np.diff(part.sent), _HELD)
     return np.cumsum(held[:, None] * part.u[:-1], axis=0)
@@ -110,10 +112,11 @@ def commanded_ways(part: PartRecord) -> np.ndarray:
 def _model(
     part: PartRecord, actuators: Sequence[Actuator]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Leads the commands through the model.
+    """Predicts the motion from the commands, with the actuator model.
 
     Returns:
-        Times, shape (m,) [s], and ways since the first, shape (m, n).
+        Times, shape (m,) [s], and positions relative to the first, shape (m,
+        n).
     """
     time = np.arange(part.sent[0], part.sent[-1] + 1.0, _GRID)
     way = np.zeros((len(time), len(part.axes)))
@@ -132,7 +135,7 @@ def _model(
 
 
 def _velocity_share(stamp: np.ndarray, way: np.ndarray, v: np.ndarray) -> float:
-    """Reported velocity over the change of position per time; NaN at rest.
+    """Ratio of reported velocity to change of position; NaN at rest.
 
     The ratio is fitted by least squares over the whole motion.
     """

@@ -35,15 +35,17 @@ class PartRecord:
         part: Its name, `arm` or `base`.
         channel: Channel of its statuses.
         axes: Names of its axes.
-        sent: When commands were stamped, ascending, shape (c,) [s].
+        sent: Stamps of the commands, ascending, shape (c,) [s].
         u: The commands, shape (c, n) [rad/s, m/s].
-        received: When statuses came, by our clock, shape (k,) [s].
-        stamp: When they were measured, by the driver's clock, shape (k,) [s].
-        way: How far the axes have come since the first, shape (k, n) [rad, m].
+        received: Times of arrival of the statuses, by our clock, shape (k,)
+            [s].
+        stamp: Times of their measurement, by the driver's clock, shape (k,)
+            [s].
+        way: Positions of the axes relative to the first, shape (k, n) [rad, m].
         v: Reported velocities, shape (k, n) [rad/s, m/s].
         modes: Reported modes, in the order of their first occurrence.
-        obeys: Those of them in which it follows commands.
-        broken: Numbers of statuses that could not be read, by their problem.
+        obeys: Those of these modes in which the part follows commands.
+        broken: Numbers of malformed statuses, by their problem.
     """
 
     part: str
@@ -67,7 +69,7 @@ class RobotRecord:
     Attributes:
         arm: Its arm.
         base: Its base; None for a fixed robot.
-        drivers: Names of the drivers that began, by their sessions.
+        drivers: Names of the drivers that started, by their sessions.
         duration: How long was listened [s].
     """
 
@@ -88,7 +90,7 @@ def gather(
     robot: RobotModel,
     duration: float,
 ) -> RobotRecord:
-    """Sorts the messages of a wire.
+    """Collects a robot's messages in a record.
 
     Args:
         packets: The messages, in their order.
@@ -238,7 +240,7 @@ def _columns(rows: list, n_q: int, n_v: int | None = None):
 
 
 def _told(told: list, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Commands in the order of their stamps, each once."""
+    """Commands in the order of their stamps, without duplicates."""
     by_stamp = dict(sorted((from_utime(utime), u) for utime, u in told))
     u = np.array(list(by_stamp.values()), float).reshape(-1, n)
     return np.array(list(by_stamp), float), u

@@ -1,8 +1,8 @@
 """Checks the requirements for moving a real robot, step by step.
 
-A check ends in a `Finding`: what was found and in which source, what is
-wanted, and how to mend it. `host_checks` ask this computer, `wire_checks` the
-packets of the robot's wire and their senders' addresses, and `drills` people
-and the moving base. The `DoctorReport` of all findings is what `run --hardware`
-asks for.
+The result of a check is a `Finding`: the found value and its source, the
+expected value, and how to correct it. `host_checks` examine this computer, and
+`wire_checks` the packets of the robot's LCM network and their senders'
+addresses. `drills` need a person, or motion of the base. `run --hardware`
+requires a `DoctorReport` with these findings.
 """

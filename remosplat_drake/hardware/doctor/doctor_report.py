@@ -1,4 +1,4 @@
-"""`DoctorReport`: all findings, on the disk, and whether they still hold."""
+"""`DoctorReport`: a file with all findings, and the check of its validity."""
 
 import dataclasses as dc
 import json
@@ -14,7 +14,7 @@ from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED, Finding
 
 LONGEST_AGE = 12 * 3600.0
-"""Age from which on a report says nothing any more [s]: a working day."""
+"""Age beyond which a report is no longer valid [s]: a working day."""
 
 
 @dc.dataclass(frozen=True)
@@ -24,7 +24,7 @@ class DoctorReport:
     Attributes:
         host: Name of the computer.
         url: LCM URL of the robot's wire.
-        time: When it was found, by the wall clock [s].
+        time: Time of the checks, by the wall clock [s].
         findings: One for each check, in their order.
     """
 
@@ -35,17 +35,16 @@ class DoctorReport:
 
     @property
     def failed(self) -> list[Finding]:
-        """Findings with which no robot may be driven."""
+        """The failed checks, with which no robot may be driven."""
         return [f for f in self.findings if f.result == FAILED]
 
     def lacking(self, needed: Collection[str]) -> list[str]:
-        """Names the checks among those needed that are missing, and why.
+        """Lists needed checks that are missing, and why.
 
-        A check that was skipped is missing like one that was never made; one
-        that ended in advice is not.
+        A skipped check counts as missing; one that ended in advice does not.
 
         Args:
-            needed: Names of checks.
+            needed: Names of the needed checks.
         """
         found = {f.check: f for f in self.findings}
         return [
@@ -60,10 +59,10 @@ class DoctorReport:
 
 
 def needed_checks(has_base: bool) -> tuple[str, ...]:
-    """Returns the checks without which no robot is driven.
+    """Returns the checks that must not be skipped before a robot is driven.
 
-    None of them may be skipped. The collision thresholds may: only the
-    computer on which the arm's driver runs can look them up.
+    The check of collision thresholds is not among them, since it is only
+    possible on the computer of the arm's driver.
 
     Args:
         has_base: Whether the robot has a mobile base.
@@ -82,7 +81,7 @@ def needed_checks(has_base: bool) -> tuple[str, ...]:
 
 
 def default_path() -> Path:
-    """Returns where the report lies unless a flag names another file."""
+    """Returns the default path of the report."""
     return state_dir() / "doctor.json"
 
 
@@ -98,7 +97,7 @@ def read_report(path: Path) -> DoctorReport:
         path: The file.
 
     Raises:
-        FileError: There is no such file, or it is no report.
+        FileError: The file does not exist, or is not a report.
         FieldError: A field is unusable.
     """
     document = read_json_object(path)
@@ -135,20 +134,20 @@ def objection(
     now: float,
     needed: Collection[str],
 ) -> str:
-    """Says why a report does not allow a run; empty if it does.
+    """Returns why a report does not allow a run; empty if it does.
 
     Args:
         report: The report.
         host: Name of this computer.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that must have been made, and not have
-            failed: one that was skipped was not made.
+        needed: Names of the checks that must have been made, not failed and not
+            been skipped.
     """
     if report.host != host:
-        return f"is of another computer, {report.host}"
+        return f"was made on another computer, {report.host}"
     if report.url != url:
-        return f"is of another wire, {report.url}"
+        return f"is about another LCM URL, {report.url}"
     age = now - report.time
     if not 0 <= age <= LONGEST_AGE:
         return (
@@ -156,7 +155,7 @@ def objection(
             f" {LONGEST_AGE / 3600:.0f}"
         )
     if report.failed:
-        return f"says that {report.failed[0].line}"
+        return f"contains a failure: {report.failed[0].line}"
     lacking = ", ".join(report.lacking(needed))
     return f"lacks checks: {lacking}" if lacking else ""
 
@@ -164,7 +163,7 @@ def objection(
 def check_doctor(
     path: Path, url: str, now: float, needed: Collection[str]
 ) -> None:
-    """Refuses a run of a robot that no doctor has seen, or found well.
+    """Raises an error if a robot has no valid report without failures.
 
     Args:
         path: File of the report.
@@ -173,11 +172,11 @@ def check_doctor(
         needed: Names of the checks that a run needs, as for `objection`.
 
     Raises:
-        RemoSplatError: There is no such report, or it does not hold.
+        RemoSplatError: There is no report, or it is not valid for this run.
     """
-    advice = "run `remosplat doctor` on this wire, or add --without-doctor"
+    advice = "run `remosplat doctor`, or add --without-doctor"
     if not path.exists():
-        raise RemoSplatError(f"{path}: no report on robot and wire; {advice}")
+        raise RemoSplatError(f"{path}: no report about the robot; {advice}")
     problem = objection(
         read_report(path), host=this_host(), url=url, now=now, needed=needed
     )

@@ -1,4 +1,4 @@
-"""Checks that need the robot to move, or a person to press something."""
+"""Checks for which the robot moves, or a person presses a button."""
 
 import dataclasses as dc
 import re
@@ -35,16 +35,16 @@ DRILLS = {
     USER_STOP: "a person presses the arm's user stop",
     EMERGENCY_STOP: "a person presses the base's emergency stop",
 }
-"""Drills by name, and their content."""
+"""The drills by name, with a description."""
 
 STEP_SPEED, STEP_DURATION = 0.1, 1.0
-"""Speed of the base's step response [m/s], and how long it drives [s]."""
+"""Speed and duration of the base's motion for the step response [m/s, s]."""
 
 LONGEST_DELAY = 0.5
-"""Longest time until the base has half of its speed, or of its stop [s]."""
+"""Longest permitted time until half of the commanded change of speed [s]."""
 
 PATIENCE = 60.0
-"""Longest wait for a person to press or release something [s]."""
+"""Longest wait for a person to press or release a button [s]."""
 
 _PERIOD = 0.02
 _STANDING = 0.01
@@ -61,7 +61,7 @@ def needed_drills(has_base: bool) -> tuple[str, ...]:
 
 
 class WatchedRobot:
-    """The robot at the end of the wire, watched; nothing is sent to it.
+    """Receives a robot's statuses, and sends nothing.
 
     Attributes:
         measurement: The last measurement.
@@ -74,12 +74,12 @@ class WatchedRobot:
             config: The wire.
             robot: The robot.
         """
-        # A shadow's link publishes nothing, not even by mistake.
+        # In shadow mode, the link cannot publish anything, not even by mistake.
         self._link = RobotLink(dc.replace(config, shadow=True), robot)
         self.measurement = Measurement()
 
     def listen(self) -> None:
-        """Hears for a period."""
+        """Receives messages for one period."""
         end = time.monotonic() + _PERIOD
         while time.monotonic() < end:
             self._link.lcm.HandleSubscriptions(5)
@@ -87,7 +87,7 @@ class WatchedRobot:
         self.measurement = self._link.updated(self.measurement)
 
     def arm_stop(self) -> str:
-        """How the arm shows that it is stopped; empty if it does not."""
+        """Returns how the arm's statuses show a stop; empty if they do not."""
         arm = self.measurement.arm
         silence = time.time() - self.measurement.arm_stream.received
         if arm is None or silence > _SILENT:
@@ -96,7 +96,7 @@ class WatchedRobot:
         return "" if mode in ("idle", "move", "other") else f"mode {mode}"
 
     def base_stop(self) -> str:
-        """How the base shows that it is stopped; empty if it does not."""
+        """Returns how the base's statuses show a stop; empty if they do not."""
         base = self.measurement.base
         silence = time.time() - self.measurement.base_stream.received
         if base is None or silence > _SILENT:
@@ -109,11 +109,11 @@ class WatchedRobot:
 
 @dc.dataclass(frozen=True)
 class StepResponse:
-    """How the base answered a step of its commanded speed.
+    """Response of the base to a step of its commanded speed.
 
     Attributes:
-        rise: Time until it had half the speed [s]; inf if never.
-        fall: Time after the command's end until it had less than half [s].
+        rise: Time until it had half of the commanded speed [s]; inf if never.
+        fall: Time from the end of the command until it had less than half [s].
         speed: Greatest speed [m/s].
         rest: Speed at the end [m/s].
     """
@@ -160,13 +160,14 @@ def base_step(robot: RobotModel, period: float) -> np.ndarray:
 def drill_base_step(
     drive: Callable[[], tuple[np.ndarray, np.ndarray]],
 ) -> Finding:
-    """Drives the base forward for a moment and watches how it follows.
+    """Drives the base forward for a moment, and checks how it follows.
 
     Args:
-        drive: Drives the commands of `base_step` as every run drives a robot.
-            It returns the times of the ticks since the first one, shape (n,)
-            [s], and the measured speeds, shape (n,) [m/s]; or raises why it
-            did not, a RemoSplatError.
+        drive: Function that sends the commands of `base_step`, through
+            supervisor and station as in a run. It returns the times of the
+            ticks since the first one, shape (n,) [s], and the measured speeds,
+            shape (n,) [m/s]; or raises a RemoSplatError with the reason of a
+            failure.
     """
     wanted = (
         f"{STEP_SPEED} m/s forward and back to rest, each half within"
@@ -174,8 +175,8 @@ def drill_base_step(
     )
     source = "BASE_STATUS during a command of 1 s"
     mend = (
-        "look for stops of the base, for limits of its node, for another"
-        " sender of its commands, and for things in its way"
+        "look for stops of the base, limits of its node, another sender of"
+        " its commands, and obstacles"
     )
     try:
         times, speeds = drive()
@@ -187,9 +188,9 @@ def drill_base_step(
         max(response.rise, response.fall) <= LONGEST_DELAY
         and response.speed > 0.8 * STEP_SPEED
         and response.rest < _STANDING,
-        found=f"half the speed after {1e3 * response.rise:.0f} ms, up to"
-        f" {response.speed:.3f} m/s, half of that"
-        f" {1e3 * response.fall:.0f} ms after the end",
+        found=f"half of the speed after {1e3 * response.rise:.0f} ms, at most"
+        f" {response.speed:.3f} m/s, half of it again"
+        f" {1e3 * response.fall:.0f} ms after the command's end",
         wanted=wanted,
         source=source,
         mend=mend,
@@ -203,11 +204,12 @@ def drill_stop(
     say: Callable[[str], None],
     patience: float = PATIENCE,
 ) -> Finding:
-    """Waits for a stop to be pressed, and for nothing to move at its reset.
+    """Waits for a person to press a stop, and checks that its reset is safe.
 
     Args:
-        name: `USER_STOP`, which is the arm's, or `EMERGENCY_STOP`, the base's.
-        stopped: Says how the part shows that it is stopped, or nothing.
+        name: `USER_STOP` for the arm, or `EMERGENCY_STOP` for the base.
+        stopped: Function that returns how the statuses show the stop; empty if
+            they do not.
         robot: The robot.
         say: Prints the instruction for the person.
         patience: Longest wait for the person [s].
@@ -215,17 +217,17 @@ def drill_stop(
     part = "arm" if name == USER_STOP else "base"
     say(f"press the {name.replace('-', ' ')} of the {part} now")
     found = _wait(robot, stopped, patience)
-    wanted = "the statuses show it, or cease, and nothing moves at its reset"
+    wanted = "the statuses show it, or cease, and its reset causes no motion"
     source = "modes and silence of the statuses"
     if not found:
         return judged(
             name,
             False,
-            found=f"nothing within {patience:.0f} s",
+            found=f"no stop within {patience:.0f} s",
             wanted=wanted,
             source=source,
-            mend="a driver that does not report stops needs a topic for them,"
-            " or an ARCL connection",
+            mend="if the driver does not report stops, configure a topic for"
+            " them, or an ARCL connection",
         )
     say(f"{found}; now reset the stop, and restart a driver that has ended")
     _wait(robot, lambda: "" if stopped() else "reset", patience)
@@ -251,7 +253,7 @@ def _wait(robot: WatchedRobot, done: Callable[[], str], patience: float) -> str:
 
 
 def _watch_rest(robot: WatchedRobot) -> float:
-    """The fastest motion within a second in which nothing is commanded."""
+    """The fastest measured motion within a second without commands."""
     fastest, end = 0.0, time.monotonic() + 1.0
     while time.monotonic() < end:
         robot.listen()
@@ -264,7 +266,7 @@ def _watch_rest(robot: WatchedRobot) -> float:
 
 
 def check_actuators(robot: RobotModel) -> Finding:
-    """Checks that the description says how the robot's axes follow.
+    """Checks that the robot's description contains measured actuators.
 
     Args:
         robot: The robot.
@@ -274,9 +276,9 @@ def check_actuators(robot: RobotModel) -> Finding:
         "actuators",
         measured,
         found="measured" if measured else "cautious defaults",
-        wanted="measured ones, with which the robot is faster near obstacles",
+        wanted="measured actuators, so that the robot is faster near obstacles",
         source=f"actuators in {Path(robot.description.source).name}",
-        mend="remosplat identify, once the robot moves",
+        mend="run `remosplat identify` as soon as the robot moves",
         otherwise=ADVICE,
     )
 
@@ -284,18 +286,18 @@ def check_actuators(robot: RobotModel) -> Finding:
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Checks the collision thresholds of the arm's driver.
 
-    No status contains them, and those set in Franka's Desk have no effect: the
-    driver sets its own when it starts. Its command line shows them, if it runs
-    on this computer.
+    Statuses do not contain the thresholds, and those set in Franka's Desk have
+    no effect, since the driver sets its own. Its command line shows them, if it
+    runs on this computer.
 
     Args:
-        processes: The folder of the processes.
+        processes: The folder with the processes' information.
     """
     check = "collision thresholds"
-    wanted = "at most 40 N m and 40 N, as the driver has set them"
+    wanted = "at most 40 N m and 40 N, set by the driver"
     mend = (
-        "start it with --joint_torque_limit=20 --cartesian_force_limit=20;"
-        " without these it sets 100 N m and 100 N"
+        "start the driver with --joint_torque_limit=20"
+        " --cartesian_force_limit=20; its defaults are 100 N m and 100 N"
     )
     for path in sorted(processes.glob("[0-9]*/cmdline")):
         try:
@@ -319,7 +321,7 @@ def check_thresholds(processes: Path = Path("/proc")) -> Finding:
         "no driver of an arm runs on this computer",
         wanted,
         "command lines of processes",
-        "look at the flags with which the driver was started: " + mend,
+        "check the flags of the driver's command line: " + mend,
     )
 
 
@@ -330,7 +332,7 @@ def driver_limits(line: Sequence[str]) -> tuple[float, float] | None:
         line: A command line.
 
     Returns:
-        The joint torque [N m] and the force [N] that the driver takes for a
+        The joint torque [N m] and the force [N] at which the driver stops for a
         collision; None for another program.
     """
     if "franka_driver" in Path(line[0]).name:

@@ -3,8 +3,8 @@
 import dataclasses as dc
 
 PASSED, ADVICE, FAILED, SKIPPED = "passed", "advice", "failed", "skipped"
-"""Results of checks. FAILED keeps a robot from being driven, and so does
-SKIPPED where a check is needed; see `doctor_report.needed_checks`."""
+"""Results of checks. A run is refused after a FAILED check, or if a needed
+check was SKIPPED; see `doctor_report.needed_checks`."""
 
 
 @dc.dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Finding:
         found: The found value.
         wanted: The expected value.
         source: Where it was looked up.
-        mend: How to mend it; empty where nothing is to be mended.
+        mend: Advice to correct the fault; empty if there is none.
     """
 
     check: str
@@ -43,16 +43,16 @@ def judged(
     mend: str,
     otherwise: str = FAILED,
 ) -> Finding:
-    """Makes a finding, with its remedy only where it is needed.
+    """Makes a finding, with the advice only if the check has not passed.
 
     Args:
         check: Name of the check.
-        good: Whether it holds.
+        good: Whether the check has passed.
         found: The found value.
         wanted: The expected value.
         source: Where it was looked up.
         mend: How to mend it.
-        otherwise: The result where it does not hold, FAILED or ADVICE.
+        otherwise: The result if the check has not passed, FAILED or ADVICE.
     """
     if good:
         return Finding(check, PASSED, found, wanted, source)

@@ -18,11 +18,11 @@ CLOCK_ERROR = 1e-3
 """Largest permitted error of a clock [s]."""
 
 BUFFER = 1 << 21
-"""Receive buffer of a socket that takes images [bytes]: three of them, as they
-come in fragments faster than they are read."""
+"""Receive buffer of a socket for images [bytes]: three images, since their
+fragments may arrive faster than they are read."""
 
 _TIMEX = 512
-"""More bytes than a `struct timex` has anywhere."""
+"""Buffer size that exceeds a `struct timex` on every platform [bytes]."""
 
 _TIME_ERROR = 5
 """Return value of adjtimex for a clock that is not synchronised."""
@@ -31,19 +31,19 @@ _SYSCTL = Path("/proc/sys")
 
 
 def check_clock() -> Finding:
-    """Asks how far this computer's clock is off: chrony, or else the kernel."""
+    """Checks this computer's clock, by chrony or else by the kernel."""
     wanted = f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
-    mend = "install chrony on both computers; one follows the other"
+    mend = "install chrony on both computers, and let one follow the other"
     if shutil.which("chronyc") is None:
         follows = kernel_clock_follows()
         return judged(
             "clock",
             follows,
-            found="follows another by the kernel's account"
+            found="the kernel's clock is synchronised"
             if follows
-            else "the kernel follows no other clock",
+            else "the kernel's clock is not synchronised",
             wanted=wanted,
-            source="adjtimex, as there is no chronyc",
+            source="adjtimex, since chronyc is not installed",
             mend=mend,
             otherwise=ADVICE,
         )
@@ -65,8 +65,8 @@ def check_clock() -> Finding:
 
 
 def kernel_clock_follows() -> bool:
-    """Asks the kernel whether something keeps its clock by another one."""
-    # A `struct timex` of zeros asks and sets nothing.
+    """Returns whether the kernel's clock is synchronised to another clock."""
+    # With a `struct timex` of zeros, the call only reads the state.
     timex = ctypes.create_string_buffer(_TIMEX)
     state = ctypes.CDLL(None).adjtimex(ctypes.byref(timex))
     return 0 <= state < _TIME_ERROR
@@ -79,7 +79,8 @@ def clock_offset(tracking: str) -> float | None:
         tracking: The text.
 
     Returns:
-        How far the clock is ahead; None if chrony follows no other.
+        The time by which the clock is ahead [s]; None if chrony follows no
+        other clock.
     """
     match = re.search(
         r"^System time\s*: ([\d.]+) seconds (fast|slow)", tracking, re.M
@@ -91,7 +92,7 @@ def clock_offset(tracking: str) -> float | None:
 
 
 def check_priority() -> Finding:
-    """Looks whether processes may have real-time priorities here."""
+    """Checks whether processes may have real-time priorities here."""
     _, hard = resource.getrlimit(resource.RLIMIT_RTPRIO)
     is_unlimited = hard == resource.RLIM_INFINITY
     capabilities = Path("/proc/self/status").read_text()
@@ -111,10 +112,10 @@ def check_priority() -> Finding:
 
 
 def check_buffers(has_camera: bool) -> Finding:
-    """Checks that sockets can hold the packets of a moment without a reader.
+    """Checks that sockets can buffer packets until they are read.
 
     Args:
-        has_camera: Whether images come, too.
+        has_camera: Whether images are received, too.
     """
     path = _SYSCTL / "net/core/rmem_default"
     size = int(path.read_text())

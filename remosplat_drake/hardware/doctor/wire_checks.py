@@ -1,4 +1,4 @@
-"""Checks of the wire: its senders, their rates and their clocks."""
+"""Checks of the LCM network: its senders, their rates and their clocks."""
 
 import collections
 import contextlib
@@ -26,10 +26,11 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 PROBE = "REMOSPLAT_DOCTOR"
-"""Channel on which the doctor receives itself; no other program uses it."""
+"""Channel for test packets of the doctor to itself; no other program uses
+it."""
 
 LISTENING = 2.0
-"""Time for which the wire is listened to [s]."""
+"""Duration for which messages are received [s]."""
 
 _LISTENING_PERIOD = 1e-3
 
@@ -37,18 +38,18 @@ ARM_RATE, BASE_RATE = 200.0, 9.0
 """Least rates of statuses [Hz]; a real arm's is 1 kHz."""
 
 ARM_SHARE = 0.8
-"""Least share of an arm's statuses that must arrive, if their rate is lower."""
+"""Least fraction of an arm's statuses that must arrive, if the configured rate
+is less than `ARM_RATE`."""
 
 STAMP_ERROR = 0.02
-"""Largest difference between a driver's stamp and our clock, travel included
-[s]."""
+"""Largest difference between a driver's stamp and our clock at arrival [s]."""
 
 _COMMANDED = {"arm": ("idle", "move"), "base": ("ready", "moving")}
 """Modes in which the parts of a robot follow commands."""
 
 
 def check_loopback(url: str) -> Finding:
-    """Sends packets to the group and listens whether they come back.
+    """Checks that multicast packets return to this computer.
 
     Args:
         url: LCM URL of the wire.
@@ -70,20 +71,20 @@ def check_loopback(url: str) -> Finding:
         found="this computer receives its own packets" if heard else found,
         wanted="this computer receives its own packets",
         source=f"packets on {PROBE}",
-        mend="`ip link set lo multicast on` and `ip route add 224.0.0.0/4 dev"
-        " lo`, or the wire's network device in place of lo",
+        mend="run `ip link set lo multicast on` and `ip route add 224.0.0.0/4"
+        " dev lo`, with the robot's network device in place of lo if needed",
     )
 
 
 def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
-    """Listens to all messages of a wire; images are too large to count.
+    """Receives all messages of an LCM network, except for images.
 
     Args:
         url: LCM URL of the wire.
-        duration: How long [s].
+        duration: Duration of reception [s].
 
     Raises:
-        RemoSplatError: The wire cannot be joined.
+        RemoSplatError: The multicast group cannot be joined.
     """
     listener = MulticastListener(url)
     heard, end = [], time.monotonic() + duration
@@ -97,7 +98,7 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
 def check_publishers(
     packets: Sequence[Packet], config: HardwareConfig, has_base: bool
 ) -> list[Finding]:
-    """Finds the senders of statuses, and programs that command already.
+    """Checks that each status has one sender, and commands have none yet.
 
     Args:
         packets: The received packets.
@@ -133,15 +134,15 @@ def _publisher_advice(channel: str, wanted: int, found: int) -> str:
         return "start the driver, with this LCM URL"
     if wanted:
         return f"end all but one of the programs that send {channel}"
-    return "end the other controller, or take another port in the LCM URL"
+    return "end the other controller, or use another port in the LCM URL"
 
 
 def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
-    """Looks whether our commands get as far as the drivers.
+    """Checks that our commands reach the drivers' computers.
 
     Args:
         packets: The received packets.
-        config: The wire's URL and channels.
+        config: The LCM URL and the channels.
     """
     match = re.search(r"ttl=(\d+)", config.url)
     ttl = int(match[1]) if match else 1
@@ -157,14 +158,14 @@ def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
         not elsewhere or ttl > 0,
         found=f"ttl={ttl}; drivers "
         + (f"at {', '.join(elsewhere)}" if elsewhere else "on this computer"),
-        wanted="ttl=1 where a driver is on another computer",
+        wanted="ttl=1 if a driver is on another computer",
         source="the LCM URL, and senders' addresses",
-        mend="put ?ttl=1 behind the LCM URL of every process",
+        mend="append ?ttl=1 to the LCM URL of every process",
     )
 
 
 def _is_ours(host: str) -> bool:
-    """Whether an address is one of this computer: only then it can be bound."""
+    """Whether an address belongs to this computer, so that it can be bound."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind((host, 0))
@@ -182,8 +183,8 @@ class _Source:
         channel: Its channel.
         rate: Least rate [Hz].
         ages: Times of arrival minus stamps [s].
-        problem: Faults of the latest broken one.
-        modes: The latest mode.
+        problem: Faults of the latest malformed status.
+        modes: The mode in the latest status.
     """
 
     part: str
@@ -201,14 +202,14 @@ def check_statuses(
     has_base: bool,
     duration: float = LISTENING,
 ) -> list[Finding]:
-    """Looks how often statuses come, by which clock, and in which mode.
+    """Checks the rate, the clock and the mode of statuses.
 
     Args:
         packets: The received packets.
         config: Names of the channels.
         n_arm: Number of the arm's joints.
         has_base: Whether the robot has a mobile base.
-        duration: How long it was listened [s].
+        duration: Duration of reception [s].
     """
     names = config.channels
 
@@ -261,9 +262,9 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             f"statuses of the {part}",
             rate >= source.rate and not source.problem,
             found=source.problem or f"{rate:.0f} Hz",
-            wanted=f"{source.rate:.0f} Hz or more, all whole",
+            wanted=f"{source.rate:.0f} Hz or more, all valid",
             source=channel,
-            mend="look at the driver's log, the cable, and the load of both"
+            mend="check the driver's log, the cable, and the load of both"
             " computers",
         )
     ]
@@ -283,7 +284,7 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             found=f"statuses are {1e3 * age:.1f} ms old (median)",
             wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms",
             source=f"stamps in {channel}, and our clock",
-            mend="let both computers follow one clock (chrony or PTP)",
+            mend="synchronise both computers' clocks (chrony or PTP)",
         ),
         judged(
             f"mode of the {part}",
@@ -291,8 +292,8 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             found=mode,
             wanted=" or ".join(_COMMANDED[part]),
             source=channel,
-            mend="release the stops; a drake-franka-driver that met a reflex"
-            " has ended: start it again",
+            mend="release the stops; restart drake-franka-driver if it has"
+            " ended, as it does after a reflex",
             otherwise=FAILED,
         ),
     ]

@@ -34,7 +34,7 @@ def after(*messages: tuple[float, float, float]) -> Measurement:
     [
         ([(1.0, 0.0, 0.0), (1.01, 0.039, 2.0)], ""),
         ([(1.0, 0.0, 0.0), (1.01, 0.6, 0.0)], "joint 1 jumped by 0.600 rad"),
-        ([(1.0, 0.0, 0.0), (1.01, 0.0, 9.0)], "said to turn at 9.00 rad/s"),
+        ([(1.0, 0.0, 0.0), (1.01, 0.0, 9.0)], "reports 9.00 rad/s"),
         # After a pause it may be elsewhere.
         ([(1.0, 0.0, 0.0), (1.5, 0.6, 0.0)], ""),
         # A clock that goes back is another fault, and has its own name.

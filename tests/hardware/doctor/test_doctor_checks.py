@@ -223,8 +223,8 @@ def test_a_report_is_what_was_saved(tmp_path):
     ("host", "url", "now", "problem"),
     [
         (this_host(), URL, 1001.0, ""),
-        ("elsewhere", URL, 1001.0, "is of another computer"),
-        (this_host(), URL + "1", 1001.0, "is of another wire"),
+        ("elsewhere", URL, 1001.0, "was made on another computer"),
+        (this_host(), URL + "1", 1001.0, "is about another LCM URL"),
         (this_host(), URL, 1001.0 + LONGEST_AGE, "is 12.0 hours old"),
         (this_host(), URL, 500.0, "is -0.1 hours old"),
     ],
@@ -270,7 +270,7 @@ def test_a_failure_is_named(tmp_path):
 
 def test_no_report_and_another_file_are_told(tmp_path):
     path = tmp_path / "doctor.json"
-    with pytest.raises(RemoSplatError, match="no report on robot and wire"):
+    with pytest.raises(RemoSplatError, match="no report about the robot"):
         check_doctor(path, URL, 0.0, [])
     path.write_text("{}")
     with pytest.raises(RemoSplatError, match="is not a report"):
