@@ -451,7 +451,8 @@ def test_verdicts_are_compared_with_the_truth():
     ]
     good = results[:-1]
     # Ranks 2 3 4 1 and 1 3 2 4: squared differences 1 0 4 9.
-    assert report.correlation(good) == pytest.approx(1 - 6 * 14 / 60)
+    for error in ("over", "worst"):
+        assert report.correlation(good, error) == pytest.approx(1 - 6 * 14 / 60)
     assert [r.is_below for r in good] == [False, False, False, True]
     assert [r.is_runnable for r in good] == [True, False, False, True]
     refused = result(0.01, 0.001, defects=("poses",))
