@@ -183,14 +183,8 @@ def read_keyframes(
         RemoSplatError: As in `read_capture`.
     """
     path = Path(path).expanduser()
-    name = detect_format(path) if format is None else format
-    if name not in FORMATS:
-        raise FieldError(
-            str(path), "format", unknown_name("capture format", name, FORMATS)
-        )
-    if not path.exists():
-        raise FileError(path, "no such file or folder")
-    recording = FORMATS[name].open_recording(path)
+    form = _format_of(path, format)
+    recording = form.open_recording(path)
     velocity_W = _velocities(recording)
     wanted: Sequence[int] = range(0, len(recording), config.stride)
     keyframes = None
@@ -218,12 +212,28 @@ def read_keyframes(
     acceleration_W = _accelerations(recording, velocity_W)
     capture = dc.replace(
         capture,
-        notes=tuple(FORMATS[name].notes(path)),
-        up_W=FORMATS[name].up_W,
+        notes=tuple(form.notes(path)),
+        up_W=form.up_W,
         velocity_W=_if_known(velocity_W[taken]),
         acceleration_W=_if_known(acceleration_W[taken]),
     )
     return capture, keyframes
+
+
+def _format_of(path: Path, name: str | None) -> Format:
+    """Returns the named format, or the one that the content shows.
+
+    Raises:
+        RemoSplatError: There is no such file, or no such format.
+    """
+    name = detect_format(path) if name is None else name
+    if name not in FORMATS:
+        raise FieldError(
+            str(path), "format", unknown_name("capture format", name, FORMATS)
+        )
+    if not path.exists():
+        raise FileError(path, "no such file or folder")
+    return FORMATS[name]
 
 
 def _if_known(motion: np.ndarray) -> np.ndarray | None:
