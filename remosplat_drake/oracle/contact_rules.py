@@ -40,7 +40,7 @@ class ContactRule:
     stopping: float | None = EXEMPT
 
     def relief(self, usual: float) -> float:
-        """Returns the relief of these pairs [m]; infinite if they may touch.
+        """Returns the relief for the object and each link [m]; inf for contact.
 
         Args:
             usual: The smallest stopping distance in use [m]; with a larger one,

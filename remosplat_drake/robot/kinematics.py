@@ -90,7 +90,7 @@ class KinematicTree:
         """Returns the tree with other constant positions of locked joints.
 
         Args:
-            bodies: Indices of the bodies whose inboard joints these are.
+            bodies: Indices of the bodies that the locked joints carry.
             position: Their position [m, rad].
         """
         offset = self.offset.copy()
@@ -366,7 +366,9 @@ def sphere_points(X_WB, body, p_BS):
 
 @helper
 def place_points(X_WB, body, p_BS, p_WS, R_WL):
-    """Computes the same as `sphere_points`.
+    """Writes sphere centres and link orientations into given arrays.
+
+    See `sphere_points`, which allocates the arrays.
 
     Args:
         X_WB: Poses of all bodies, shape (b, 4, 4).

@@ -72,8 +72,8 @@ class Spheres:
         R_WL: Orientations of the spheres' links in W, shape (n, 3, 3).
         radius: Radii, shape (n,) [m].
         ignore_below: Height z in W below which each sphere ignores the scene,
-            shape (n,) [m]; -inf for none. Otherwise a mobile base, which always
-            touches the floor, could not move.
+            shape (n,) [m]; -inf for none. Without such a height, a mobile base,
+            which always touches the floor, could not move.
         index: Index of each among the robot's spheres, shape (n,); -1 for a
             sphere that is not one of these. By default all are -1.
     """

@@ -11,8 +11,8 @@ MOST_PARTS = 6
 """Largest number of boxes around the points of one object."""
 
 _GAIN = 0.75
-"""Two boxes replace one box if their volume is at most this share of its
-volume."""
+"""Two boxes replace one box if their total volume is at most this share of the
+volume of the one."""
 
 _FEW = 8
 """Smallest number of points that are divided."""
@@ -31,7 +31,7 @@ points on the lower side."""
 
 @dc.dataclass(frozen=True, eq=False)
 class RoundedBox:
-    """A box with a radius around it, the shape of a `Mover`.
+    """All points within a radius of a box: the shape of a `Mover`.
 
     Attributes:
         R_WM: Orientation, shape (3, 3).

@@ -16,7 +16,8 @@ _FEWEST = 30
 """Least number of visible points for a decision."""
 
 _MOST_THROUGH = 0.5
-"""Largest share of them that a camera may look through."""
+"""Largest share of visible surface points that a camera may look through.
+"""
 
 
 def contradiction(

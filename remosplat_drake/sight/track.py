@@ -11,10 +11,10 @@ from remosplat_drake.sight.enclosure import RoundedBox, enclose
 from remosplat_drake.sight.sight_config import SightConfig
 
 TRUSTED = 2
-"""Number of images in which a small thing must appear before it counts."""
+"""Number of images that must show a small thing before it is reported."""
 
 _PLAIN = 40
-"""Least number of points of a thing that counts at its first image."""
+"""Least number of points of a thing that is reported after its first image."""
 
 _HIDDEN_PARTS = 2
 """Largest number of boxes around the hidden part of a thing."""
@@ -98,7 +98,7 @@ class Track:
 
     @property
     def is_trusted(self) -> bool:
-        """Whether it is more than a small artefact of one image."""
+        """Whether the thing is more than a small artefact of one image."""
         return self.images >= TRUSTED or len(self.shown) >= _PLAIN
 
     @property
@@ -187,7 +187,7 @@ class Track:
         return enclose(shown.face_W, shown.back_W, self.padding, most=1)
 
     def is_still(self, config: SightConfig) -> bool:
-        """Whether it has been at rest for long enough to be part of a map."""
+        """Whether the thing has been at rest long enough to be in a map."""
         return self.seen - self.still_since >= config.settle
 
     @staticmethod

@@ -29,7 +29,8 @@ RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
 """Statuses of a rollout; all but the first are final."""
 
 OUTRUN = "outrun"
-"""Final status: another rollout of the same start has a lower score."""
+"""Final status of a rollout if another one from the same start has a lower
+score."""
 
 _STALL_SPEED = 0.012
 """Speed below which the robot stands still: max(|v|, |q_dot| / 2)."""
@@ -45,7 +46,8 @@ _LATER = "sent", "u", "time", "start", "v_start", "q_start"
 """The part of `MotionArrays` that changes from step to step."""
 
 _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""For each step, the command, and then q and the poses X_WE."""
+"""For each step, the command, the configuration q after it, and the poses X_WE
+at q."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -118,7 +120,7 @@ class Rollout:
         return 58.0 + 10.0 * self.position_error + self.angle_error
 
     def arrival(self, first_tier: float) -> float:
-        """Returns the score of an arrival at this time [s].
+        """Returns the score if the rollout arrives at its present time [s].
 
         It is the time to the target, plus 4 s for every 10 mm by which the
         stopping distance is reduced.

@@ -27,8 +27,8 @@ class VelocityLimitsConfig(Config):
     # |u - u_previous| <= a_max dt.
     acceleration: bool = True
     # Whether acceleration bounds hold even if no command within them satisfies
-    # all rows; rows then yield, or the robot brakes. Otherwise the bounds are
-    # dropped. A real robot is always strict.
+    # all rows; rows are then relaxed, or the robot brakes. Otherwise the bounds
+    # are dropped. A real robot is always strict.
     strict: bool = False
     # Bound on the base's forward speed [m/s]; absent: the robot's own limit.
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None

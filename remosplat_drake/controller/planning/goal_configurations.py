@@ -21,8 +21,8 @@ _ROUND = 20, 100
 ends as soon as it has found enough configurations."""
 
 _COMPARED = 100
-"""Largest number of configurations among which the one that comes nearest to
-keeping all distances is selected, if none keeps them."""
+"""Largest number of configurations that are compared to report the best one, if
+none of them keeps all distances."""
 
 _ENOUGH = 0.06
 """Excess of the least clearance over the required one above which the cost of a

@@ -10,8 +10,9 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""Time for which a standing mover is assumed to start moving [s]: paths avoid
-all places that it can reach in this time. The robot may then pass it faster."""
+"""Time for which a standing mover may move without reaching a path [s]: paths
+avoid all places that it can reach in this time. So the robot may pass it
+faster."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -21,13 +21,13 @@ _TOLERANCE = 1e-10
 """Largest violation that counts as zero, of a row scaled to unit length."""
 
 _DEPENDENT = 1e-12
-"""Squared length of a row after projection below which it counts as
-dependent."""
+"""Squared length of a row, projected off the active rows, below which the row
+counts as linearly dependent on them."""
 
 _STATIONARY = 1e-6
 """Largest residual of H u + c + A' multipliers = 0, relative to the larger of H
-u and c. With a larger residual, a nearly dependent row has so large a
-multiplier that the terms neglected by `_DEPENDENT` matter."""
+u and c. It is exceeded if a nearly dependent row has a very large multiplier;
+the terms neglected because of `_DEPENDENT` then matter."""
 
 _MAX_STEPS = 500
 

@@ -59,7 +59,7 @@ class CompiledIngredient(ABC):
         """
 
     def make(self, robot: RobotModel) -> Self:
-        """Returns the ingredient itself, so that its settings may make it.
+        """Returns the ingredient itself; see `IngredientMaker.make`.
 
         Args:
             robot: The robot that is driven.

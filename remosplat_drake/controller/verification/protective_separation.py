@@ -53,11 +53,11 @@ class Monitoring:
         separation: float,
         delay: float = 0.0,
     ) -> "Monitoring":
-        """Makes the monitoring of a command held for a tick, then ramped.
+        """Makes the monitoring of a command that is held for a tick.
 
-        The ramp scales the command down in n equal steps, one in each tick. It
-        takes n - 1 ticks, and covers the distance of the command in half that
-        time.
+        Then a ramp scales the command down to zero in n equal steps, one in
+        each tick. It takes n - 1 ticks. In that time the robot moves as far as
+        the full command would move it in half the time.
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].

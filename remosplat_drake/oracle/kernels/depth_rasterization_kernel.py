@@ -64,8 +64,8 @@ from remosplat_drake.oracle.kernels.splat_drawing import (
 from remosplat_drake.splat.bvh import leaf_range
 
 _SETS = ALL_VIEWS + 1
-"""Number of sets of views. A queued item is a link of the hierarchy times this
-number, plus the set's number."""
+"""Number of sets of views. An item of the queue encodes a link of the hierarchy
+and a set: the link times this number, plus the set."""
 
 
 @numpy_kernel

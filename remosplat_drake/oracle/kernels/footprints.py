@@ -198,7 +198,7 @@ def nearest_range(rules, center, normal, radius):
         center: Vectors from the camera to the splats' centres in W, as a tuple
             of SIMD lanes [m].
         normal: Normal of each disc in W, as a tuple of SIMD lanes.
-        radius: Radius of the ball around everything that is seen of it [m].
+        radius: Radius of the ball around the visible part of each splat [m].
     """
     x, y, z = center
     square = x * x + y * y + z * z

@@ -29,7 +29,7 @@ from remosplat_drake.oracle.kernels.pixel_layers import (
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING
 
 ROUNDING = 1e-9
-"""Bound on the difference of products of the same factors in another order."""
+"""Bound on the rounding error of a product of factors in another order."""
 
 RUNS, CANDIDATES, DEFERRED = range(3)
 """Indices into `Canvas.count`."""
@@ -249,7 +249,7 @@ def median_range(canvas, rules, n):
 
 @lean
 def settle(canvas, rules, reach, pixel):
-    """Records a complete pixel as its view's nearest one, if it is.
+    """Records a complete pixel if it is the nearest one of its view.
 
     Among pixels at the same range, the first one counts.
     """

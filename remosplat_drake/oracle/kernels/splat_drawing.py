@@ -67,7 +67,7 @@ _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 
 @lean
 def draw(splats, rules, canvas, view, k, part):
-    """Adds a splat to a view, and draws when there are eight.
+    """Collects a splat for a view, and draws eight collected splats at once.
 
     Arguments and result are those of `draw_waiting`; k is its place in the
     records.

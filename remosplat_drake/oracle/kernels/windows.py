@@ -16,10 +16,10 @@ _SLACK = 1 + 1e-9
 def disc_window(s, cut, reach, near):
     """Bounds the part of a view in which a disc is nearer than a range.
 
-    That part of the disc lies in a rectangle of the disc's plane: in the bounds
-    of the disc, and in those of the circle in which the ball of that range cuts
-    the plane. For most discs near a view, nothing remains, or less than a
-    pixel.
+    The points of the disc's plane within the range form a circle. So the part
+    lies in the intersection of two rectangles in that plane, the bounds of the
+    disc and the bounds of the circle. For most discs near a view, the
+    intersection is empty or smaller than a pixel.
 
     Args:
         s: The whitened disc, see `footprints.whiten`.

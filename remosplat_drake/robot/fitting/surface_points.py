@@ -20,7 +20,7 @@ two meshes 5 mm apart is at most 0.3 mm too large."""
 
 TOUCHING = 3e-3
 """Distance of sample points below which surfaces are assumed to intersect [m].
-The overlap of their pieces is then no error."""
+An overlap of their pieces then does not count as an error."""
 
 
 class SurfacePoints:

@@ -16,7 +16,7 @@ VISUAL, COLLISION = "visual", "collision"
 """Tags of a link's visual and collision elements."""
 
 _SHARED = ("origin", "pose", "geometry")
-"""Child elements that both kinds of elements have."""
+"""Child elements that visual and collision elements have in common."""
 
 
 def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:

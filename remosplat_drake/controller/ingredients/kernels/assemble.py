@@ -82,14 +82,15 @@ KINDS = (
     (MoverDamper, add_mover_damper),
 )
 """The library's kinds of ingredients with the functions that add their terms,
-in this order."""
+in the order in which these are called."""
 
 PARTS = tuple(kind for kind, _ in KINDS)
 """The kinds; an ingredient's number is its index here."""
 
 OUTSIDE = len(PARTS)
-"""The number of the first ingredient from outside. Each compiled one has its
-own number; those in Python share the last one."""
+"""Number of the first ingredient from outside the library. Each compiled
+ingredient has its own number; all ingredients in Python share the last number.
+"""
 
 YIELD_ORDER = tuple(
     PARTS.index(kind)

@@ -44,8 +44,9 @@ parts are checked before the whole motion: of the blocked motions of a search
 that end at a free configuration, nine in ten are blocked at one of these."""
 
 _LEAST_PLACE = 0.3
-"""Length below which a motion is not divided into such parts, in radians and
-metres alike. Short motions that are blocked are mostly blocked at their end."""
+"""Length of a motion below which only its end is checked beforehand, in radians
+and metres alike: short motions that are blocked are mostly blocked at their
+end."""
 
 _MOVER_LOOK = 0.02
 """Motion of a sphere between two samples for standing movers [m]."""

@@ -19,7 +19,7 @@ from remosplat_drake.controller.planning.kernels.looks import is_free
 
 TOLERANCE = 2e-3
 """Largest pose error of a goal configuration, with angles times 0.3 m [m]. If
-no joint limit is active, the error is below a hundredth of it."""
+no joint limit is active, the error is below a hundredth of this value."""
 
 _STEPS = 15
 """Largest number of steps of inverse kinematics from a seed."""

@@ -23,7 +23,7 @@ _GAIN = 0.01
 
 @kernel(returns=several(reals(2), WHOLE))
 def shortened(space, line, corners, draws):
-    """Shortens a free path between the same ends.
+    """Shortens a free path without changing its ends.
 
     Args:
         space: The `SpaceArrays`.
@@ -33,8 +33,8 @@ def shortened(space, line, corners, draws):
             is tried between each pair of points.
 
     Returns:
-        Corners of the path, including those of its motions, shape (p, n_q), and
-        the number of checked motions.
+        Corners of the shortened path, including the corners within its motions,
+        shape (p, n_q), and the number of checked motions.
     """
     corners, checks = _without_detours(space, line, corners)
     corners = _in_stretches(space, corners)

@@ -10,9 +10,9 @@ from remosplat_drake.controller.program.active_set import (
 )
 
 HOPELESS = 1e-3
-"""A row that every u within the bounds violates by more than this makes the
-program infeasible without a call of a solver [m/s, rad/s]. It exceeds the
-tolerances of solvers."""
+"""If every u within the bounds violates a row by more than this value, the
+program is infeasible, and no solver is called [m/s, rad/s]. The value exceeds
+the tolerances of solvers."""
 
 
 @helper

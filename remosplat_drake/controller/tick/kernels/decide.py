@@ -38,9 +38,9 @@ _GENTLE_ORDER = YIELD_ORDER[1:]
 since a retreat from standing obstacles need not be sudden."""
 
 _OF_ALONE = 0.5
-"""Largest demand of a relaxed row, as a fraction of the fastest retreat that is
-possible for it alone. So a link that can hardly move does not limit the retreat
-of others."""
+"""Largest demand of a relaxed row, as a fraction of the fastest retreat that
+would be possible without other rows. So a link that can hardly move does not
+limit the retreat of other links."""
 
 _TASK = 1e-3
 """Factor on the weights of slack and of linear costs while rows of
@@ -67,7 +67,7 @@ _SELF, _SCENE, _MOVERS, _JOINTS = map(
 
 @kernel(returns=several(reals(1), WHOLE))
 def decide(program, ramp, strict, is_own_solver, line):
-    """Solves the program of a tick, falling back where it has no optimum.
+    """Solves the program of a tick, with fallbacks if it has no optimum.
 
     These are tried in order, until one has an optimum: the program as it is;
     with rows that demand a retreat relaxed in `_GENTLE_ORDER`; without

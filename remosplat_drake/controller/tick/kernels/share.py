@@ -28,16 +28,16 @@ vertices of the feasible set."""
 
 @kernel(returns=REAL)
 def greatest_share(program) -> float:
-    """Finds the greatest common factor of rows' demands that is feasible.
+    """Finds the largest feasible share of the retreats that rows demand.
 
-    Let R be the rows that yield. The share is the largest s in [0, 1] for which
-    a command u within the bounds keeps
+    Let R be the relaxed rows. The share is the largest s in [0, 1] for which a
+    command u within the bounds keeps
 
         a_i u <= s b_i   for the rows i in R, all with b_i < 0
         a_i u <= b_i     for all others
 
     Args:
-        program: The `ProgramArrays`, with the yielding rows marked in `raised`.
+        program: The `ProgramArrays`, with the relaxed rows marked in `raised`.
 
     Returns:
         The share; negative if not even s = 0 allows a command.
@@ -72,7 +72,7 @@ def greatest_share(program) -> float:
 
 @helper
 def ease(program, share) -> None:
-    """Scales the demands of yielding rows by a share.
+    """Multiplies the demands of relaxed rows by a share.
 
     Args:
         program: The `ProgramArrays`.
