@@ -129,16 +129,16 @@ def _without_effect(run: FaultRun, case: FaultCase) -> str:
     status = case.tick_status
     statuses = run.events[-1].get("statuses", {}) if status else {}
     if status and status not in statuses:
-        return f"no tick was {status!r}: nothing went wrong"
+        return f"the fault had no effect: no tick was {status!r}"
     return ""
 
 
 def _problem(result: FaultResult) -> str:
     case, reason = result.case, result.reason
     if not result.clearance > 0:
-        return f"touches the scene by {-1e3 * result.clearance:.1f} mm"
+        return f"overlaps the scene by {-1e3 * result.clearance:.1f} mm"
     if result.clearance < case.clearance:
-        return f"comes as near as {1e3 * result.clearance:.1f} mm"
+        return f"its clearance fell to {1e3 * result.clearance:.1f} mm"
     if case.outcome == GOES_ON:
         return ""
     if case.outcome == STOPS and not reason:

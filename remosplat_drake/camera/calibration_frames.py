@@ -50,7 +50,7 @@ def collect_still_frames(
 
     Returns:
         The frames that were taken: `count`, or fewer if `on_frame` ended the
-            collection.
+        collection.
 
     Raises:
         RemoSplatError: The camera or the robot stays silent.

@@ -103,8 +103,9 @@ def from_realsense(frames) -> RgbdImage:
     rgb = np.array(color.get_data())
     if steps.shape != rgb.shape[:2]:
         raise RemoSplatError(
-            "RealSense camera: depth is not aligned to colour:"
-            f" {steps.shape[::-1]} against {rgb.shape[1::-1]}"
+            "RealSense camera: depth is not aligned to colour: its size is"
+            f" {steps.shape[::-1]}, that of colour {rgb.shape[1::-1]}; process"
+            " the frames with rs.align"
         )
     return RgbdImage(
         rgb=rgb,

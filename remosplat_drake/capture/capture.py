@@ -230,4 +230,4 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
             " only metric captures can be used"
         )
     if np.abs(R_WC @ R_WC.T - np.eye(3)).max() > 10 * _ROTATION_TOLERANCE:
-        raise RemoSplatError(f"{name}: its pose has no rotation matrix")
+        raise RemoSplatError(f"{name}: its pose has no valid rotation")

@@ -63,8 +63,9 @@ class Keyframes:
     def words(self) -> str:
         """One sentence with the number of used frames."""
         return (
-            f"{len(self.chosen)} of {self.frames} frames are used; "
-            f"{100 * self.missed:.1f} % of the seen surfaces are only in others"
+            f"{len(self.chosen)} of {self.frames} frames are used;"
+            f" {100 * self.missed:.1f} % of the seen surfaces are only in"
+            " other frames"
         )
 
 
@@ -80,8 +81,7 @@ def looks_of_view(
 
     Returns:
         Numbers that encode voxel and viewing direction, ascending, each once.
-            There are 24 directions: by the largest component and the three
-            signs.
+        There are 24 directions: by the largest component and the three signs.
     """
     height, width = depth.shape
     shrink = max(height, width, _COARSE) / _COARSE
@@ -110,7 +110,7 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
 
     Returns:
         Sharpness: 1 for a camera at rest or of unknown motion, 1/2 for a blur
-            of one pixel, falling with the square of the blur.
+        of one pixel, falling with the square of the blur.
     """
     turning, moving = np.linalg.norm(velocity_W.reshape(2, 3), axis=1)
     blur = EXPOSURE * focal * (turning + moving / depth)

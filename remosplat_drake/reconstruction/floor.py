@@ -234,8 +234,8 @@ def floor_frame(normal_W: np.ndarray, offset: float) -> RigidTransform:
 
     Returns:
         The pose X_FW: F has z up and the floor at z = 0. Its x axis is W's x
-            axis, projected onto the floor, and its origin is vertically below
-            or above W's.
+        axis, projected onto the floor, and its origin is vertically below or
+        above W's.
     """
     x_W = np.array([1.0, 0, 0])
     if abs(normal_W[0]) > 0.99:

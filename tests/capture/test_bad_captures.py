@@ -107,7 +107,7 @@ BAD_SEVEN_SCENES = [
     (replace(DEPTH_2, np.zeros((45, 60), np.uint16)), "images differ in size"),
     (pose(MIRROR), "frame-000002: its pose is a reflection"),
     (pose(DOUBLE), "frame-000002: its pose is scaled by 2"),
-    (pose(SHEAR), "frame-000002: its pose has no rotation matrix"),
+    (pose(SHEAR), "frame-000002: its pose has no valid rotation"),
     (pose(MOVED.T), "frame-000002: the last row of its pose must be 0 0 0 1"),
     (pose(NAN), "frame-000002: its camera or pose is not finite"),
     (pose(np.eye(3)), r"pose\.txt: expected a 4x4 matrix"),

@@ -57,7 +57,9 @@ def test_tells_what_the_others_have_seen():
     result = choose_keyframes(frames, np.ones(2), 1)
     assert result.missed == 1 / 5
     assert "1 of 2 frames are used" in result.words
-    assert "20.0 % of the seen surfaces are only in others" in result.words
+    assert (
+        "20.0 % of the seen surfaces are only in other frames" in result.words
+    )
     beside = [looks(1, 2, 3, 4), looks(1, 2, 3) + (1 << 5)]
     assert choose_keyframes(beside, np.ones(2), 1).missed == 0
 

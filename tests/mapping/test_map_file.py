@@ -170,7 +170,7 @@ def test_a_map_that_fits_in_no_file_leaves_the_old_one(path):
     ):
         write_map(path, hopeless)
     foreign = SceneMap(4, 3, (), 0.0, SphereToEllipsoidField(floor()), floor(9))
-    with pytest.raises(FileError, match="is of another splat"):
+    with pytest.raises(FileError, match="belongs to another splat"):
         write_map(path, foreign)
     assert open_map(path).version == 3
     assert os.listdir(path.parent) == [path.name]

@@ -143,7 +143,7 @@ def test_spz_of_version_4(tmp_path):
         "declares a stream of 8": spz4([(9, 8), *table[1:]], streams),
         "ends beyond": spz4([(10**15, 9), *table[1:]], streams),
         "splats need 18": spz4(table, streams, count=2),
-        "not of its size": spz4(
+        "not of its declared size": spz4(
             table, [zstandard.compress(bytes(8)), *streams[1:]]
         ),
         "damaged: ": spz4(table, [bytes(len(streams[0])), *streams[1:]]),
@@ -164,7 +164,7 @@ def test_a_file_that_swells_takes_no_memory(tmp_path):
     tracemalloc.start()
     try:
         rejected(gzipped, "holds more than the 1 splats")
-        rejected(streamed, "not of its size")
+        rejected(streamed, "not of its declared size")
         _, peak = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()

@@ -31,8 +31,8 @@ READING = "reading"
 DEFECTS = {
     INTRINSICS: "the intrinsics belong to other images",
     NO_DEPTH: "there is almost no depth",
-    DEPTH_UNIT: "depths are in another unit",
-    ONE_SIDE: "all was seen from one side",
+    DEPTH_UNIT: "depths are in a wrong unit",
+    ONE_SIDE: "everything was seen from one side only",
     COLOURS: "colours and depths do not match",
     POSES: "a common mistake about poses explains the contradictions:"
     " inverted, wrong axes or unit,"

@@ -198,7 +198,7 @@ def judge_registration(
         undone = edge_correlation(capture, shift.step)
         if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
             problem = (
-                f"{shift.words}: edges correlate by {as_is:.2f}, but by"
+                f"{shift.words}: the correlation of edges is {as_is:.2f}, but"
                 f" {undone:.2f} after its correction"
             )
             return [
@@ -210,7 +210,7 @@ def judge_registration(
     problem = (
         "colour and depth are not registered: their edges match best with"
         f" the colours moved {right:+d} columns and {down:+d} rows"
-        f" (correlation {registration.correlation:.2f}; as they are"
+        f" (correlation {registration.correlation:.2f}; without this shift"
         f" {registration.unshifted:.2f})"
     )
     return [Finding(COLOURS, problem)]

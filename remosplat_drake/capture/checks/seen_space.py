@@ -47,7 +47,7 @@ class SeenSpaceField(DistanceField):
         p_WP = np.concatenate([p.reshape(-1, 3) for p in points])
         p_WP = p_WP[np.isfinite(p_WP[:, 0])]
         if not len(p_WP):
-            raise RemoSplatError("there is nothing to be seen")
+            raise RemoSplatError("no depth image shows a surface")
         self._cloud = PointDistanceField(p_WP)
         self._K, self._depth, self._X_WC = K, depth, X_WC
         self.revision = f"seen-space-{self._cloud.revision}"

@@ -346,7 +346,8 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
     if placed.residual > _LARGEST_MISFIT:
         return (
             f"does not fit: its surfaces lie {1e3 * placed.residual:.1f} mm"
-            f" from the others' at all poses within {allowed} of the odometry's"
+            " from those of other frames, at every pose within"
+            f" {allowed} of odometry"
         )
     off = np.abs(placed.estimate.X_WB - expected.X_WB)
     if (off > most).any():

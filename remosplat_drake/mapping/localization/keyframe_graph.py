@@ -76,7 +76,7 @@ class Keyframes:
         return matrix(X_WB) @ self.X_BC
 
     def select(self, indices: np.ndarray) -> "Keyframes":
-        """Returns some of the keyframes, in the order of their indices."""
+        """Returns the keyframes of the given indices, in this order."""
         stack = self.stack
         rows = {
             name: getattr(stack, name)[indices]

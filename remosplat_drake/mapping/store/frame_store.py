@@ -62,14 +62,14 @@ class FrameStore:
         for i, entry in enumerate(document.inners("frames")):
             name = entry.text("name")
             if not _NAME.fullmatch(name) or name in self._index:
-                raise entry.error("name", f"expected a new name, got {name!r}")
+                raise entry.error("name", f"invalid or repeated: {name!r}")
             entry.number("time")
             sizes.add(len(entry.numbers("configuration")))
             if entry.has(_BASE_POSE) and len(entry.numbers(_BASE_POSE)) != 3:
                 raise entry.error(_BASE_POSE, "expected x, y, yaw")
             if len(sizes) > 1:
                 raise entry.error(
-                    "configuration", "differs from others in length"
+                    "configuration", "differs in length from other frames"
                 )
             self._index[name] = i
         self._cache: dict[str, Frame] = {}

@@ -137,7 +137,9 @@ def _take_field(
     else:
         raise RemoSplatError(f"files cannot hold a {type(field).__name__}")
     if not belongs:
-        raise RemoSplatError(f"its {type(field).__name__} is of another splat")
+        raise RemoSplatError(
+            f"its {type(field).__name__} belongs to another splat"
+        )
     arrays.update({f"{name}.{k}": v for k, v in field.prepared.items()})
     return description
 
@@ -292,7 +294,9 @@ def _splat(file: ArrayFile) -> GaussianSplat:
         return GaussianSplat.restored(arrays, head.text("content_hash"))
     for name, array in arrays.items():
         if array.dtype != np.float32 or not array.ndim:
-            raise FileError(file.path, f"splat.{name} is not a table of <f4")
+            raise FileError(
+                file.path, f"splat.{name} is not an array of float32"
+            )
         if not (np.abs(array) <= _LARGEST).all():
             raise FileError(file.path, f"splat.{name} has numbers above 1e6")
     unit = GaussianSplat(**arrays).quaternions

@@ -306,7 +306,7 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
 
 def rounded_up(length: float) -> str:
-    """Formats a length, rounded up: in tenths of a millimetre below 1 cm."""
+    """Formats a length, rounded up to millimetres; below 1 cm, to tenths."""
     # Whole micrometres first, so that 6 mm with a rounding error stay 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

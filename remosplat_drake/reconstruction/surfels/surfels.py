@@ -19,7 +19,7 @@ _FINE_RADIUS = 0.6
 """Voxels are finest within this distance of the focus [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels that are used, which bounds memory: 216 MB."""
+"""Largest number of pixels that are used; it limits memory to 216 MB."""
 
 _LARGEST_VOXEL = 16.0
 """Largest edge length of voxels, which grow to limit the number of surfels

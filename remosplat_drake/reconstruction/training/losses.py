@@ -88,8 +88,8 @@ def disc_losses(
 
     Returns:
         Three losses, averaged over discs and views: distance to the surface's
-            tangent plane [m]; 1 - |cos| of the angle to its normal; opacity in
-            free space.
+        tangent plane [m]; 1 - |cos| of the angle to its normal; opacity in free
+        space.
     """
     count = len(discs) * len(views)
     height, width = views.depth.shape[1:]

@@ -54,7 +54,7 @@ class Person(Config):
         for i, (before, after) in enumerate(pairwise(self.reaches)):
             if not after.time >= before.end:
                 where = f"reaches[{i + 1}].time"
-                yield where, f"must not be before {before.end}: the hand is out"
+                yield where, f"must be {before.end} or later: the hand is busy"
 
     def make(self, folder: Path) -> Rods:
         """Makes the person's track.

@@ -189,7 +189,7 @@ def _unpack_stream(path: Path, stream: bytes, size: int) -> bytes:
     except zstandard.ZstdError as error:
         raise FileError(path, f"damaged: {error}") from error
     if len(section) != size:
-        raise FileError(path, "damaged: a stream is not of its size")
+        raise FileError(path, "damaged: a stream is not of its declared size")
     return section
 
 
