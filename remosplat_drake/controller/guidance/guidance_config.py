@@ -24,8 +24,9 @@ class GuidanceConfig(Config):
     enabled: bool = True
     # Number of rollout steps in a control tick. Each takes about 0.2 ms with
     # ellipsoids, so 10 fit into a period of 10 ms. A tick that immediately
-    # searches a path takes more steps, to compare it. With 0 nothing is
-    # simulated: whenever the robot stalls, it follows the next candidate.
+    # searches a path takes more steps, to compare the path with the direct way.
+    # With 0 nothing is simulated: whenever the robot stalls, it follows the
+    # next candidate.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
     # Whether a separate process computes the rollouts, so that ticks do not
     # wait for them, as real robots require. Runs then depend on the machine's

@@ -50,8 +50,8 @@ class GuidanceSelector(LeafSystem):
         output_ports:
         - selection
 
-    In each period it simulates a fixed number of rollout steps, so results do
-    not depend on the machine's speed. Safety does not depend on the
+    In each period the selector simulates a fixed number of rollout steps, so
+    results do not depend on the machine's speed. Safety does not depend on the
     `Selection`: it may be late, and rollouts may use a coarser field than
     control does, see `DistanceField.for_look_ahead`.
 

@@ -55,10 +55,10 @@ class GuidancePlanner(Protocol):
         """Proposes the candidates of a round of selection, grouped by tiers.
 
         A tier is one of the stopping distances. Its candidates are simulated in
-        parallel, from the robot's state at that time. They share the budget, so
-        many candidates take longer. A smaller stopping distance is tried only
-        if no candidate arrives with a larger one. Safety does not depend on
-        candidates.
+        parallel, from the robot's state when the tier begins. They share the
+        budget, so many candidates take longer. A smaller stopping distance is
+        tried only if no candidate arrives with a larger one. Safety does not
+        depend on candidates.
 
         Args:
             situation: Robot, target, map and the stopping distances that may

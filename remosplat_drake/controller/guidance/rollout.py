@@ -69,7 +69,7 @@ class Rollout:
             W, shape (3,) each [m].
         movers: The movers around the robot when the rollout began; None if none
             were known.
-        start: Start of the rollout [s].
+        start: Time at which the rollout starts [s].
         motion: Predicted motion from commands in flight; None for a robot
             without delay.
     """

@@ -86,9 +86,10 @@ def advance_selection(
 ) -> Selection:
     """Advances rollouts by at most `budget` steps, and decides if possible.
 
-    A new target or a new map starts a new round. The candidates of a tier start
-    from the robot's state at that time. So a round over several ticks may end
-    differently from a round that a larger budget finishes in one tick.
+    A new target or a new map starts a new round. The candidates of a tier (a
+    stopping distance) start from the robot's state when the tier begins. So a
+    round over several ticks may end differently from a round that a larger
+    budget finishes in one tick.
 
     An update that searches a path immediately exceeds the budget until its
     first candidates have ended, since a robot loses time if it starts in a

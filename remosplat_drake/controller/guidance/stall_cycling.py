@@ -18,10 +18,11 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
-"""Speed below which an end effector that has not arrived stalls [m/s]."""
+"""Speed below which an end effector that has not arrived counts as stopped
+[m/s]."""
 
 STALL_TIME = 0.2
-"""Time for which the end effector must be that slow to have stalled [s]."""
+"""Time after which a stopped end effector counts as stalled [s]."""
 
 
 def cycle_when_stalled(

@@ -9,8 +9,9 @@ NEAR = 0.10
 """Clearance d_c below which an obstacle deflects the velocity [m]."""
 
 _PASSED = 0.05
-"""Depth of a leading sphere in an obstacle if the end effector were at the
-target, from which on the obstacle has its full weight [m]."""
+"""Depth from which on an obstacle has its full weight [m]: the depth of a
+leading sphere in the obstacle if the end effector moved straight to the target.
+"""
 
 
 @helper

@@ -33,8 +33,8 @@ class JointLimitDamperConfig(Config):
     """Settings of the damper that limits the approach to joint limits.
 
     Distances of revolute joints are angles, those of prismatic joints lengths.
-    They are limited for joints with a short range: influence distances to a
-    third of the range, stopping distances to a tenth.
+    For joints with a short range, influence distances are reduced to a third of
+    the range, and stopping distances to a tenth.
     """
 
     # Largest speed of approach of a revolute joint at the influence distance

@@ -26,8 +26,8 @@ def make_ingredients(
 
     Args:
         robot: The robot to drive.
-        servo: Settings of the servo tracking; None takes the defaults, also
-            below.
+        servo: Settings of the servo tracking; None takes the defaults, as for
+            all settings.
         velocity_cost: Settings of the velocity cost.
         velocity_limits: Settings of the velocity limits.
         joint_limits: Settings of the joint limit damper.

@@ -58,10 +58,10 @@ def add_velocity_cost(own, k, tick, program):
         lambda/2 |u_arm|^2 + lambda/(2 e) |u_base|^2
 
     (paper section III-A; holistic controller of Haviland, Sünderhauf and Corke
-    2022). e is the error to the target [m], the largest of several: see
-    `servo.error_scale`. Far from the target, motion of the base is cheap; near
-    the target, mainly the arm moves. If the aim names a configuration, the base
-    must reach it, and e is `FAR`.
+    2022). e is the error to the target [m], or the largest error if there are
+    several targets: see `servo.error_scale`. Far from the target, motion of the
+    base is cheap; near the target, mainly the arm moves. If the aim names a
+    configuration, the base must reach it, and e is `FAR`.
 
     See `CompiledIngredient` for the arguments.
     """

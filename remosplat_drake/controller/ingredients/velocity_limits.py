@@ -72,7 +72,7 @@ class VelocityLimits(CompiledIngredient):
         config: The limits to enforce, and the usable fraction.
 
     Attributes:
-        config: The same.
+        config: The limits to enforce, and the usable fraction.
     """
 
     term = "velocity limits"

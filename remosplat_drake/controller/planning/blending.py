@@ -26,7 +26,7 @@ def blended_corners(
     """Replaces the corners of a path by collision-free blends.
 
     A differential base must stop between turning and driving, so its paths keep
-    these corners.
+    the corners between the two.
 
     Args:
         space: The free space.

@@ -54,9 +54,9 @@ class GoalConfigurations:
         seeds: Number of seeds that were tried.
         reached: Number of seeds from which inverse kinematics reached the
             target.
-        tightest: Index of the sphere that is most too near to the scene in
-            `cramped`; -1 if that is None.
-        missing: Distance by which this sphere is too near [m].
+        tightest: Index of the sphere that lacks the largest distance from the
+            scene in `cramped`; -1 if that is None.
+        missing: The distance that this sphere lacks [m].
         cramped: The best configuration that reaches the target without keeping
             all distances, shape (n_q,) [rad, m]; None if there is none.
     """
@@ -209,9 +209,9 @@ def _place(
 def _price(
     space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
-    """Computes the costs of goals: far, cramped or near a limit is expensive.
+    """Computes costs: of goals that are far, or near obstacles or limits.
 
-    Roughly the time to get there [s].
+    The cost is roughly the time to reach the goal [s].
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)

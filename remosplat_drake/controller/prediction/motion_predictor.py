@@ -77,13 +77,14 @@ class MotionPredictor(LeafSystem):
         - configuration
         - motion
 
-    `status` contains the age of the measured q. If a station extrapolates its
-    base by the measured `base_velocity`, this system reverses the extrapolation
-    with the same velocity. `velocity_executed` is the command of the previous
-    tick; `status` contains the time at which it was sent. The expected latency
-    of the next command is a running average. The output `configuration` is the
-    configuration after all commands in flight, from which the program plans;
-    `motion` is the `Motion` for verification and supervisor.
+    `status` contains the age of the measured q. If a station extrapolates the
+    pose of its base with the measured `base_velocity`, this system reverses the
+    extrapolation with the same velocity. `velocity_executed` is the command of
+    the previous tick; `status` contains the time at which it was sent. The
+    expected latency of the next command is a running average. The output
+    `configuration` is the configuration after all commands in flight, from
+    which the program plans; `motion` is the `Motion` for verification and
+    supervisor.
 
     Args:
         robot: The robot.

@@ -64,7 +64,7 @@ def modelled_way(
 ) -> np.ndarray:
     """Returns the modelled distance of each axis, shape (n_u,) [m, rad].
 
-    It is measured from the start of the history.
+    The distance is measured from the start of the history.
 
     Args:
         model: How the axes follow their commands.

@@ -23,8 +23,8 @@ class Guidance:
         side: +1 passes obstacles on the left, -1 on the right, 0 goes
             straight.
         bearing: Desired bearing psi of the end effector in the base's frame,
-            positive to the left [rad]. With a negative one, the base heads to
-            the left of the end effector.
+            positive to the left [rad]. With a negative bearing, the base heads
+            to the left of the end effector.
         active_scale: Factor on the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
         path: Path through configurations to follow, in place of the servo's

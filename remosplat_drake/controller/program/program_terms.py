@@ -53,14 +53,15 @@ class Rows:
 
 @dc.dataclass(frozen=True, eq=False)
 class Tracking:
-    """J u + delta = V with the cost |delta|^2 price / 2 (paper eq. 2).
+    """Tracking of a twist: J u + delta = V, with a cost of the slack delta.
 
     Attributes:
         name: The name of this tracking in the program.
         J: Jacobian of the end effector in W, angular above translational, in
             the r tracked directions, shape (r, n_u).
         V: The desired twist V_WE in these directions, shape (r,) [rad/s, m/s].
-        price: Weight of the squared slack delta in the cost.
+        price: Weight of the slack; the cost is |delta|^2 price / 2 (paper eq.
+            2).
         limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
     """
 

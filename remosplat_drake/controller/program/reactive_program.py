@@ -34,7 +34,7 @@ from remosplat_drake.controller.program.term import Term
 
 
 class ReactiveProgram:
-    """The program of ingredients from outside.
+    """The program of ingredients from outside the library.
 
     The program minimises the sum of all costs over the command u, shape
     (n_u,), within the bounds and subject to all rows. A term's name may be

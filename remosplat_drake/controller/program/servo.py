@@ -26,7 +26,8 @@ def servo_twist(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired twist of E in W, proportional to the pose error.
 
-    If it is too fast, angular and translational parts are scaled together.
+    If the twist is too fast, its angular and translational parts are scaled
+    together.
 
     Args:
         error: The pose error from the end effector E to the target T.

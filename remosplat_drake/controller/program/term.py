@@ -60,7 +60,7 @@ class Term:
         *,
         unbounded: bool = False,
     ) -> np.ndarray:
-        """Returns a part of the term as an array of its shape.
+        """Returns a part of the term as an array, after checks.
 
         Args:
             what: Name of the part.

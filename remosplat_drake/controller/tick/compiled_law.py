@@ -33,11 +33,11 @@ class CompiledLaw:
 
     One kernel adds the terms of the library's ingredients, and calls compiled
     ingredients from outside the library. Ingredients in Python add their terms
-    afterwards. Settings are read only when the law is made.
+    afterwards. Settings are read once, when the law is made.
 
     Attributes:
         outside: The ingredients in Python.
-        names: Names of the terms of the other ingredients.
+        names: Names of the terms of the compiled ingredients.
     """
 
     def __init__(self, robot: RobotModel, ingredients: Sequence[AnyIngredient]):

@@ -87,8 +87,8 @@ class ProtectiveSeparation:
         braking_way: S_s, the approach of the sphere while it brakes, shape (m,)
             [m].
         separation: C, the additional distance [m].
-        mover_error: Z_d, the bound on the error of the mover's position at that
-            time, shape (m,) [m].
+        mover_error: Z_d, the bound on the error of the mover's position when
+            the robot rests, shape (m,) [m].
         robot_error: Z_r, the bound on the error of the sphere's position, shape
             (m,) [m].
     """
@@ -201,7 +201,7 @@ def protective_separation(
         time: The present time [s].
         u: The command, shape (n_u,) [rad/s, m/s].
         monitoring: The required separation, and the robot's stopping times.
-        tube: Z_r of each sphere, shape (n,) [m].
+        tube: Bound Z_r on the position error of each sphere, shape (n,) [m].
     """
     spheres, seen = state.spheres, movers.at(time)
     sphere, mover, distance, direction_W, closing = near_movers(

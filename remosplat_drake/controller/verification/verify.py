@@ -22,9 +22,10 @@ if
   station brakes by itself (`robot/braking.py`), and
 - the arithmetic is exact (its error is about 1e-14 m).
 
-The first bound holds for ticks on time. A late tick may end between two looks,
-where the distance may be smaller by `TOLERANCE`; `between_looks.tolerated`
-explains why this does not accumulate for a robot that starts with at least d_s.
+The first bound holds for ticks on time. A late tick may end between two
+samples, where the distance may be smaller by `TOLERANCE`;
+`between_looks.tolerated` explains why this does not accumulate for a robot that
+starts with at least d_s.
 
 For a map that is not Lipschitz, such as depth views, the guarantee is weaker:
 its reported distances hold at the end of every tick, and nothing is guaranteed

@@ -85,7 +85,8 @@ KINDS = (
 in the order in which these are called."""
 
 PARTS = tuple(kind for kind, _ in KINDS)
-"""The kinds; an ingredient's number is its index here."""
+"""The library's kinds of ingredients. The number of an ingredient is the index
+of its kind."""
 
 OUTSIDE = len(PARTS)
 """Number of the first ingredient from outside the library. Each compiled

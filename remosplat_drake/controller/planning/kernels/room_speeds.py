@@ -32,8 +32,8 @@ def speeds_in_room(space, line, path, fastest, law):
         path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].
-        law: The slope c [1/s], the stopping distance [m], and the speed to
-            which no sphere limits the motion further [1/s].
+        law: The slope c [1/s], the stopping distance [m], and the speed below
+            which spheres do not limit the motion [1/s].
 
     Returns:
         The bound on the speed on each piece, `fastest` included, shape (k,)

@@ -22,7 +22,7 @@ class SpaceArrays(NamedTuple):
     Attributes:
         robot: The robot.
         map: The map, as `map_for_kernels` returns it.
-        off: Its misplacement.
+        off: The map's `Misplacement`.
         level: Clearance that each sphere keeps from the map, shape (n,) [m].
         balls: Balls around the spheres, and the spheres.
         ball_level: Clearance that each ball and sphere keeps, shape (m,) [m].

@@ -18,7 +18,7 @@ NO_PART = -1
 
 
 class AddedBy(NamedTuple):
-    """Functions of k compiled ingredients from outside, as kernels call them.
+    """Functions of k compiled ingredients from outside the library.
 
     Attributes:
         words: `AddressedFunction.words` of each, shape (k, 2).
@@ -30,7 +30,7 @@ class AddedBy(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """The argument of the function of an ingredient from outside.
+    """The argument of the function of an ingredient from outside the library.
 
     Attributes:
         part: Number of the ingredient.
@@ -60,7 +60,7 @@ def adder(add: Callable) -> Callable[[Any, Turn], None]:
 
 @helper
 def add_compiled(added_by, first, tick, program):
-    """Calls compiled ingredients from outside, which add their terms.
+    """Calls compiled ingredients from outside the library to add their terms.
 
     Args:
         added_by: The `AddedBy`.

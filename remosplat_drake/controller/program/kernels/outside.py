@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 ADD = 2
-"""Index of the Python function that adds their terms."""
+"""Index of the Python function that adds the terms of ingredients in Python."""
 
 
 @helper
@@ -24,7 +24,7 @@ def add_outside(like, line, program, asked):
     """Calls ingredients in Python, which add to the program of a tick.
 
     Args:
-        like: An `OutsideRows`, packed, of the same type as theirs.
+        like: A packed `OutsideRows` of the same type as the ingredients' rows.
         line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
         asked: Further inputs of the ingredients: the `StateArrays`, the command

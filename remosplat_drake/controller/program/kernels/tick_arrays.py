@@ -116,7 +116,7 @@ class OutsideArrays(NamedTuple):
 
     Attributes:
         bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
-            with their bounds, shape (4, n_u).
+            with the bounds of these ingredients, shape (4, n_u).
         costs: Vector of their linear costs, and diagonal of their quadratic
             costs, shape (2, n_u).
         flags: Whether some bounds are acceleration bounds, and whether Drake's

@@ -48,16 +48,17 @@ _TASK = 1e-3
 and verification rejects curved retreats."""
 
 _NOTABLE = 2e-3
-"""Demanded speed of retreat from which on an obstacle counts as too near [m/s];
-by default, that is a millimetre inside the scene's stopping distance."""
+"""An obstacle counts as too near if the demanded speed of retreat is at least
+this [m/s]. By default, it reaches this speed a millimetre inside the scene's
+stopping distance."""
 
 _DEMANDED = 1e-8
-"""Demanded speed of retreat from which on a robot whose command is rejected
-only retreats [m/s]; just above rounding errors."""
+"""A robot whose command is rejected only retreats if the demanded speed of
+retreat is at least this [m/s]. The value is just above rounding errors."""
 
 _CRAWL = 0.25
-"""Scale of a verified command below which a robot that is too near to an
-obstacle only retreats, instead of moving to its target."""
+"""A robot that is too near to an obstacle only retreats, instead of moving to
+its target, if the scale of its verified command is below this."""
 
 _SELF, _SCENE, _MOVERS, _JOINTS = map(
     PARTS.index,
@@ -212,7 +213,7 @@ def _optimum(program, is_own_solver, line):
 
 @helper
 def _let_yield(program, k):
-    """Marks the rows of ingredient k that demand a retreat as yielding.
+    """Marks the rows of ingredient k that demand a retreat as relaxed.
 
     The demand of each row is limited to what is feasible for it alone.
     """

@@ -151,7 +151,7 @@ def settle_tick(
         robot: The `RobotArrays`.
         compiled: The map, as `DistanceField.compiled` where that is
             1-Lipschitz, or else a `PythonMap`.
-        off: Its `Misplacement`.
+        off: The map's `Misplacement`.
         movers: The `MoverArrays`.
         age: Age of the movers' measurements [s].
         motion: The `MotionArrays`.

@@ -21,9 +21,9 @@ _PRICE = 1e-8
 program strictly convex."""
 
 _TAKEN = 0.9
-"""Fraction of the greatest feasible share that relaxed rows demand. All of
-it would leave a single feasible point, and commands would jump between
-vertices of the feasible set."""
+"""Fraction of the greatest feasible share that relaxed rows demand. A demand of
+the whole share would leave a single feasible point, and commands would jump
+between vertices of the feasible set."""
 
 
 @kernel(returns=REAL)

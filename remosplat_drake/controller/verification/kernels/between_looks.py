@@ -1,4 +1,4 @@
-"""Bounds on distances between two samples (looks).
+"""Bounds on distances between two samples of a motion.
 
 A gap is a distance that depends on one moving point, and changes by at most the
 motion of that point: the distance from a sphere's centre to the scene, or the
@@ -6,13 +6,13 @@ distance between two spheres, where the point is the vector between their
 centres. The room of a gap is its distance minus its level, the distance that it
 must keep.
 
-Let r_0 and r_1 be the rooms at two looks, and s the length of the point's path
-between them. In between, the room is at least (r_0 + r_1 - s) / 2.
+Let r_0 and r_1 be the rooms at two samples, and s the length of the point's
+path between them. In between, the room is at least (r_0 + r_1 - s) / 2.
 
 For s there is an upper bound. Let a be a bound on the point's acceleration, and
-t the time between the looks. At the time x after the first look, the velocity
-differs from its mean by at most a (x^2 + (t - x)^2) / (2 t). So s is at most a
-t^2 / 3 larger than the straight distance between the two positions.
+t the time between the samples. At the time x after the first sample, the
+velocity differs from its mean by at most a (x^2 + (t - x)^2) / (2 t). So s is
+at most a t^2 / 3 larger than the straight distance between the two positions.
 """
 
 import math
@@ -22,7 +22,8 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 
 TOLERANCE = 5e-4
-"""Amount by which distances may fall below their level between two looks [m].
+"""Amount by which a distance may fall below the required one between two
+samples of a path [m].
 
 Without it, no motion of a sphere along an obstacle at its stopping distance
 could be verified.
@@ -36,7 +37,7 @@ _ROUNDING = 1e-9
 def tolerated(level, stopping) -> float:
     """Computes the amount by which a distance may fall below its level [m].
 
-    A late tick ends between two looks, and the next tick takes the distance
+    A late tick ends between two samples, and the next tick takes the distance
     there as its level. To prevent distances from creeping down, a distance
     slightly below the stopping distance may fall no lower than one at the
     stopping distance.
@@ -95,11 +96,11 @@ def longest_way(p, q, bend, time) -> float:
 
 @kernel(linked=True)
 def longest_ways(point, span, bend):
-    """Bounds the paths of n points from each of k + 1 looks to the next.
+    """Bounds the paths of n points from each of k + 1 samples to the next.
 
     Args:
-        point: Position of each point at each look, shape (k + 1, n, 3) [m].
-        span: Time between two looks, shape (k, n) [s].
+        point: Position of each point at each sample, shape (k + 1, n, 3) [m].
+        span: Time between two samples, shape (k, n) [s].
         bend: Bounds on the points' accelerations, shape (n,) [m/s^2].
 
     Returns:
@@ -123,15 +124,15 @@ def known_rooms(point, start, room, way, tolerance):
     from its start, its room has decreased by at most x.
 
     Args:
-        point: Position of each of n points at each of k looks, shape (k, n, 3)
-            [m].
+        point: Position of each of n points at each of k samples, shape (k, n,
+            3) [m].
         start: Position at which the room of each point is known, shape (n, 3)
             [m].
         room: The rooms at `start`, shape (n,) [m].
-        way: Bounds on the paths before each look, and after the last one if the
-            path continues, shape (k or k + 1, n) [m].
+        way: Bounds on the lengths of the paths before each sample, and after
+            the last one if the path continues, shape (k or k + 1, n) [m].
         tolerance: Amount by which each room may fall below zero between two
-            looks, shape (n,) [m].
+            samples, shape (n,) [m].
 
     Returns:
         Lower bounds on the rooms, and the rooms with which the adjacent parts

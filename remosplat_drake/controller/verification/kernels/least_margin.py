@@ -29,7 +29,7 @@ def least_margin(robot, state, movers, u, monitoring, tube):
         movers: The `MoverArrays`.
         u: The command, shape (n_u,).
         monitoring: The attributes of a `Monitoring`, in their order.
-        tube: Z_r of each sphere, shape (n,) [m].
+        tube: Bound Z_r on the position error of each sphere, shape (n,) [m].
 
     Returns:
         The sphere and the mover, -1 without movers, their distance, and their

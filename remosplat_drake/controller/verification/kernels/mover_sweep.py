@@ -37,10 +37,10 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
 
     At each sampled time of the path, a moving sphere must keep min(separation,
     its present distance) from all possible positions of a mover; between two
-    samples, it must keep that distance minus a tolerance. Otherwise, it must
-    move away from all positions at which the mover can touch it. A sphere that
-    a mover touches or nearly touches must rest or retreat until the contact
-    ends.
+    samples, it must keep that distance minus a tolerance. Alternatively, it
+    must move away from all positions at which the mover can touch it. A sphere
+    that a mover touches or nearly touches must rest or retreat until the
+    contact ends.
 
     Args:
         robot: The `RobotArrays`.
@@ -50,7 +50,7 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
         separation: The distance to keep [m].
         tube: Bounds on spheres' deviations from the path, shape (n,) [m].
         tolerance: Amount by which a distance may fall below its level between
-            two looks [m].
+            two samples [m].
     """
     if len(movers.radius) == 0:
         return True
@@ -144,7 +144,7 @@ def _spheres_of(pair, n):
 
 @helper
 def _looks_at_movers(movers, times):
-    """Predicts all k movers at all s looks of a path.
+    """Predicts all k movers at all s samples of a path.
 
     Returns:
         Their orientations, shape (k, s, 3, 3), their origins, shape (k, s, 3)
@@ -174,11 +174,11 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
         seen: The result of `_looks_at_movers`.
         pair: The mover, the sum of both radii, the level, and the room at the
             start.
-        sphere: The times of the s looks, the centres then, shape (s, 3), and
-            bounds on the lengths of its paths from look to look, shape (s - 1,)
-            [m].
+        sphere: The times of the s samples, the centres then, shape (s, 3), and
+            bounds on the lengths of its paths from sample to sample, shape (s -
+            1,) [m].
         tolerance: Amount by which a distance may fall below its level between
-            two looks [m].
+            two samples [m].
     """
     R_WM, p_WM, grown, speed = seen
     j, touching, level, at_start = pair
@@ -216,9 +216,9 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 
 @helper
 def _retreats(movers, seen, j, then, k, point, way, touching):
-    """Whether a sphere moves away from a mover before look k.
+    """Whether a sphere moves away from a mover before sample k.
 
-    The mover's position is that at the look `then`; the sphere is examined at
+    The mover's position is that at the sample `then`; the sphere is examined at
     both ends of its path. Along the chord x between the ends, the direction n
     to a convex core turns away from x, so the ends are the worst cases. The
     sphere itself moves on an arc. With a bound a on its acceleration, in a time

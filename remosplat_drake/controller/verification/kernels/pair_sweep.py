@@ -1,7 +1,7 @@
 """Checks that pairs of convex shapes keep their distances along a path.
 
 A pair is first checked at the start and the end of the path, and in between
-only if these two looks are not sufficient.
+only if these two samples are not sufficient.
 """
 
 import numpy as np
@@ -194,7 +194,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 def _room(shapes, X_WL, p_WC, pair, way, work):
     """Computes the excess of a pair's distance over its level [m].
 
-    The result is a lower bound if that exceeds the paths next to the look.
+    The result is a lower bound if that exceeds the paths next to the sample.
     """
     i, j, level, _ = pair
     enough = level + 2.0 * way

@@ -20,9 +20,9 @@ class PathArrays(NamedTuple):
         rates: Velocities on the pieces, shape (s, n_u) [rad/s, m/s].
         since: Start time of each piece; the first is 0, shape (s,) [s].
         n_base: Number of base commands, 3, 2 or 0.
-        times: Times of the looks, ascending, up to the path's end, shape (k,)
+        times: Times of the samples, ascending, up to the path's end, shape (k,)
             [s]; they include the ends of all pieces.
-        clock: Earliest clock time of the robot at each look, for which movers
+        clock: Earliest clock time of the robot at each sample, for which movers
             are predicted, shape (k,) [s].
         peak: Greatest actual or commanded speeds on the path, shape (n_u,)
             [rad/s, m/s].
@@ -56,8 +56,8 @@ def held(q, u, n_base, times, clock) -> PathArrays:
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
         n_base: Number of base commands, 3, 2 or 0.
-        times: Times of the looks, ascending, shape (k,) [s].
-        clock: Earliest clock time of the robot at each look, shape (k,) [s].
+        times: Times of the samples, ascending, shape (k,) [s].
+        clock: Earliest clock time of the robot at each sample, shape (k,) [s].
     """
     starts, rates = np.empty((1, len(q))), np.empty((1, len(u)))
     _set_row(starts, 0, q)

@@ -1,4 +1,4 @@
-"""Bounds the motion of a link relative to another, between two looks.
+"""Bounds the motion of a link relative to another, between two samples.
 
 Let the core of a shape of link B be a hull within the radius r of its centre C,
 and let p and R be the position of C and the orientation of B in A. Relative to
@@ -56,14 +56,14 @@ def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
     """Bounds the path of any point of a shape of B relative to A [m].
 
     Args:
-        X_WL: Poses of all bodies at one look, shape (n, 4, 4).
+        X_WL: Poses of all bodies at one sample, shape (n, 4, 4).
         Y_WL: Poses of all bodies at another, shape (n, 4, 4).
         a: Body A.
         b: Body B.
         center: Centre of the shape in B, shape (3,) [m].
         reach: Largest distance of the hull's points from the centre [m].
         bend: Bound of `relative_bend` [m/s^2].
-        time: Time between the looks [s].
+        time: Time between the samples [s].
     """
     moved, turned = 0.0, 0.0
     for r in range(3):

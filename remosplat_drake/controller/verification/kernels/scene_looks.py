@@ -29,14 +29,14 @@ def look_along(robot, path, sphere, start, room, tolerance):
         room: Rooms of the spheres (clearances minus levels) at the start of the
             path, shape (n,) [m].
         tolerance: Amount by which each room may fall below zero between two
-            looks, shape (n,) [m].
+            samples, shape (n,) [m].
 
     Returns:
-        The centres in W at the start and at the times, shape (k + 1, n, 3)
-        [m]; the orientations of the spheres' links at the times, shape
-        (k, n, 3, 3); bounds on the spheres' accelerations, shape (n,) [m/s^2];
-        bounds on the paths between the looks, shape (k, n) [m]; and the known
-        and the required rooms of `known_rooms`, shape (k, n) each [m].
+        The centres in W at the start and at the times, shape (k + 1, n, 3) [m];
+        the orientations of the spheres' links at the times, shape (k, n, 3, 3);
+        bounds on the spheres' accelerations, shape (n,) [m/s^2]; bounds on the
+        paths between the samples, shape (k, n) [m]; and the known and the
+        required rooms of `known_rooms`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
     times = path.times

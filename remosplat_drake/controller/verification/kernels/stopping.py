@@ -1,10 +1,11 @@
 """The path of a command: one tick and its braking ramp, to a standstill.
 
 For a robot without delay, the path has one piece. The ramp scales the whole
-command, so tick and ramp follow the path of a held u at decreasing speed. Time
-on the path is that of a held u. A robot that executes a smaller fraction of u,
-or brakes earlier, stays on this path. The path ends where a station stops that
-receives no further command, and so brakes latest.
+command, so tick and ramp follow the path of a held u at decreasing speed. A
+time on the path is the time at which a robot with u held would be there. A
+robot that executes a smaller fraction of u, or brakes earlier, stays on this
+path. The path ends where a station stops that receives no further command, and
+so brakes latest.
 
 If actuators have delays and lags, the path is that of their model: commands in
 flight, then the command, then its ramp, until all axes have settled. Time on
