@@ -31,8 +31,8 @@ _AIM = 4e-3
 postures keep `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
-"""Distance of a protruding point below which a piece is not cut [m]; sampled
-surface points are no denser."""
+"""Distance of a protruding point from the surface below which a piece is not
+cut [m]. Sampled points of the surface are about as far from each other."""
 
 _SEARCHES = 3
 """Number of searches for larger errors. After the first, a search covers only

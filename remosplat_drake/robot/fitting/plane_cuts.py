@@ -31,7 +31,7 @@ _MOST_TRIANGLES = 1500
 """Largest number of a part's triangles that are used to compare planes."""
 
 _LEAST = 5e-4
-"""Gain in distance from the hulls with which a point counts as freed [m]."""
+"""Least gain in distance from the hulls by which a cut frees a point [m]."""
 
 
 def cut_in_two(

@@ -11,7 +11,7 @@ class Dialect:
         title: Name of the format.
         suffix: File name suffix by which Drake recognises the format.
         limit: Name of the element with a joint's limits.
-        limits: Advice to write a joint's limits.
+        limits: Advice on how to write a joint's limits.
         fixed: Element that fixes a joint.
         weld: Element that fixes one link to another.
         mimic: Element that makes a joint follow another one.

@@ -35,7 +35,7 @@ def fit_link_pieces(
     findings: Findings,
     on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
 ) -> None:
-    """Writes convex pieces with the meshes' distances, and the model file.
+    """Fits convex pieces to the meshes, and writes them and the model file.
 
     Args:
         urdf: The robot; its links' elements are changed.
@@ -76,8 +76,8 @@ def fit_link_pieces(
     for error in fitted.errors:
         findings.doubt(
             " and ".join(error.links),
-            f"are {1e3 * error.distance:.0f} mm apart by their meshes, but by"
-            f" their convex pieces {1e3 * error.error:.0f} mm less, in one of"
+            f"are {1e3 * error.distance:.0f} mm apart, but their convex pieces"
+            f" are {1e3 * error.error:.0f} mm nearer, in one of"
             f" {len(truth.states)} postures; at most {1e3 * ACCURACY:g} mm is"
             " intended",
         )

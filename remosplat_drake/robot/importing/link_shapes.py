@@ -108,7 +108,7 @@ def convert_shapes(
 def write_pieces(
     urdf: Urdf, folder: Path, pieces: dict[str, list[ConvexPiece]]
 ) -> None:
-    """Writes convex pieces as links' collision shapes, besides primitives.
+    """Writes convex pieces as collision shapes of links, besides primitives.
 
     Args:
         urdf: The robot; its links' elements are changed.
