@@ -31,8 +31,8 @@ GIVE = 0.001
 """Compression of a pad under pressure [m]."""
 
 LEVER = 0.05
-"""Distance of the centre of mass from the closing axis with the lowest score
-[m]."""
+"""Distance of the centre of mass from the closing axis from which on the score
+is lowest [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -187,11 +187,11 @@ def bearing(
 ) -> float:
     """Returns the share of a pad that presses on an object, 0 to 1.
 
-    It is the share of a pad's cells, one and a half times as large as the
-    spacing of the surface's points, in which a point is within `GIVE` of the
-    pad's plane; the result is the smaller one of both pads. A hand that holds
-    an object with its fingertips only, or at an edge, has a small share, and
-    the object can rotate in it.
+    A pad is divided into cells, one and a half times as large as the spacing of
+    the surface's points. Its share is the fraction of cells in which a point is
+    within `GIVE` of the pad's plane. The result is the smaller share of both
+    pads. A hand that holds an object with its fingertips only, or at an edge,
+    has a small share, and the object can rotate in it.
 
     Args:
         surface: The object's surface.
@@ -218,9 +218,9 @@ def bearing(
 
 
 Reach = Callable[[np.ndarray, Grasp], np.ndarray | None]
-"""Finds a configuration, shape (n_q,), with the end effector at a pose X_WE,
-shape (4, 4), that keeps all distances with the hand at a grasp's opening; None
-if there is none."""
+"""Function that finds a configuration, shape (n_q,), in which the end effector
+is at a pose X_WE, shape (4, 4), and all distances are kept while the hand is
+open as for a grasp; None if there is none."""
 
 
 def reachable(

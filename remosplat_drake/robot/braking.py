@@ -56,7 +56,7 @@ def next_on_ramp(u, acceleration_limit, time):
 def executed_command(
     u: np.ndarray, acceleration_limit: np.ndarray, dt: float, age: float
 ) -> np.ndarray:
-    """Computes the velocities that a station executes at an age of a command.
+    """Computes the velocities that a station executes `age` after a command.
 
     Args:
         u: The command, shape (n_u,) [rad/s, m/s].
@@ -156,7 +156,7 @@ def braking_steps(u, acceleration_limit, dt) -> float:
 def stopping_times(u, acceleration_limit, dt, spare):
     """Computes the path times at which the ticks of u and of its ramp end.
 
-    A path time is the time that the robot would take to the same place with u
+    A path time is the time in which the robot would reach the same place with u
     held. The ramp multiplies u by 1 - 1/n, 1 - 2/n, ..., so each of its ticks
     covers that fraction of a tick's path. The last entry is the place at which
     a station stops if no further command arrives, since it holds u for longer.

@@ -23,7 +23,7 @@ from remosplat_drake.robot.kinematics import (
 )
 
 _GRAVITY = 9.81
-"""Acceleration of free fall, against W's z [m/s^2]."""
+"""Acceleration of free fall, along the negative z axis of W [m/s^2]."""
 
 
 class MassArrays(NamedTuple):

@@ -77,7 +77,7 @@ def largest_error(
 
     Args:
         covariance: Covariance of the pose X_WB along W's axes, shape (3, 3).
-        sigmas: Number of standard deviations that count.
+        sigmas: Number of standard deviations in the bound.
         X_WB: Expected pose of the base, shape (3,) [m, rad].
         told: The reported pose that a caller uses, shape (3,) [m, rad].
 

@@ -69,8 +69,8 @@ class RobotDescription(Config):
     arm: Arm = dc.field(default_factory=Arm)
     # The gripper; absent for an arm without one.
     hand: Hand | None = None
-    # The grippers of several end effectors by what these are called, in place
-    # of `hand`; each has a name of its own.
+    # The grippers of several end effectors by the names of these, in place of
+    # `hand`; each gripper has a name of its own.
     hands: dict[str, Hand] = dc.field(default_factory=dict)
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""

@@ -2,8 +2,8 @@
 
 Configuration q = (x, y, yaw, arm joints), command u = (v, omega, arm joint
 rates): a differential base has three positions but two velocities. An
-omnidirectional one has a third, to the left, between the two. An arm without a
-mobile base has neither base positions nor base velocities.
+omnidirectional base has a third velocity, to the left, between these two. An
+arm without a mobile base has neither base positions nor base velocities.
 """
 
 import copy
@@ -47,8 +47,8 @@ ROUNDING = 1e-3
 """Excess over a joint limit that counts as rounding [rad, m]."""
 
 _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
-"""Largest excess over its limits at the start, of a revolute joint [rad] and of
-a prismatic joint [m]."""
+"""Largest excess of a joint over its limits at the start, for revolute [rad]
+and for prismatic joints [m]."""
 
 
 class RobotModel:
@@ -147,8 +147,8 @@ class RobotModel:
         """Returns the same robot with another payload in its hand.
 
         The payload becomes the last link of the tree, and its spheres the last
-        spheres; all other quantities follow. Equal calls return the same
-        object.
+        spheres; all other quantities change accordingly. Equal calls return the
+        same object.
 
         Args:
             payload: The object that it carries; None for nothing.

@@ -87,7 +87,7 @@ def asked_error(X_WE, target):
 
 @helper
 def has_free(weights) -> bool:
-    """Returns whether any direction has weight zero, so is free.
+    """Returns whether any direction is free, with a weight of zero.
 
     Args:
         weights: Weights of the directions, shape (6,).

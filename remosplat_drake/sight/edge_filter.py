@@ -71,7 +71,7 @@ class Edges:
         Args:
             place: Observed positions, shape (2, 3) [m].
             deviation: Standard deviation of the observed positions [m].
-            max_speed: No thing is faster [m/s].
+            max_speed: Greatest speed of objects [m/s].
         """
         a, c, d = self.P
         off, total = place - self.place, a + deviation**2
@@ -91,11 +91,11 @@ class Edges:
         """Returns the velocity of the object.
 
         Args:
-            max_speed: No thing is faster [m/s].
+            max_speed: Greatest speed of objects [m/s].
 
         Returns:
             The velocity, shape (3,) [m/s], and a bound on its error at any
-            point of the thing [m/s].
+            point of the object [m/s].
         """
         weight = 1 / self.P[2]
         v = (weight * self.rate).sum(axis=0) / weight.sum(axis=0)

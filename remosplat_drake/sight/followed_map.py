@@ -56,7 +56,7 @@ class FollowedMap:
 
         Args:
             data: The packet.
-            now: Our wall clock [s].
+            now: The present time by this machine's wall clock [s].
 
         Raises:
             BrokenMessage: It does not name a map.
@@ -69,7 +69,7 @@ class FollowedMap:
         """Returns the map to use now.
 
         Args:
-            now: Our wall clock [s].
+            now: The present time by this machine's wall clock [s].
         """
         named = self._named
         if now - self._heard > EXPIRY:

@@ -28,8 +28,8 @@ _STILL = 0.03
 """Largest displacement of a thing at rest, apart from position errors [m]."""
 
 _AGAIN = 0.06
-"""A hidden point is seen again if a seen point is within this distance; it may
-also be this far from its prediction [m]."""
+"""Distance to a seen point within which a hidden point counts as seen again,
+and largest distance of a hidden point from its prediction [m]."""
 
 _MOST_HIDDEN = 100
 """Largest number of hidden points of a thing."""

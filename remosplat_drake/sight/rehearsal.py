@@ -12,7 +12,7 @@ _AWAY = 1.0
 """Distance of the cameras from the robot's highest sphere [m]."""
 
 _SIDE, _FOCAL = 24, 30.0
-"""Their images' width and height, and focal length [pixels]."""
+"""Width and height of the cameras' images, and their focal length [pixels]."""
 
 
 def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:

@@ -17,10 +17,11 @@ from remosplat_drake.sight.view import View, backs
 
 @dc.dataclass(frozen=True, eq=False)
 class Thing:
-    """A cluster of the points of all cameras, and boxes around it.
+    """A detected object: a cluster of new points, and boxes around it.
 
     Attributes:
-        shown: Its points, each with the possible extent of the thing behind it.
+        shown: Its points from all cameras, each with the possible extent of the
+            thing behind it.
         parts: Boxes around the points and their possible extents.
         pitch: Greatest distance between neighbouring pixels on it [m].
         error: Bound on position errors of its points [m].

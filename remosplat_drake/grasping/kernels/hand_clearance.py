@@ -32,8 +32,8 @@ def hand_clearances(
         enough: Clearance above which larger values need not be exact [m].
 
     Returns:
-        The clearances, shape (k,) [m]. If it is not positive, it is the one of
-        the first overlapping point and need not be the least.
+        The clearances, shape (k,) [m]. A clearance that is not positive is that
+        of the first overlapping point, and need not be the least.
     """
     clearance = np.full(len(X_OE), enough)
     for k in range(len(X_OE)):

@@ -126,15 +126,15 @@ def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
 def possible_pairs(
     robot: RobotModel, links: Iterable[str]
 ) -> tuple[list[LinkPair], dict[LinkPair, str]]:
-    """Finds the pairs of links that may collide, for all shapes.
+    """Finds the pairs of links that may collide, regardless of their shapes.
 
     Args:
         robot: The robot.
         links: Names of links.
 
     Returns:
-        These pairs in the order of the tree, and the others with `ADJACENT` or
-        `ALLOWED`.
+        These pairs in the order of the tree, and the excluded pairs with their
+        reasons, `ADJACENT` or `ALLOWED`.
 
     Raises:
         FileError: The SRDF file of its description cannot be read.

@@ -34,7 +34,7 @@ class ShapePairs:
         boxes: For each pair of links, the indices in `link_boxes` of the boxes
             around their shapes, shape (l, 2).
         shapes: The shapes packed for kernels.
-        link_boxes: One box for each link, in the same form.
+        link_boxes: One box for each link, packed like the shapes.
     """
 
     links: tuple[LinkPair, ...]

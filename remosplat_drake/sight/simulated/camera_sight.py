@@ -33,7 +33,7 @@ NOISE = "realsense_d435"
 """The noise of simulated cameras."""
 
 COLUMNS = 80
-"""Largest number of pixels in a row of their images, for speed."""
+"""Largest number of pixels in a row of a simulated image, for speed."""
 
 
 class CameraSight(LeafSystem):

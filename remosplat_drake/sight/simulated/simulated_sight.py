@@ -85,7 +85,7 @@ class SimulatedSight:
         return other
 
     def learn(self, field: DistanceField) -> None:
-        """Changes to another version of the map, if it differs.
+        """Uses the given map from now on, if it differs from the present one.
 
         Args:
             field: The map.
