@@ -40,7 +40,7 @@ class Placement:
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
         words: Description of how the frame was found.
-        has_floor: Whether the floor is known to be z = 0 in F, z up.
+        has_floor: Whether F is known to have z up and the floor at z = 0.
     """
 
     X_FW: RigidTransform

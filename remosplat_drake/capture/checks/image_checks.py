@@ -127,7 +127,7 @@ def judge_depth(capture: Capture, median: float) -> list[Finding]:
 
     Args:
         capture: The capture.
-        median: Median of the known depths [m]; NaN without any.
+        median: Median of the known depths [m]; NaN if there are none.
     """
     known = (capture.depth > 0).mean(axis=(1, 2))
     if known.mean() < MIN_DEPTH_FRACTION:
