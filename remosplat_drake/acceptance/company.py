@@ -90,7 +90,9 @@ class Company:
         if self._case.part is Part.SECOND_CONTROLLER:
             code = self._process.returncode
             refused = code == REFUSED
-            return "" if refused else f"the second controller ended with {code}"
+            return (
+                "" if refused else f"the second controller exited with {code}"
+            )
         if math.isinf(self.began):
             return "no process joined"
         if self._case.part is Part.SECOND_ROBOT:

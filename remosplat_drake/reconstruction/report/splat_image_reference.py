@@ -1,4 +1,4 @@
-"""The definition of a splat's image, slow and readable, in NumPy."""
+"""Reference renderer of a splat: slow and readable, in NumPy."""
 
 import numpy as np
 
