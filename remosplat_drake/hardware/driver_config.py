@@ -1,7 +1,8 @@
-"""Configurations of the drivers that reach a robot's arm, base and hand.
+"""Configurations of the drivers of a robot's arm, base and hand.
 
-A driver is a plug-in: beside those below, a file may name one's own, as
-`arm_driver: !my_arm:MyArm {host: 10.0.0.2}`; see `base.extensions`.
+Drivers are plug-ins: besides those below, a scenario may name a class of
+another package, such as `arm_driver: !my_arm:MyArm {host: 10.0.0.2}`; see
+`base.extensions`.
 """
 
 import dataclasses as dc
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class ArmDriverMaker(Protocol):
-    """The settings of an arm's driver: ours below, or one's own."""
+    """The interface of an arm driver's settings, ours or another package's."""
 
     def connect_arm(
         self, description: RobotDescription, tell: Tell
@@ -41,7 +42,7 @@ class ArmDriverMaker(Protocol):
 
 
 class BaseDriverMaker(Protocol):
-    """The settings of a mobile base's driver: ours below, or one's own."""
+    """The interface of a base driver's settings, ours or another package's."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
         """Connects to the base; sends no command.
@@ -53,7 +54,7 @@ class BaseDriverMaker(Protocol):
 
 
 class HandDriverMaker(Protocol):
-    """The settings of a gripper's driver: ours below, or one's own."""
+    """The interface of a gripper driver's settings, ours or another's."""
 
     def connect_hand(
         self, description: RobotDescription, tell: Tell
@@ -85,7 +86,7 @@ class UrArm(Config):
 
 @dc.dataclass
 class Ros2Arm(Ros2ArmTopics):
-    """An arm behind ros2_control, over DDS and without ROS (extra `ros2`)."""
+    """An arm with ros2_control, over DDS without ROS (extra `ros2`)."""
 
     def connect_arm(
         self, description: RobotDescription, tell: Tell
@@ -109,7 +110,7 @@ class Ros1Base(RosBase):
 
 @dc.dataclass
 class Ros2Base(Ros2BaseTopics):
-    """A base on ROS 2, over DDS and without ROS (extra `ros2`)."""
+    """A base on ROS 2, over DDS without ROS (extra `ros2`)."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
         """Joins the ROS 2 domain; see `Ros2Link`."""
@@ -120,7 +121,7 @@ class Ros2Base(Ros2BaseTopics):
 
 @dc.dataclass
 class Ros2Hand(Ros2HandTopics):
-    """A gripper on ROS 2, over DDS and without ROS (extra `ros2`)."""
+    """A gripper on ROS 2, over DDS without ROS (extra `ros2`)."""
 
     def connect_hand(
         self, description: RobotDescription, tell: Tell

@@ -45,13 +45,17 @@ CASES = (
     FaultCase(
         "second robot",
         Part.SECOND_ROBOT,
-        reason="comes from",
-        refusal="comes from",
+        reason="has two senders",
+        refusal="has two senders",
         resumes=MOVES,
         text=_TOUR,
     ),
     _stranger("foreign commands", COMMANDS, "also sends commands"),
-    _stranger("foreign statuses of the arm", ARM, "PANDA_STATUS: comes from"),
-    _stranger("foreign statuses of the base", BASE, "BASE_STATUS: comes from"),
+    _stranger(
+        "foreign statuses of the arm", ARM, "PANDA_STATUS: has two senders"
+    ),
+    _stranger(
+        "foreign statuses of the base", BASE, "BASE_STATUS: has two senders"
+    ),
     _stranger("garbage on every channel", GARBAGE, "also sends commands"),
 )

@@ -1,10 +1,11 @@
-"""Driver processes: between the wire and a robot.
+"""Driver processes, which connect a robot's devices to LCM.
 
-Arm: `PandaDriver` serves the wire, by the rules of `panda_commands`, and a
-`CallbackProcess` beside it the robot. There a `VelocityCallback` answers every
-state through a `VelocityServo`; its `JointInterpolator` is Ruckig's, its last
-line is drawn by `panda_limits`, and `SharedRecord`s connect the two processes.
-Gripper: `HandDriver` with `PandaPythonHand`. Mobile base: `RosBase` with
-`Ros1Link` (rospy) or `Ros2Link` (CycloneDDS); `base_commands` has the watchdog,
-`ros_conversion` turns Twist and Odometry messages into the wire's.
+Arm: `PandaDriver` exchanges LCM messages, by the rules of `panda_commands`. A
+`CallbackProcess` controls the robot: there, a `VelocityCallback` answers every
+state of the robot with the command of a `VelocityServo`. The servo smooths
+commands by a `JointInterpolator` (Ruckig), and checks them against
+`panda_limits`. `SharedRecord`s connect the two processes. Gripper: `HandDriver`
+with `PandaPythonHand`. Mobile base: `BaseDriver` with `Ros1Link` (rospy) or
+`Ros2Link` (CycloneDDS); `base_commands` has the watchdog, and `ros_conversion`
+converts Twist and Odometry messages to those of LCM.
 """

@@ -1,4 +1,4 @@
-"""`ArclMonitor`: queries over ARCL whether an Omron base may move."""
+"""`ArclMonitor`: reads an Omron base's stops over ARCL, its text protocol."""
 
 import contextlib
 import re
@@ -22,32 +22,32 @@ PORT = 7171
 """TCP port of ARCL, unless it is configured otherwise."""
 
 EXPIRY = 0.5
-"""Age from which on an answer about the motors says nothing any more [s]."""
+"""Age beyond which an answer about the motors is ignored [s]."""
 
 _PERIOD = 0.1
-"""Time between two questions about the motors [s]."""
+"""Time between two queries about the motors [s]."""
 
 _STATUS_EVERY = 20
-"""Number of these after which the state of charge is queried."""
+"""Number of queries about the motors per query about the state of charge."""
 
 _LOGIN = 5.0
-"""Longest time until the password prompt and its acceptance [s]."""
+"""Longest time until the password prompt, and until its acceptance [s]."""
 
 _SILENCE = 2.0
-"""Time without a word after which the connection counts as dead [s]."""
+"""Time without an answer after which the connection counts as lost [s]."""
 
 _PAUSE = 1.0
 """Time between two attempts to connect [s]."""
 
 _LONGEST_LINE = 4096
-"""Number of bytes beyond which a line is garbage, and dropped."""
+"""Number of bytes beyond which a line is invalid, and dropped."""
 
 
 class ArclMonitor:
-    """A `StopSource` by ARCL, in a separate thread.
+    """A `StopSource` that reads an Omron base's stops, in a separate thread.
 
     It logs in, queries the motors' state ten times a second, and reconnects
-    whenever the connection is lost. Without a fresh answer the base's state is
+    whenever the connection is lost. Without a recent answer the base's state is
     unknown.
     """
 
@@ -58,13 +58,13 @@ class ArclMonitor:
         password: str,
         say: Callable[[str], None] = lambda text: None,
     ):
-        """Begins to connect; it does not wait.
+        """Starts to connect, without waiting for the connection.
 
         Args:
             host: Name or address of the robot.
             port: TCP port of ARCL.
             password: The password of ARCL's server.
-            say: Tells people why there is no connection, once each reason.
+            say: Prints why there is no connection, once for each new reason.
         """
         self._address, self._password, self._say = (host, port), password, say
         self._state = ArclState()
@@ -74,7 +74,7 @@ class ArclMonitor:
         self._thread.start()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the base's stops, unknown without a fresh answer."""
+        """Returns the base's stops; unknown without a recent answer."""
         return self._state.stops_at(t, EXPIRY)
 
     def close(self) -> None:
@@ -135,12 +135,12 @@ class _Lines:
         self._rest = b""
 
     def read(self, timeout: float) -> list[str]:
-        """Returns the lines that are complete, after a wait at most [s]."""
+        """Waits for data for `timeout` [s], and returns complete lines."""
         self._link.settimeout(timeout)
         with contextlib.suppress(TimeoutError):
             data = self._link.recv(_LONGEST_LINE)
             if not data:
-                raise OSError("the robot has hung up")
+                raise OSError("the robot has closed the connection")
             self._rest += data
         *lines, self._rest = re.split(rb"[\r\n]+", self._rest)
         self._rest = self._rest[-_LONGEST_LINE:]
@@ -149,24 +149,24 @@ class _Lines:
     def wait_for(self, text: str, limit: float) -> None:
         """Reads until a text has come, in upper or lower case.
 
-        A prompt ends no line.
+        The text may be in an incomplete line, as a prompt is.
 
         Raises:
-            OSError: It does not come in time [s].
+            OSError: The text does not come within `limit` [s].
         """
         end = time.monotonic() + limit
         while time.monotonic() < end:
             lines = [*self.read(0.1), self._rest.decode("ascii", "replace")]
             if any(text in line.lower() for line in lines):
                 return
-        raise OSError(f"it did not say {text!r} within {limit:g} s")
+        raise OSError(f"did not send {text!r} within {limit:g} s")
 
 
 def split_address(text: str) -> tuple[str, int]:
     """Splits HOST or HOST:PORT.
 
     Raises:
-        FieldError: The port is none.
+        FieldError: The port is not a number from 1 to 65535.
     """
     host, colon, port = text.partition(":")
     if not colon:

@@ -1,8 +1,9 @@
 """Reads an Omron base's ARCL messages, line by line.
 
-ARCL is text over TCP: a password, then commands and answers, with news of the
-robot in between. Of the Advanced Robotics Command Language Reference Guide
-(18448-000) and of OmronAPAC's ROS packages this takes:
+ARCL is text over TCP: a password, then commands and answers, with messages of
+the robot in between. This module uses the following parts of the Advanced
+Robotics Command Language Reference Guide (18448-000) and of OmronAPAC's ROS
+packages:
 
     queryMotors     Motors enabled | Motors disabled | EStop pressed |
                     EStop relieved but motors still disabled
@@ -10,7 +11,7 @@ robot in between. Of the Advanced Robotics Command Language Reference Guide
                     StateOfCharge: 86.0, Location: 36467 13659 93,
                     LocalizationScore: 0.37, Temperature: 40
 
-ARCL has no command for a velocity; it is read beside the driver that drives.
+ARCL has no command for a velocity, so another driver moves the base.
 """
 
 import dataclasses as dc
@@ -28,21 +29,21 @@ PROMPT = "enter password"
 """Password prompt of the robot, in lower case."""
 
 WELCOME = "end of commands"
-"""How the list of commands ends that follows a good password."""
+"""End of the list of commands that the robot sends after a valid password."""
 
 _MOTORS = {
     "motors enabled": FREE,
     "motors disabled": BaseStops(motors_off=True),
     "estop pressed": BaseStops(emergency=True),
-    # Someone has to press the ON button.
+    # A person has to press the ON button.
     "estop relieved": BaseStops(emergency=True),
 }
-"""Meaning of the beginnings of lines, in lower case, for the motors."""
+"""Beginnings of lines about the motors, in lower case, and their meanings."""
 
 
 @dc.dataclass(frozen=True)
 class ArclState:
-    """The state according to the lines so far.
+    """The base's state according to the lines so far.
 
     Attributes:
         stops: The base's stops, by the latest line about them.
@@ -58,19 +59,19 @@ class ArclState:
 
         Args:
             t: Time now, by the same clock [s].
-            expiry: Age from which on a line says nothing any more [s].
+            expiry: Age beyond which a line is ignored [s].
         """
         is_old = not t - self.heard <= expiry
         return dc.replace(self.stops, is_unknown=is_old)
 
 
 def with_line(state: ArclState, line: str, t: float) -> ArclState:
-    """Returns the state after a line; one that says nothing leaves it.
+    """Returns the state after a line; other lines do not change it.
 
     Args:
         state: The state before.
         line: The line, without its end.
-        t: When it came, by a monotonic clock [s].
+        t: Time of its arrival, by a monotonic clock [s].
     """
     words = line.strip().lower()
     for beginning, stops in _MOTORS.items():
@@ -85,7 +86,7 @@ def with_line(state: ArclState, line: str, t: float) -> ArclState:
 
 
 def _share(percent: str) -> float:
-    """A charge in percent as a share; -1 where it is not a number."""
+    """Converts a charge in percent to a fraction; -1 if it is not a number."""
     try:
         charge = 0.01 * float(percent)
     except ValueError:

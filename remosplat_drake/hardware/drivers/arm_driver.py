@@ -1,7 +1,7 @@
 """`ArmDriver`: serves `PANDA_COMMAND` with any arm that accepts velocities.
 
-The channels' names are those of drake-franka-driver, whose messages serve arms
-of any number of joints. Its rules for commands hold here, too.
+The names of the channels, the messages and the rules for commands are those of
+drake-franka-driver. Its messages can represent arms of any number of joints.
 """
 
 import dataclasses as dc
@@ -24,8 +24,8 @@ AT_REST = 1e-3
 """Speed below which a joint counts as at rest [rad/s]."""
 
 COMMAND_PERIOD = 0.008
-"""Shortest time between two commands to an arm [s]: to a Universal Robots
-controller each is a dialogue of some milliseconds."""
+"""Shortest time between two commands to an arm [s]. A Universal Robots
+controller takes some milliseconds for each."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class ArmReport:
         v: Joint rates, shape (n,) [rad/s].
         time: The arm's own clock [s].
         mode: A value of lcmt_panda_status.robot_mode.
-        problem: Why it follows no more commands; empty while it does.
+        problem: Why it no longer follows commands; empty if it does.
         utime: Time of the measurement, by the wall clock [us]; None if the arm
-            does not send it: then the time of arrival counts.
+            does not send it, so that the time of arrival is used.
     """
 
     q: np.ndarray
@@ -51,23 +51,23 @@ class ArmReport:
 
 
 class ArmLink(Protocol):
-    """Interface of an arm for `ArmDriver`: joint rates in, reports out."""
+    """The interface of an arm for `ArmDriver`."""
 
     def command(self, velocity: np.ndarray) -> None:
-        """Asks for joint rates, shape (n,) [rad/s]."""
+        """Sends joint rates to the arm, shape (n,) [rad/s]."""
         ...
 
     def fetch(self) -> ArmReport | None:
-        """Returns the latest report; None if it is known already."""
+        """Returns the latest report; None if there is no new one."""
         ...
 
     def close(self) -> None:
-        """Leaves the arm, which rests."""
+        """Disconnects from the arm, which is at rest."""
         ...
 
 
 class ArmDriver:
-    """Hears commands, hands them on and publishes statuses."""
+    """Receives commands, passes them to the arm, and publishes statuses."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class ArmDriver:
         joints: int,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes; nothing is sent to the arm before a command comes.
+        """Subscribes to commands; sends nothing to the arm before the first.
 
         Args:
             lcm: The LCM network.
@@ -91,9 +91,10 @@ class ArmDriver:
         self._commanded = -math.inf
 
     def step(self, now: int, t: float) -> ArmReport | None:
-        """Hears commands, hands on the latest and publishes a new status.
+        """Runs one period: receives commands, sends one, publishes a status.
 
-        The arm receives a setpoint every `COMMAND_PERIOD`, new or not.
+        The arm receives a setpoint every `COMMAND_PERIOD`, even if there is no
+        new command.
 
         Args:
             now: Wall clock [us].
@@ -111,7 +112,7 @@ class ArmDriver:
         return self._tell(now)
 
     def brake(self, now: int) -> bool:
-        """Asks for rest; returns whether the arm rests."""
+        """Commands zero rates; returns whether the arm is at rest."""
         self._link.command(np.zeros(self._joints))
         report = self._tell(now)
         return report is not None and bool(np.abs(report.v).max() < AT_REST)

@@ -1,4 +1,4 @@
-"""The arm's state on its way from the 1 kHz callback to `PANDA_STATUS`."""
+"""Passes the arm's state from the 1 kHz callback to `PANDA_STATUS`."""
 
 from typing import Any
 
@@ -21,13 +21,13 @@ _FIELDS = (
 _SCALARS = 4
 
 RECORD_SIZE = _SCALARS + JOINTS * len(_FIELDS)
-"""How many numbers `arm_record` returns."""
+"""Number of values that `arm_record` returns."""
 
 
 def arm_record(
     state: Any, command: JointCommand, now: int
 ) -> tuple[float, ...]:
-    """Lists the numbers of which a status is made.
+    """Lists the values from which a status is made.
 
     Args:
         state: A `RobotState` of libfranka.

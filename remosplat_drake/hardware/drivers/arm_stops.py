@@ -1,4 +1,4 @@
-"""`ArmStops`: an arm's stops, from topics beside its joint states."""
+"""`ArmStops`: an arm's stops, from ROS topics other than its joint states."""
 
 import math
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from remosplat_drake.hardware.ros_config import (
 
 
 class ArmHold(NamedTuple):
-    """Whether something holds an arm.
+    """State of an arm's stops.
 
     Attributes:
         mode: The arm's mode, a value of lcmt_panda_status.robot_mode.
@@ -29,20 +29,20 @@ class ArmHold(NamedTuple):
 
 
 class ArmStops:
-    """The latest values of topics that say whether an arm may move."""
+    """The latest values of topics that report whether an arm may move."""
 
     def __init__(self, topics: Ros2ArmTopics):
-        """Starts without values: an arm whose topics are silent is held."""
+        """Starts without values, so the arm counts as stopped."""
         self._topics = topics
         self._values = TopicValues[str](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool | int | str, t: float) -> None:
-        """Keeps a value that came at a time t, by a monotonic clock [s].
+        """Stores a value of a topic.
 
         Args:
             field: `EMERGENCY_STOP` or `MODE`.
             value: Value of its topic.
-            t: When it came [s].
+            t: Time of its arrival, by a monotonic clock [s].
         """
         text = str(value)
         self._values.put(
@@ -50,7 +50,7 @@ class ArmStops:
         )
 
     def hold(self, t: float) -> ArmHold:
-        """Returns the state by the topics at a time t [s]."""
+        """Returns the state according to the topics at a time t [s]."""
         topics, known = self._topics, self._values.known(t)
         if known.get(EMERGENCY_STOP) == "true":
             reason = f"{topics.emergency_stop}: emergency stop"

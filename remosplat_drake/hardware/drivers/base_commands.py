@@ -1,11 +1,11 @@
 """The mobile base driver's rules for `BASE_COMMAND`: watchdog and clamping.
 
-Two watchdogs guard the base: stamps expire as the arm's do, and a base that
-hears nothing for 0.2 s stops, also if its stamps are good. A command that came
-with a ramp is held for 1.5 control periods instead, and then the ramp leads to
-rest, as it was verified. A command beyond the maxima is clamped: the LD-60's
-ROS node would reject it, and go on at the old speed with its own watchdog
-disarmed.
+There are two watchdogs: the base stops if the stamp of the latest command
+expires, as for the arm, and if no command has arrived for 0.2 s. A command with
+a ramp is instead held for 1.5 control periods and followed by the ramp to rest,
+which the controller has verified. A command beyond the maxima is clamped,
+because the LD-60's ROS node would reject it, and would continue at the old
+speed with its own watchdog disabled.
 """
 
 import dataclasses as dc
@@ -29,17 +29,18 @@ WATCHDOG = 0.2
 
 @dc.dataclass(frozen=True)
 class BaseMaxima:
-    """Greatest velocities that the base carries out.
+    """Greatest velocities that a base executes.
 
-    The defaults are those of the LD-60's ROS node. It turns down speeds that
-    exceed 50 degrees a second, 0.87266 rad/s, so that a clamped command must
-    stay below that.
+    The defaults are those of the LD-60's ROS node. It rejects turning rates
+    above 50 degrees a second, 0.87266 rad/s, so a clamped command must be below
+    that.
 
     Attributes:
         forward: Greatest speed forward [m/s].
-        reverse: Greatest speed backwards [m/s]; nothing looks back there.
-        sideways: Greatest speed to either side [m/s]; 0 for a base that cannot
-            move sideways: if commanded to, it stops.
+        reverse: Greatest speed backwards [m/s]; no sensor watches that
+            direction.
+        sideways: Greatest speed to either side [m/s]. 0 for a base that cannot
+            move sideways; a command with such motion then becomes a stop.
         yaw_rate: Greatest turning rate, either way [rad/s].
     """
 
@@ -50,7 +51,7 @@ class BaseMaxima:
 
 
 def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
-    """Scales a command as a whole into the maxima, so that its arc stays.
+    """Scales a command by one factor to the maxima, which keeps its arc.
 
     A command that is not finite becomes a stop.
 
@@ -60,13 +61,13 @@ def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
         maxima: The greatest velocities.
 
     Returns:
-        The same, shape (3,).
+        The scaled command, shape (3,).
     """
     if not np.isfinite(velocity).all():
         return np.zeros(3)
     upper = np.array([maxima.forward, maxima.sideways, maxima.yaw_rate])
     lower = -np.array([maxima.reverse, maxima.sideways, maxima.yaw_rate])
-    # Rounding may leave the multiple a bit beyond its bound.
+    # By rounding, the scaled command may be slightly beyond a bound.
     return np.clip(scaled_command(velocity, lower, upper), lower, upper)
 
 
@@ -74,7 +75,7 @@ class BaseCommands:
     """The base's latest velocity command, until it expires.
 
     Attributes:
-        received: Number of good commands so far.
+        received: Number of valid commands so far.
     """
 
     def __init__(
@@ -86,8 +87,8 @@ class BaseCommands:
         """Starts without a command.
 
         Args:
-            maxima: Greatest velocities that are carried out; None takes
-                the LD-60's.
+            maxima: Greatest velocities that are executed; None: those of the
+                LD-60.
             expiry: Greatest difference between a stamp and the driver's
                 clock [s].
             watchdog: Time without a command after which the base stops [s].
@@ -103,11 +104,11 @@ class BaseCommands:
         self.received = 0
 
     def hear(self, channel: str, data: bytes, time: float) -> None:
-        """Takes in a command, or the ramp of the one that follows.
+        """Processes a command, or the ramp of the next command.
 
         Args:
             channel: The channel, `COMMAND_RAMP` or that of the commands.
-            data: The encoded packet; a broken one is left aside.
+            data: The encoded packet; a malformed one is ignored.
             time: Time now, by a monotonic clock [s].
         """
         if channel == COMMAND_RAMP:
@@ -116,7 +117,7 @@ class BaseCommands:
             self.receive(data, time)
 
     def receive(self, data: bytes, time: float) -> None:
-        """Takes in a message; a broken one is ignored.
+        """Processes a command; a malformed one is ignored.
 
         Args:
             data: The encoded `base_command`.
@@ -133,7 +134,7 @@ class BaseCommands:
         self.received += 1
 
     def velocity(self, now: int, time: float) -> np.ndarray:
-        """Returns the velocity to aim for; zero once the command ended.
+        """Returns the present setpoint; zero after the end of the command.
 
         Args:
             now: The driver's wall clock [us].
@@ -146,12 +147,13 @@ class BaseCommands:
         share = self._share(now, time - self._arrival)
         self._is_new = False
         if not share:
-            # Dropped for good: a stamp from the future must not count later.
+            # An expired command is dropped; otherwise one with a stamp in the
+            # future would be executed later.
             self._velocity = np.zeros(3)
         return share * self._velocity
 
     def _share(self, now: int, silence: float) -> float:
-        """Share of the command that applies now."""
+        """Present factor on the command, 0 to 1."""
         expired = is_expired(self._utime, now, self._expiry)
         ramp = self._ramp.of(self._utime)
         if ramp is None:

@@ -43,15 +43,16 @@ PERIOD = 0.01
 """Period of the bridge's loop [s]."""
 
 FAREWELL = 0.5
-"""How long zeros are sent after the last velocity that was not zero [s]. Then
-the bridge is silent, so that others, a joystick say, may drive the base."""
+"""Time for which zeros are sent after the last nonzero velocity [s]. Then the
+bridge sends nothing, so another program, such as that of a joystick, may drive
+the base."""
 
 
 class BaseLink(Protocol):
-    """Interface of a base for `BaseDriver`: velocities in, odometry out."""
+    """The interface of a base for `BaseDriver`."""
 
     def publish(self, velocity: np.ndarray) -> None:
-        """Asks for a velocity.
+        """Sends a velocity to the base.
 
         Args:
             velocity: Speeds forward and to the left, and turning rate, shape
@@ -68,11 +69,11 @@ class BaseLink(Protocol):
         ...
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the state by the topics with flags at a time t [s]."""
+        """Returns the base's stops, by its topics, at a time t [s]."""
         ...
 
     def close(self) -> None:
-        """Leaves the base."""
+        """Disconnects from the base."""
         ...
 
 
@@ -80,41 +81,41 @@ Message = TypeVar("Message")
 
 
 class Queue(Generic[Message]):
-    """Hands messages from a thread of ROS over to the bridge's loop."""
+    """Passes messages from a ROS thread to the bridge's loop."""
 
     def __init__(self):
         """Starts empty."""
         self._messages: deque[Message] = deque(maxlen=100)
 
     def put(self, message: Message) -> None:
-        """Adds a message; beyond 100 that wait, the oldest are dropped."""
+        """Adds a message; if more than 100 wait, the oldest are dropped."""
         self._messages.append(message)
 
     def fetch(self) -> list[Message]:
-        """Takes out all messages that wait, oldest first."""
+        """Removes and returns all waiting messages, oldest first."""
         return [self._messages.popleft() for _ in range(len(self._messages))]
 
 
 class StopFlags:
-    """The latest values of topics that say whether the base may move."""
+    """The latest values of topics that report whether the base may move."""
 
     def __init__(self, topics: RosBase):
-        """Starts without a value, which counts as unknown."""
+        """Starts without values; flags without a value are unknown."""
         self._fields = tuple(topics.flags.values())
         self._values = TopicValues[bool](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool, t: float) -> None:
-        """Keeps a value that came at a time t, by a monotonic clock [s].
+        """Stores a value of a topic.
 
         Args:
             field: Name of the topic's field in `RosBase`.
             value: Its value.
-            t: When it came [s].
+            t: Time of its arrival, by a monotonic clock [s].
         """
         self._values.put(field, bool(value), t)
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the values of the flags; silent ones are unknown."""
+        """Returns the base's stops; flags without recent values are unknown."""
         known = self._values.known(t)
         return BaseStops(
             emergency=known.get("emergency_stop", False),
@@ -125,7 +126,7 @@ class StopFlags:
 
 
 class BaseDriver:
-    """Passes commands from LCM on; odometry, fixes and stops back."""
+    """Passes commands from LCM to a base, and measurements back."""
 
     def __init__(
         self,
@@ -136,13 +137,13 @@ class BaseDriver:
         inbox: CommandSource | None = None,
         tell: Tell = lambda news: None,
     ):
-        """Subscribes; nothing is sent before a command comes.
+        """Subscribes to commands; sends nothing before the first.
 
         Args:
             lcm: The LCM network.
             link: The connection to the base.
-            maxima: Greatest velocities of the base; None takes the LD-60's.
-            sources: Further sources for whether the base may move.
+            maxima: Greatest velocities of the base; None: those of the LD-60.
+            sources: Further sources of the base's stops.
             inbox: Source of commands; None accepts every sender.
             tell: Called with a message when odometry is unusable.
         """
@@ -182,5 +183,5 @@ class BaseDriver:
                 self._lcm.Publish(BASE_LOCALIZATION, encode_localization(fix))
 
     def stop(self) -> None:
-        """Tells the base to stand still, after any command."""
+        """Sends a stop to the base, if a command was sent."""
         self._link.publish(np.zeros(3))

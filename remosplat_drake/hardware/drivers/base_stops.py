@@ -1,4 +1,4 @@
-"""`BaseStops`: a base's stops, from topics beside its odometry."""
+"""`BaseStops`: a base's stops, from sources other than its odometry."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -13,10 +13,10 @@ class BaseStops:
 
     Attributes:
         emergency: Whether an emergency stop is latched.
-        protective: Whether the safety scanner holds the motors.
+        protective: Whether the safety scanner has stopped the motors.
         motors_off: Whether the motors are off for another reason.
-        is_unknown: Whether the source, which there should be, is silent.
-        battery: Charge left, 0 to 1; negative when unknown.
+        is_unknown: Whether a configured source is silent.
+        battery: State of charge, 0 to 1; negative if unknown.
     """
 
     emergency: bool = False
@@ -27,7 +27,7 @@ class BaseStops:
 
 
 FREE = BaseStops()
-"""Nothing is known to hold the base."""
+"""No known stop."""
 
 
 class StopSource(Protocol):
@@ -55,9 +55,10 @@ def merged(stops: Iterable[BaseStops]) -> BaseStops:
 
 
 def tell(status: base_status, stops: BaseStops) -> None:
-    """Puts stops into a status, in place.
+    """Writes stops into a status message, in place.
 
-    A base whose state should be known and is not counts as one at fault.
+    If the state is unknown although a source is configured, the base counts as
+    faulty.
     """
     status.emergency_stop = int(stops.emergency)
     status.protective_stop = int(stops.protective)

@@ -1,8 +1,8 @@
-"""`CallbackProcess`: the 1 kHz callback, alone in a separate process.
+"""`CallbackProcess`: runs the 1 kHz callback in a process of its own.
 
-The process with the wire cannot make the callback late: no other thread
-competes for its interpreter, and garbage collection is off. If the process with
-the wire ends, this one goes on until the arm rests.
+The callback is not delayed by the process that exchanges LCM messages: no other
+thread uses its Python interpreter, and garbage collection is off. If the other
+process ends, this one continues until the arm is at rest.
 """
 
 import signal
@@ -32,18 +32,18 @@ from remosplat_drake.hardware.drivers.velocity_callback import (
 from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
 
 STALLED = 0.1
-"""Time without a state from which the callback counts as stalled [s]: the
-robot has aborted its motion after 20 ms."""
+"""Time without a state after which the callback counts as stalled [s]. The
+robot has then aborted its motion, as it does after 20 ms."""
 
 _READY = ""
 _AFTERWARDS = 0.05
 
 
 class CallbackProcess:
-    """The other process as this one sees it: setpoints in, states out."""
+    """The driver's connection to the process with the callback."""
 
     def __init__(self, library: str, host: str, limits: CollisionLimits):
-        """Starts the process and waits until it controls the arm, at rest.
+        """Starts the process and waits until it controls the arm.
 
         Args:
             library: Name of the module with libfranka's interface.
@@ -51,7 +51,8 @@ class CallbackProcess:
             limits: Collision thresholds of the arm.
 
         Raises:
-            RemoSplatError: The arm cannot be had; the text says why.
+            RemoSplatError: The process cannot control the arm; the text
+                contains the reason.
         """
         self._setpoints = SharedRecord(SETPOINT_SIZE)
         self._states = SharedRecord(RECORD_SIZE)
@@ -67,16 +68,16 @@ class CallbackProcess:
         self._heard = time.monotonic()
 
     def command(self, velocity: Sequence[float], end: bool = False) -> None:
-        """Hands the callback a setpoint, which soon grows old.
+        """Passes a setpoint to the callback; it expires after a short time.
 
         Args:
             velocity: Joint rates, seven [rad/s].
-            end: Whether the motion shall end once the arm rests.
+            end: Whether to end the motion when the arm is at rest.
         """
         self._setpoints.write((time.monotonic(), float(end), *velocity))
 
     def fresh_record(self) -> tuple[float, ...] | None:
-        """Returns the latest `arm_record`; None if it is known already."""
+        """Returns the latest `arm_record`; None if there is no new one."""
         record = self._states.read()
         if record == self._told:
             return None
@@ -85,7 +86,7 @@ class CallbackProcess:
         return record
 
     def problem(self) -> str:
-        """Says why the arm is no longer controlled; empty while it is."""
+        """Returns why the arm is no longer controlled; empty if it is."""
         if self._child.has_news():
             return self._answer() or "the motion has ended"
         silence = time.monotonic() - self._heard
@@ -97,7 +98,7 @@ class CallbackProcess:
         return ""
 
     def close(self) -> None:
-        """Ends the process; the arm should rest by then."""
+        """Ends the process; the arm should be at rest before."""
         self._child.end()
         self._setpoints.close()
         self._states.close()
@@ -106,7 +107,7 @@ class CallbackProcess:
         try:
             return self._connection.recv()
         except EOFError:
-            return "the 1 kHz callback's process has died"
+            return "the 1 kHz callback's process has crashed"
 
 
 def _control(
@@ -117,8 +118,8 @@ def _control(
     setpoints: SharedRecord,
     states: SharedRecord,
 ) -> None:
-    """Main function of the process: controls the arm until the end."""
-    # A motion is ended by a setpoint, or by the lack of one.
+    """The main function of the process, which controls the arm."""
+    # A setpoint ends the motion, or the lack of setpoints.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         with realtime_priority(DRIVER_PRIORITY), garbage_collection_disabled():
@@ -146,7 +147,7 @@ def _control(
 def _tell_of_abort(
     arm: FrankaArm, servo: VelocityServo, states: SharedRecord
 ) -> None:
-    """Sends the arm's mode, which names the cause of a stop."""
+    """Sends the arm's mode, which contains the cause of a stop."""
     end = time.monotonic() + _AFTERWARDS
     with suppress(RemoSplatError):
         while time.monotonic() < end:

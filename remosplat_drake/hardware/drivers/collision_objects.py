@@ -1,4 +1,4 @@
-"""`CollisionObjects`: MoveIt's collision objects as objects of a scenario."""
+"""`CollisionObjects`: converts MoveIt's collision objects to a scenario's."""
 
 import dataclasses as dc
 from typing import Any
@@ -25,7 +25,8 @@ class _Thing:
 
     Attributes:
         X_WO: Pose of its frame O in W.
-        shapes: Poses X_OS of its shapes, and these as a scenario has them.
+        shapes: Its shapes, as pairs of the pose X_OS and the fields in a
+            scenario.
     """
 
     X_WO: RigidTransform
@@ -45,13 +46,13 @@ class CollisionObjects:
         self._things: dict[str, _Thing] = {}
 
     def put_scene(self, message) -> list[str]:
-        """Applies a moveit_msgs/PlanningScene, a whole one or a difference.
+        """Applies a moveit_msgs/PlanningScene, complete or as a difference.
 
         Args:
             message: The message.
 
         Returns:
-            Why objects were refused, each by its name.
+            For each rejected object a text with its name and the reason.
         """
         if not message.is_diff:
             self._things.clear()
@@ -59,13 +60,15 @@ class CollisionObjects:
         return [problem for problem in problems if problem]
 
     def put(self, message) -> str:
-        """Applies a moveit_msgs/CollisionObject; a refused one is dropped.
+        """Applies a moveit_msgs/CollisionObject.
+
+        If the message is invalid, the object is removed.
 
         Args:
             message: The message.
 
         Returns:
-            Why it was refused, by its name; empty if it was not.
+            The object's name and why it was rejected; empty if it was not.
         """
         name, operation = message.id, message.operation
         if operation == _REMOVE and not name:
@@ -81,9 +84,10 @@ class CollisionObjects:
         return ""
 
     def entries(self) -> list[dict[str, Any]]:
-        """Returns the objects as a scenario's `objects` has them.
+        """Returns the objects as entries for a scenario's `objects`.
 
-        An object of several shapes becomes several: its name and a number.
+        An object of several shapes becomes several entries, named with a
+        number.
         """
         entries = []
         for name, thing in self._things.items():
@@ -101,10 +105,10 @@ class CollisionObjects:
         return entries
 
     def _changed(self, known: _Thing | None, message) -> _Thing:
-        """The object after a message about it.
+        """Returns an object after a message about it.
 
         Raises:
-            RemoSplatError: It cannot be used.
+            RemoSplatError: The message is unusable.
         """
         frame = message.header.frame_id.strip("/")
         if frame != self._frame:
@@ -129,7 +133,7 @@ def _shapes(
         if getattr(message, other):
             raise RemoSplatError(f"it has {other}; give boxes or cylinders")
     if len(message.primitives) != len(message.primitive_poses):
-        raise RemoSplatError("it has not one pose for each primitive")
+        raise RemoSplatError("the numbers of primitives and poses differ")
     X_OM = X_WO.inverse() @ _pose(message.pose)
     return tuple(
         (X_OM @ _pose(pose), _shape(solid))
@@ -140,7 +144,7 @@ def _shapes(
 
 
 def _shape(solid) -> dict[str, Any]:
-    """A shape_msgs/SolidPrimitive as a scenario has it."""
+    """Converts a shape_msgs/SolidPrimitive to a scenario's fields."""
     kind = _NAMES.get(solid.type, f"of type {solid.type}")
     sizes = _rounded(solid.dimensions)
     if kind not in SHAPES:
@@ -154,7 +158,7 @@ def _shape(solid) -> dict[str, Any]:
 
 
 def _pose(pose) -> RigidTransform:
-    """A geometry_msgs/Pose; a rotation of zeros, ROS's default, is none.
+    """Converts a geometry_msgs/Pose; a zero quaternion means no rotation.
 
     Raises:
         RemoSplatError: A number is not finite.

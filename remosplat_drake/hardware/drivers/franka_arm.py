@@ -1,4 +1,4 @@
-"""Opens a Franka arm as libfranka does it, and takes control of it."""
+"""Connects to a Franka arm by libfranka, and controls it."""
 
 import dataclasses as dc
 import importlib
@@ -16,15 +16,15 @@ IMPEDANCE = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
 drake-franka-driver and libfranka's examples set it."""
 
 NO_LOW_PASS = 1000.0
-"""Cutoff frequency from which libfranka filters nothing [Hz]."""
+"""Cutoff frequency at which libfranka's low pass is off [Hz]."""
 
 
 @dc.dataclass(frozen=True)
 class CollisionLimits:
-    """Thresholds of the arm for a collision, at which it stops by reflex.
+    """Collision thresholds, beyond which the arm stops by a reflex.
 
     The defaults are those of libfranka's `generate_joint_velocity_motion`.
-    Settings in Desk have no effect, since the driving program sets its own.
+    Settings in Desk have no effect, since the driver sets its own.
 
     Attributes:
         torque: External torques on the joints, seven [N m].
@@ -36,10 +36,10 @@ class CollisionLimits:
 
 
 class FrankaArm:
-    """A connection to an arm: states out and, once it is taken, rates in."""
+    """A connection to an arm, which reads states and commands joint rates."""
 
     def __init__(self, library: str, host: str):
-        """Connects; nothing is changed.
+        """Connects to the arm, without changing its settings.
 
         Args:
             library: Name of the module to use: `LIBFRANKA`, or one with the
@@ -47,7 +47,7 @@ class FrankaArm:
             host: Name or address of the arm's controller.
 
         Raises:
-            RemoSplatError: The library is absent, or it cannot connect.
+            RemoSplatError: The library is not installed, or cannot connect.
         """
         try:
             self.library: Any = importlib.import_module(library)
@@ -68,7 +68,7 @@ class FrankaArm:
             limits: Collision thresholds of the arm.
 
         Raises:
-            RemoSplatError: The arm is not ready to move, or says no.
+            RemoSplatError: The arm is not ready to move, or refuses.
         """
         mode = self.state().robot_mode.name
         if mode != "kIdle":
@@ -84,7 +84,7 @@ class FrankaArm:
             raise self._error(error) from error
 
     def state(self) -> Any:
-        """Waits for the next `RobotState`, while nothing is controlled.
+        """Waits for the next `RobotState`; not during `move`.
 
         Raises:
             RemoSplatError: The connection is lost.
@@ -95,14 +95,13 @@ class FrankaArm:
             raise self._error(error) from error
 
     def move(self, callback: Callable[[Any, Any], Any]) -> str:
-        """Lets a callback control the joint rates until the motion ends.
+        """Controls the joint rates by a callback until the motion ends.
 
-        Libfranka's own limiter and low pass are off: the callback does the same
-        better, and reports it.
+        Libfranka's own limiter and low pass are off, since the callback limits
+        and smooths the rates itself, and reports violations.
 
         Returns:
-            The reason why the robot has aborted the motion; empty if it has
-            not.
+            Why the robot has aborted the motion; empty if it has not.
         """
         try:
             self._robot.control_joint_velocity(

@@ -11,7 +11,7 @@ _PATIENCE = 3.0
 def check_reachable(host: str, hand: bool = False) -> None:
     """Checks that a Franka controller answers.
 
-    Libfranka alone would wait for minutes for a host that is not there.
+    Without this check, libfranka would wait for minutes for a missing host.
 
     Args:
         host: Name or address of the arm's controller.

@@ -19,12 +19,12 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class HandLink(Protocol):
-    """Interface of a gripper for `HandDriver`."""
+    """The interface of a gripper for `HandDriver`."""
 
     def measure(self) -> tuple[float, float] | None:
         """Returns the opening of the fingers and the force of each [m, N].
 
-        Returns None while they are not known; then no status is sent.
+        Returns None if they are unknown; then no status is sent.
         """
         ...
 
@@ -42,10 +42,10 @@ class HandLink(Protocol):
 
 
 class HandDriver:
-    """Hears commands, moves the hand and publishes statuses, at 10 Hz.
+    """Receives commands, moves the hand and publishes statuses at 10 Hz.
 
-    A repeated command is ignored. Of several different commands during a
-    motion, only the last is carried out, after the motion.
+    A repeated command is ignored. If several different commands come during a
+    motion, only the last one is executed, after the motion.
     """
 
     def __init__(
@@ -54,11 +54,11 @@ class HandDriver:
         hand: HandLink,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes; the fingers stay where they are.
+        """Subscribes to commands; the fingers do not move.
 
         Args:
             lcm: The LCM network.
-            hand: The hand under control.
+            hand: The hand that the driver controls.
             inbox: Source of commands; None accepts every sender.
         """
         self._lcm = lcm
@@ -98,7 +98,7 @@ class HandDriver:
         self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
 
     def _move(self, width: float, force: float) -> None:
-        """Runs in a thread, whose exceptions would be lost."""
+        """Moves the hand in a thread, and stores its exceptions."""
         try:
             self._hand.go_to(width, force)
         except RemoSplatError as error:
@@ -108,7 +108,7 @@ class HandDriver:
         return self._motion is not None and self._motion.is_alive()
 
     def _rate(self, width: float, now: int) -> float:
-        """Rate of the width since the status before; the hand has none."""
+        """Rate of the width since the previous status [m/s]."""
         last, then = self._last
         self._last = (width, now)
         rate = 1e6 * (width - last) / max(now - then, 1)

@@ -1,4 +1,4 @@
-"""The Franka hand's messages: those of Schunk's gripper, in millimetres."""
+"""Messages for the Franka hand: those for Schunk's gripper, in mm."""
 
 import math
 

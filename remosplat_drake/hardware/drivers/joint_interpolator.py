@@ -1,9 +1,9 @@
-"""`JointInterpolator`: from commands at 100 Hz to joint rates at 1 kHz.
+"""`JointInterpolator`: smooths commands at 100 Hz to joint rates at 1 kHz.
 
-A staircase of commands, as it comes from the wire, is what libfranka's rate
-limiter makes barely bearable: it keeps the robot from aborting, at jerks near
-the limit. Here Ruckig plans from the present rates and accelerations to each
-new command, within velocity-control's bounds on acceleration and jerk.
+Commands arrive as a staircase. With libfranka's rate limiter alone, the robot
+would not abort, but its jerk would be near the limit. So Ruckig plans from the
+present rates and accelerations to each new command, within the bounds on
+acceleration and jerk in velocity control.
 """
 
 from collections.abc import Sequence
@@ -12,19 +12,20 @@ from remosplat_drake.base.errors import MissingExtraError
 from remosplat_drake.hardware.drivers.panda_limits import LIMITER, TICK
 
 SMOOTHING = 0.015
-"""Least time to take from one command to the next [s]: one and a half periods
-of 100 Hz, so that each plan is replaced before its acceleration ends. The lag
-is as long; a longer one is smoother."""
+"""Least duration of a plan from one command to the next [s]: one and a half
+periods of 100 Hz, so that each plan is replaced before its acceleration ends.
+The lag of the motion is as long. A longer duration would be smoother, with more
+lag."""
 
 _SHARE = 0.99
-"""Share of the bound on jerk that plans use; rounding has the rest."""
+"""Fraction of the bound on jerk that plans use; the rest is for rounding."""
 
 
 class JointInterpolator:
     """Joint rates that follow commands with bounded jerk.
 
-    The joints keep step: they leave the line between two commands only as far
-    as their accelerations at the start demand.
+    The joints are synchronised: they deviate from the line between two commands
+    only as far as their accelerations at the start require.
 
     Attributes:
         velocity: Latest joint rates, seven [rad/s].
@@ -54,7 +55,7 @@ class JointInterpolator:
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
     ) -> None:
-        """Goes on from a given motion of the joints.
+        """Continues from a given motion of the joints.
 
         Args:
             velocity: Joint rates, seven [rad/s].
@@ -70,9 +71,9 @@ class JointInterpolator:
         """Returns the joint rates one tick later.
 
         Args:
-            target: Joint rates to go to, seven, finite [rad/s].
-            smoothing: Least time to take to a new target [s]; None for as
-                little as the bounds allow.
+            target: Commanded joint rates, seven, finite [rad/s].
+            smoothing: Least duration of a plan to a new target [s]; None for
+                the shortest that the bounds allow.
 
         Raises:
             ValueError: Ruckig finds no plan.

@@ -1,4 +1,4 @@
-"""Reads the joints of an arm out of sensor_msgs/JointState."""
+"""Reads the joints of an arm from sensor_msgs/JointState."""
 
 import math
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ _LONGEST_STEP = 0.5
 
 
 class JointStates:
-    """Reads messages of either ROS version, one after the other."""
+    """Converts JointState messages of ROS 1 or ROS 2 to reports of an arm."""
 
     def __init__(self, joints: Sequence[str], cutoff: float | None = None):
         """Starts without a message.
 
         Args:
-            joints: Names of the joints, in the order that is wanted.
-            cutoff: Cutoff frequency of the low pass behind differentiated
-                positions [Hz]; None takes the messages' velocities.
+            joints: Names of the joints, in the order of the result.
+            cutoff: Cutoff frequency of the low pass for differentiated
+                positions [Hz]; None uses the messages' velocities.
         """
         self._joints = list(joints)
         self._rates = None if cutoff is None else _Differentiator(cutoff)
@@ -34,12 +34,12 @@ class JointStates:
             message: A JointState.
 
         Returns:
-            The report; None if a joint is absent, as where several broadcasters
-            share a topic, or if there is no rate yet.
+            The report; None if a joint is absent, since several broadcasters
+            may share a topic, or if there is no rate yet.
 
         Raises:
             BrokenMessage: A joint has no position or no velocity, or the
-                message has no stamp, so that its age is not known.
+                message has no stamp, so that its age is unknown.
         """
         row = {name: i for i, name in enumerate(message.name)}
         if not set(self._joints) <= set(row):
@@ -75,7 +75,7 @@ class JointStates:
 
 
 class _Differentiator:
-    """Rates by differences of positions, behind a low pass of first order."""
+    """Computes rates from positions, with a first-order low pass."""
 
     def __init__(self, cutoff: float):
         self._cutoff = cutoff
@@ -84,11 +84,11 @@ class _Differentiator:
         self._stamp = -math.inf
 
     def after(self, q: np.ndarray, stamp: float) -> np.ndarray | None:
-        """Returns the rates after a position [rad/s]; None at the first.
+        """Returns the rates after a position [rad/s]; None for the first.
 
         Args:
             q: The position, shape (n,) [rad].
-            stamp: When it was measured [s].
+            stamp: Time of its measurement [s].
         """
         step, before = stamp - self._stamp, self._q
         if step == 0:

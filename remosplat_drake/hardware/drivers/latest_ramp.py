@@ -1,4 +1,4 @@
-"""`LatestRamp`: the latest ramp of a driver."""
+"""`LatestRamp`: the latest braking ramp that a driver has received."""
 
 from contextlib import suppress
 
@@ -7,14 +7,14 @@ from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 
 class LatestRamp:
-    """The latest ramp, which belongs to the command of its stamp alone."""
+    """The latest ramp, for the command with the same stamp."""
 
     def __init__(self):
         """Starts without a ramp."""
         self._ramp: Ramp | None = None
 
     def receive(self, data: bytes) -> None:
-        """Takes in an encoded ramp; a broken one is left aside."""
+        """Stores an encoded ramp; a malformed one is ignored."""
         with suppress(BrokenMessage):
             self._ramp = decode_ramp(data)
 

@@ -1,9 +1,10 @@
-"""`LeasedInbox`: a driver's commands, from the one session that it follows.
+"""`LeasedInbox`: a driver's commands, from only one controller at a time.
 
-A driver accepts commands only from the session whose lease names the driver. It
+Each controller has a session, and claims drivers by messages called leases. A
+driver accepts commands only from the session whose lease names the driver. It
 identifies that session by the sender's address. It releases the session when
 its leases no longer name the driver, or after `LEASE_EXPIRY` without a message.
-Commands from other sessions are refused, counted and reported.
+Commands from other sessions are rejected, counted and reported.
 """
 
 import dataclasses as dc
@@ -28,16 +29,16 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 _YIELD = 5e-4
-"""Period at which a waiting inbox looks [s]."""
+"""Time between two polls of a waiting inbox [s]."""
 
 
 @dc.dataclass(frozen=True)
 class Hold:
-    """The session that a driver follows; without a lease it follows none.
+    """The session that a driver follows; none without a lease.
 
     Attributes:
         lease: The session's latest lease; None while there is none.
-        sender: Address that its lease and its commands come from.
+        sender: Address from which its lease and its commands come.
         heard: Time of its last message, by a monotonic clock [s].
     """
 
@@ -48,7 +49,7 @@ class Hold:
     def after_lease(
         self, lease: Lease, sender: str, driver: int, now: float
     ) -> "Hold":
-        """Returns the hold after a lease.
+        """Returns the followed session after a lease.
 
         Args:
             lease: The lease.
@@ -63,25 +64,25 @@ class Hold:
         return Hold() if is_same else self
 
     def after_command(self, sender: str, now: float) -> "Hold":
-        """Returns the hold after a command from an address."""
+        """Returns the followed session after a command from an address."""
         if self.admits(sender, now):
             return dc.replace(self, heard=now)
         return self
 
     def at(self, now: float) -> "Hold":
-        """Returns the hold at a time: a silent session loses it."""
+        """Returns the followed session at a time; none after a silence."""
         return self if now - self.heard <= LEASE_EXPIRY else Hold()
 
     def admits(self, sender: str, now: float) -> bool:
-        """Returns whether a command from an address is to be carried out."""
+        """Returns whether a command from an address is accepted."""
         return self.at(now).lease is not None and sender == self.sender
 
 
 class LeasedInbox:
-    """The messages that a driver is to carry out; it reports on the others.
+    """Returns accepted messages of a driver, and reports on rejected ones.
 
-    It replaces an `Inbox`, and must be read all the time: its reports are sent
-    meanwhile.
+    It replaces an `Inbox`. A driver must call `fetch` all the time, since this
+    also sends the reports.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class LeasedInbox:
             lcm: The LCM network, on which the driver's statuses go out, too.
             channels: Channels of commands, which need a lease.
             name: The driver's name, for people.
-            open_channels: Channels that every program may use.
+            open_channels: Channels for which no lease is needed.
             on_news: Called with a message when the driver follows another
                 session, and when it first refuses one.
             clock: A monotonic clock [s].
@@ -119,7 +120,7 @@ class LeasedInbox:
         self._strangers: set[str] = set()
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
-        """Takes out the messages that are to be carried out.
+        """Removes and returns the accepted messages.
 
         Args:
             timeout: Longest wait for the first message [s].
@@ -160,7 +161,7 @@ class LeasedInbox:
         hold = before.after_lease(lease, sender, self.identity.session, now)
         self._hold = hold
         if hold.lease and (before.lease is None):
-            self._on_news(f"obeys {hold.lease.identity}, at {sender}")
+            self._on_news(f"follows {hold.lease.identity}, at {sender}")
 
     def _refuse(self, channel: str, sender: str) -> None:
         self._report = dc.replace(
@@ -173,7 +174,7 @@ class LeasedInbox:
             self._on_news(f"refuses {channel} from {sender}")
 
     def _tell(self, now: float, obeyed: int) -> None:
-        """Reports this driver and its session, ten times a second."""
+        """Sends a report of this driver and its session, ten times a second."""
         lease = self._hold.at(now).lease
         self._report = dc.replace(
             self._report,

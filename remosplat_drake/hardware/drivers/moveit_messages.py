@@ -1,7 +1,7 @@
-"""MoveIt's messages as DDS types, beside those of `ros2_messages`.
+"""MoveIt's messages as DDS types, in addition to `ros2_messages`.
 
-They are those of ROS 2 from Humble on. This module is imported where the
-optional extra `ros2` is installed.
+They are those of ROS 2 since Humble. This module needs the optional extra
+`ros2`.
 """
 
 # The package annotates neither its class arguments nor its array lengths.
@@ -151,7 +151,7 @@ class AttachedCollisionObject(
 class MultiDOFJointState(
     IdlStruct, typename="sensor_msgs::msg::dds_::MultiDOFJointState_"
 ):
-    """sensor_msgs/MultiDOFJointState: joints of several freedoms."""
+    """sensor_msgs/MultiDOFJointState: joints with several DOF."""
 
     header: Header = dc.field(default_factory=Header)
     joint_names: sequence[str] = dc.field(default_factory=list)
@@ -163,7 +163,7 @@ class MultiDOFJointState(
 @dc.dataclass
 @final
 class RobotState(IdlStruct, typename="moveit_msgs::msg::dds_::RobotState_"):
-    """moveit_msgs/RobotState: a robot's joints and what it carries."""
+    """moveit_msgs/RobotState: a robot's joints and attached objects."""
 
     joint_state: JointState = dc.field(default_factory=JointState)
     multi_dof_joint_state: MultiDOFJointState = dc.field(

@@ -1,12 +1,12 @@
 """An arm driver's rules for `PANDA_COMMAND` in velocity mode.
 
-They are those of drake-franka-driver. A command counts while its stamp is
-within the expiry time of the driver's clock, into the past and into the
-future; without one that counts the arm is told to stand still. A command that
-came with a ramp is held for 1.5 control periods, and then the ramp leads to
-rest, as it was verified; it only has to count when it comes. A message
-that is not a velocity command at all, at which drake-franka-driver exits, is
-counted and left aside: a stray packet must not end a motion.
+They are those of drake-franka-driver. A command is valid while its stamp
+differs from the driver's clock by less than the expiry time, to the past or the
+future. Without a valid command the arm is commanded to rest. A command with a
+ramp only has to be valid on arrival. It is held for 1.5 control periods and
+followed by the ramp to rest, which the controller has verified. After a message
+that is not a velocity command, drake-franka-driver exits. This driver counts
+and ignores it, so that a stray packet does not end a motion.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ JOINTS = 7
 
 
 class CommandError(RemoSplatError):
-    """The reason why a message is no command for an arm in velocity mode."""
+    """An error in a message that should be an arm's velocity command."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
@@ -78,9 +78,9 @@ class ArmCommands:
 
     Attributes:
         received: Number of commands so far.
-        broken: Number of messages that were none.
-        complaint: Faults of the latest of those; empty for nothing.
-        expired: How often a command has ended without a successor.
+        broken: Number of messages that are not velocity commands.
+        complaint: Error of the latest of those; empty if there were none.
+        expired: Number of commands that expired without a successor.
     """
 
     def __init__(self, joints: int = JOINTS, expiry: float = COMMAND_EXPIRY):
@@ -102,11 +102,11 @@ class ArmCommands:
         self.expired = 0
 
     def hear(self, channel: str, data: bytes) -> None:
-        """Takes in a command, or the ramp of the one that follows.
+        """Processes a command, or the ramp of the next command.
 
         Args:
             channel: The channel, `COMMAND_RAMP` or that of the commands.
-            data: The encoded packet; a broken one is left aside.
+            data: The encoded packet; a malformed one is ignored.
         """
         if channel == COMMAND_RAMP:
             self._ramp.receive(data)
@@ -114,7 +114,7 @@ class ArmCommands:
             self.receive(data)
 
     def receive(self, data: bytes) -> None:
-        """Takes in an encoded lcmt_panda_command; a broken one is counted."""
+        """Processes an lcmt_panda_command; a malformed one is only counted."""
         try:
             self._take(data)
         except CommandError as error:
@@ -131,7 +131,7 @@ class ArmCommands:
         self.received += 1
 
     def velocity(self, now: int) -> np.ndarray:
-        """Returns the joint rates to aim for; zeros once the command ended.
+        """Returns the present setpoint; zeros after the end of the command.
 
         Args:
             now: The driver's wall clock [us].
@@ -149,14 +149,14 @@ class ArmCommands:
         return share * self._velocity
 
     def _share(self, now: int) -> float:
-        """Share of the command that applies now."""
+        """Present factor on the command, 0 to 1."""
         if self._came is None:
             self._came = now
         age = from_utime(now - self._came)
         ramp = self._ramp.of(self._utime)
         if ramp is None:
             return float(not is_expired(self._utime, now, self._expiry))
-        # A clock that goes back tells no age.
+        # The age is unknown if the clock has gone back.
         if age < 0 or is_expired(self._utime, self._came, self._expiry):
             return 0.0
         return ramp.share(age)

@@ -1,7 +1,7 @@
 """`PandaDriver`: serves `PANDA_COMMAND` with a Franka Panda arm.
 
-It keeps drake-franka-driver's rules for commands; the arm itself is
-controlled elsewhere, in the process of a `CallbackProcess`.
+It has drake-franka-driver's rules for commands. A `CallbackProcess`, in another
+process, controls the arm.
 """
 
 from collections.abc import Sequence
@@ -25,19 +25,19 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class ControlledArm(Protocol):
-    """Interface of an arm for `PandaDriver`: setpoints in, records out."""
+    """The interface of an arm for `PandaDriver`."""
 
     def command(self, velocity: Sequence[float], end: bool = False) -> None:
-        """Asks for joint rates, seven [rad/s], or for the motion's end."""
+        """Sends joint rates, seven [rad/s], or ends the motion."""
         ...
 
     def fresh_record(self) -> tuple[float, ...] | None:
-        """Returns the latest `arm_record`; None if it is known already."""
+        """Returns the latest `arm_record`; None if there is no new one."""
         ...
 
 
 class PandaDriver:
-    """Hears commands, hands them on and publishes statuses."""
+    """Receives commands, passes them to the arm, and publishes statuses."""
 
     def __init__(
         self,
@@ -45,11 +45,11 @@ class PandaDriver:
         arm: ControlledArm,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes; nothing moves before a command comes.
+        """Subscribes to commands; nothing moves before the first.
 
         Args:
             lcm: The LCM network.
-            arm: The arm under control.
+            arm: The arm that the driver controls.
             inbox: Source of commands; None accepts every sender.
         """
         self._lcm = lcm
@@ -58,7 +58,7 @@ class PandaDriver:
         self._commands = ArmCommands()
 
     def step(self, now: int) -> None:
-        """Hears commands, hands on the latest and publishes a new status.
+        """Runs one period: receives commands, sends one, publishes a status.
 
         Args:
             now: Wall clock [us].
@@ -69,10 +69,10 @@ class PandaDriver:
         self._tell()
 
     def brake(self) -> bool:
-        """Asks for rest and for the motion's end.
+        """Commands rest and the end of the motion.
 
         Returns:
-            Whether the arm is commanded to rest by now.
+            Whether the arm's command is already zero.
         """
         self._arm.command([0.0] * JOINTS, end=True)
         status = self._tell()

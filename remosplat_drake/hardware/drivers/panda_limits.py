@@ -1,4 +1,4 @@
-"""Rate limits of the Panda's velocity commands: libfranka's 1 kHz filter.
+"""Rate limits of the Panda's velocity commands, as in libfranka.
 
 The limits are those of Franka's table for the Panda (FER), not of the FR3.
 Derivatives are backward differences over one tick, as the robot takes them.
@@ -47,7 +47,7 @@ PANDA = RateLimits(
     acceleration=np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]),
     jerk=np.array([7500.0, 3750, 5000, 6250, 7500, 10000, 10000]),
 )
-"""The Panda's own limits: a command beyond them makes it abort the motion."""
+"""The Panda's own limits. After a command beyond them it aborts the motion."""
 
 _MARGIN = 1e-3
 _LOST_PACKETS = 3
@@ -59,8 +59,10 @@ LIMITER = RateLimits(
     acceleration=PANDA.acceleration - _MARGIN,
     jerk=PANDA.jerk - _MARGIN,
 )
-"""Limits of a command by libfranka 0.9: a little less, so that a robot that
-extrapolates three lost packets stays within its bounds."""
+"""Limits of a command by libfranka 0.9, slightly below the robot's own.
+
+With them, the robot stays within its limits if it extrapolates three lost
+packets."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -77,13 +79,13 @@ class JointCommand:
 
 
 AT_REST = JointCommand(np.zeros(7), np.zeros(7))
-"""The command that every motion starts from."""
+"""The command at the start of every motion."""
 
 
 def violation(
     command: JointCommand, last: JointCommand, limits: RateLimits = PANDA
 ) -> str:
-    """Says which limit of the robot a command breaks, if it breaks one.
+    """Returns which limit of the robot a command violates.
 
     Args:
         command: The command of this tick.
@@ -91,8 +93,8 @@ def violation(
         limits: Bounds on velocity, acceleration and jerk.
 
     Returns:
-        One line that names joint, quantity and bound; empty if the robot
-        would take the command.
+        One line that names joint, quantity and bound; empty if the robot would
+        accept the command.
     """
     jerk = (command.acceleration - last.acceleration) / TICK
     for name, unit, values, bounds in (
@@ -100,7 +102,7 @@ def violation(
         ("acceleration", "rad/s^2", command.acceleration, limits.acceleration),
         ("jerk", "rad/s^3", jerk, limits.jerk),
     ):
-        # Written so that what is not a number is beyond every bound.
+        # With this order of the comparison, NaN is beyond every bound.
         beyond = ~(np.abs(values) <= bounds)
         if beyond.any():
             i = int(beyond.argmax())
@@ -128,7 +130,7 @@ def low_pass(
 def limit_rate(
     target: np.ndarray, last: JointCommand, limits: RateLimits = LIMITER
 ) -> JointCommand:
-    """Returns the command closest to a target that one tick allows.
+    """Returns the command closest to a target that is possible in one tick.
 
     Near the greatest velocity the acceleration is bounded in proportion to the
     remaining velocity. The command then approaches its bound with a jerk that
@@ -156,7 +158,7 @@ def limit_rate(
 
 
 def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
-    """Filters and limits a target: the robot's command in the next tick.
+    """Filters and limits a target to get the robot's next command.
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].

@@ -16,13 +16,14 @@ class PandaPythonHand:
     """A `HandLink` that has been homed and is ready to move."""
 
     def __init__(self, host: str):
-        """Connects; the fingers open once to find their range.
+        """Connects, and opens the fingers once to determine their range.
 
         Args:
             host: Name or address of the arm's controller.
 
         Raises:
-            RemoSplatError: panda-python is absent, or the hand does not answer.
+            RemoSplatError: panda-python is not installed, or the hand does not
+                answer.
         """
         try:
             from panda_py import libfranka
@@ -39,8 +40,8 @@ class PandaPythonHand:
     def measure(self) -> tuple[float, float]:
         """Returns the opening of the fingers and the force of each [m, N].
 
-        The hand does not measure force. While it grasps, its fingers press with
-        the commanded one.
+        The hand does not measure force. During a grasp, the result is the
+        commanded force.
 
         Raises:
             RemoSplatError: The connection is lost.
@@ -52,7 +53,7 @@ class PandaPythonHand:
         return state.width, self._force if state.is_grasped else 0.0
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers; when they close, they hold an object between them.
+        """Moves the fingers; if they close, they may grasp an object.
 
         Args:
             width: Opening to go to [m].
@@ -67,7 +68,7 @@ class PandaPythonHand:
             if widens:
                 self._gripper.move(width, SPEED)
             else:
-                # Any width at which something stops the fingers will do.
+                # An object may stop the fingers at any width.
                 self._gripper.grasp(width, SPEED, force, 1.0, 1.0)
         except RuntimeError as error:
             raise RemoSplatError(f"the hand: {one_line(error)}") from error

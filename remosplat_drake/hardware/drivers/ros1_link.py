@@ -1,7 +1,7 @@
-"""`Ros1Link`: ROS 1 through rospy, as the lab of the paper runs it.
+"""`Ros1Link`: a base on ROS 1, through rospy.
 
-rospy is not a package of PyPI: it comes from Debian, or from a ROS installation
-whose Python is this one.
+rospy is not on PyPI. It must be installed from Debian, or as part of a ROS
+installation that uses the same Python.
 """
 
 import sys
@@ -27,21 +27,21 @@ from remosplat_drake.hardware.ros_config import RosBase
 from remosplat_drake.hardware.wire.localization import BaseFix
 
 DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
-"""Folder of Debian's rospy; appended, so that it shadows none of our
-modules."""
+"""Folder of Debian's rospy. It is appended to the search path, so that its
+modules do not replace ours."""
 
 
 class Ros1Link:
-    """A `BaseLink` by rospy: a node that writes cmd_vel and reads odom."""
+    """A `BaseLink` as a ROS 1 node that writes cmd_vel and reads odom."""
 
     def __init__(self, topics: RosBase):
-        """Joins ROS; the environment says where its master is.
+        """Starts the node; ROS_MASTER_URI in the environment names the master.
 
         Args:
             topics: The base's topics.
 
         Raises:
-            RemoSplatError: There is no rospy, or no master answers.
+            RemoSplatError: rospy is not installed, or no master answers.
         """
         if DEBIAN_PACKAGES not in sys.path:
             sys.path.append(DEBIAN_PACKAGES)
@@ -137,7 +137,7 @@ class Ros1Link:
         return self._fixes.fetch()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the state by the topics with flags at a time t [s]."""
+        """Returns the base's stops, by its topics, at a time t [s]."""
         return self._flags.stops(t)
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
-"""`Ros2ArmLink`: an arm behind ros2_control's controllers, without ROS.
+"""`Ros2ArmLink`: an arm with ros2_control's controllers, over DDS.
 
-Controllers take joint rates or trajectories, `joint_state_broadcaster` sends
-sensor_msgs/JointState. Neither reports whether the arm is stopped: other topics
-may.
+Controllers receive joint rates or trajectories, and `joint_state_broadcaster`
+sends sensor_msgs/JointState. Neither reports whether the arm is stopped; other
+topics may report it.
 """
 
 import dataclasses as dc
@@ -46,7 +46,7 @@ class Ros2ArmLink:
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network; or
-                a joint has not one controller.
+                a joint has no controller or several.
         """
         node = Ros2Node(config.domain, "an arm on ROS 2")
         from remosplat_drake.hardware.drivers import ros2_messages as ros
@@ -56,7 +56,8 @@ class Ros2ArmLink:
         self._reader = node.reader(config.states, ros.JointState)
         self._joints = JointStates(description.arm.joints, config.differentiate)
         kinds = {EMERGENCY_STOP: ros.Bool, MODE: getattr(ros, config.mode_type)}
-        # What tells changes only has often told the last one long ago.
+        # A topic that publishes only changes may have published the last one
+        # long ago, so its latched message is read, too.
         latched = (False, True) if config.stop_expiry is None else (False,)
         self._readers = [
             (field, node.reader(topic, kinds[field], latched=kept))
@@ -82,10 +83,11 @@ class Ros2ArmLink:
             )
 
     def command(self, velocity: np.ndarray) -> None:
-        """Asks for joint rates.
+        """Sends joint rates to the controllers.
 
-        An arm that is stopped is commanded to rest. Afterwards it stays so
-        until rest has been commanded: a release starts no motion.
+        A stopped arm is commanded to rest. After its release, rates are sent
+        only when rest has been commanded once, so a release does not start a
+        motion.
 
         Args:
             velocity: The rates, shape (n,) [rad/s].
@@ -113,10 +115,10 @@ class Ros2ArmLink:
         return dc.replace(report, mode=hold.mode)
 
     def close(self) -> None:
-        """Does nothing: the DDS participant goes with this object."""
+        """Does nothing; the DDS participant ends with this object."""
 
     def _hold(self) -> ArmHold:
-        """The present cause that stops the arm; changes are reported."""
+        """Returns the present stop of the arm; reports changes of it."""
         for field, reader in self._readers:
             for sample in taken(reader):
                 self._stops.put(field, sample.data, time.monotonic())
@@ -129,7 +131,7 @@ class Ros2ArmLink:
             self._tell(
                 f"{hold.reason}; the arm counts as stopped"
                 if hold.reason
-                else "nothing holds the arm any more"
+                else "the arm is no longer stopped"
             )
         return hold
 

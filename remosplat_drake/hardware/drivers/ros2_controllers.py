@@ -1,4 +1,4 @@
-"""Commands joint rates of ros2_control's controllers, whichever kind it is."""
+"""Sends joint rates to ros2_control's controllers of several kinds."""
 
 import math
 import time
@@ -13,16 +13,16 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.robot_description import RobotDescription
 
 HORIZON = COMMAND_EXPIRY
-"""Time for which a trajectory continues at its rates before it brakes [s]:
-without a newer one, the controller rests by itself."""
+"""Time for which a trajectory continues at its rates before it brakes [s].
+Without a newer trajectory, the arm comes to rest."""
 
 _LEAD = 0.2
-"""How far a trajectory may be ahead of the measured joints, as a time at their
-greatest rates [s]."""
+"""Longest time by which a trajectory may be ahead of the measured joints, at
+their greatest rates [s]."""
 
 
 class Controllers:
-    """The controllers of an arm, which together move each joint once."""
+    """The controllers of an arm; each joint belongs to one of them."""
 
     def __init__(
         self,
@@ -30,7 +30,7 @@ class Controllers:
         controllers: Sequence[Ros2Controller],
         description: RobotDescription,
     ):
-        """Opens their topics.
+        """Opens the topics of the controllers.
 
         Args:
             node: The participant of the robot's domain.
@@ -38,7 +38,7 @@ class Controllers:
             description: The robot.
 
         Raises:
-            RemoSplatError: A joint is unknown, or has not one controller.
+            RemoSplatError: A joint is unknown, or has no controller or several.
         """
         self._writers = [
             _writer(node, controller, rows, description)
@@ -46,25 +46,25 @@ class Controllers:
         ]
 
     def command(self, rates: np.ndarray, q: np.ndarray | None) -> None:
-        """Asks for joint rates.
+        """Sends joint rates to all controllers.
 
         Args:
             rates: Those of the whole arm, shape (n,) [rad/s].
-            q: Its joint positions, shape (n,) [rad]; None while they are not
-                known.
+            q: Its joint positions, shape (n,) [rad]; None if they are unknown.
         """
         for write in self._writers:
             write(rates, q)
 
 
 Write = Callable[[np.ndarray, np.ndarray | None], None]
-"""Sends rates of the whole arm [rad/s], at its positions if known [rad]."""
+"""Function that sends the rates of the whole arm [rad/s], given its positions
+[rad]; None if they are unknown."""
 
 
 def _rows(
     controllers: Sequence[Ros2Controller], description: RobotDescription
 ) -> list[tuple[Ros2Controller, list[int]]]:
-    """Finds which joints of the arm each controller moves."""
+    """Finds the joints of the arm that each controller moves."""
     arm, found = list(description.arm.joints), []
     for controller in controllers:
         for joint in controller.joints:
@@ -105,7 +105,7 @@ def _writer(
 
 
 class TrajectoryStretch:
-    """Turns joint rates into short trajectories, each of which ends at rest."""
+    """Converts joint rates to short trajectories that end at rest."""
 
     def __init__(
         self,
@@ -117,7 +117,7 @@ class TrajectoryStretch:
 
         Args:
             description: The robot.
-            rows: The joints, by their places in the arm.
+            rows: Indices of the joints in the arm.
             clock: A monotonic clock [s].
         """
         n, clock_now = description.n_base, clock()
@@ -131,10 +131,10 @@ class TrajectoryStretch:
         self._rates = np.zeros(len(rows))
 
     def message(self, rates: np.ndarray, q: np.ndarray):
-        """Returns the trajectory of some joint rates from now on.
+        """Returns a trajectory with some joint rates, starting now.
 
-        It starts where the trajectories before have led, not where the joints
-        were measured: these measurements are late.
+        It starts at the end of the previous trajectories, not at the measured
+        positions, since measurements are late.
 
         Args:
             rates: Those of the whole arm, shape (n,) [rad/s].

@@ -6,7 +6,7 @@ from remosplat_drake.robot.urdf_agreement import urdf_problem
 
 
 class Ros2Description:
-    """The robot's URDF, which must agree with our model before it moves."""
+    """The robot's URDF, which must agree with our model before motion."""
 
     def __init__(
         self, node: Ros2Node, topic: str, description: RobotDescription
@@ -36,5 +36,5 @@ class Ros2Description:
             self._text = text
             self._problem = urdf_problem(text, self._description)
         elif text != self._text:
-            # To compare it takes longer than a moving arm can wait.
-            self._problem = "has changed: start the driver again"
+            # The comparison takes too long for an arm in motion.
+            self._problem = "has changed: restart the driver"

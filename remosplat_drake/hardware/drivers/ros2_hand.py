@@ -1,7 +1,8 @@
 """`Ros2HandLink`: a gripper that takes control_msgs/GripperCommand on a topic.
 
-ROS 2's GripperActionController takes the same numbers by an action. Actions are
-services of ROS, whose requests each implementation of DDS marks in its own way.
+ROS 2's GripperActionController receives the same numbers by an action, which is
+not supported: actions use services, whose requests differ between
+implementations of DDS.
 """
 
 import math
@@ -19,13 +20,13 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage, is_expired
 from remosplat_drake.robot.robot_description import RobotDescription
 
 _CUTOFF = 10.0
-"""Cutoff frequency of the fingers' rates, which are not used [Hz]."""
+"""Cutoff frequency for the fingers' rates [Hz]; these rates are not used."""
 
 _STILL = 5e-4
-"""Change of the opening below which the fingers have stopped [m]."""
+"""Change of the opening below which the fingers count as stopped [m]."""
 
 _SETTLED = 0.5
-"""Time without such a change after which a motion has ended [s]."""
+"""Time at standstill after which a motion counts as ended [s]."""
 
 _LONGEST = 10.0
 """Longest time of a motion [s]."""
@@ -48,7 +49,8 @@ class Ros2HandLink:
             tell: Called with a message when joint states are unusable.
 
         Raises:
-            FieldError: Neither the driver nor the robot names finger joints.
+            FieldError: Neither the driver's settings nor the robot's
+                description names finger joints.
             RemoSplatError: CycloneDDS is not installed, or finds no network.
         """
         names = config.joints
@@ -71,8 +73,8 @@ class Ros2HandLink:
     def measure(self) -> tuple[float, float] | None:
         """Returns the opening of the fingers and the force of each [m, N].
 
-        Without efforts in the joint states, the force is 0. Returns None while
-        no joint state is younger than 0.5 s.
+        Without efforts in the joint states, the force is 0. Returns None if the
+        latest joint state is older than 0.5 s.
         """
         with self._lock:
             for sample in taken(self._reader):
@@ -103,7 +105,7 @@ class Ros2HandLink:
             measured = self.measure()
             if measured is None:
                 raise RemoSplatError(
-                    f"{self._config.states}: nothing usable came for"
+                    f"{self._config.states}: no usable message for"
                     f" {HAND_STATUS_EXPIRY} s, while the hand moved"
                 )
             if time.monotonic() > end:
@@ -113,10 +115,10 @@ class Ros2HandLink:
             time.sleep(0.01)
 
     def close(self) -> None:
-        """Does nothing: the DDS participant goes with this object."""
+        """Does nothing; the DDS participant ends with this object."""
 
     def _take(self, message) -> None:
-        """Reads the fingers from a joint state, if it contains them."""
+        """Reads the fingers' positions from a joint state, if present."""
         try:
             report = self._joints.read(message)
         except BrokenMessage as error:
@@ -130,7 +132,7 @@ class Ros2HandLink:
 
 
 def _force(message, names: Sequence[str]) -> float:
-    """Greatest effort of the fingers [N]; 0 where it is not measured."""
+    """Greatest effort of the fingers [N]; 0 if it is not measured."""
     if len(message.effort) != len(message.name):
         return 0.0
     efforts = dict(zip(message.name, message.effort, strict=True))

@@ -1,4 +1,4 @@
-"""`Ros2Link`: ROS 2 through CycloneDDS, without a ROS installation."""
+"""`Ros2Link`: a base on ROS 2, over DDS without a ROS installation."""
 
 import time
 
@@ -21,7 +21,7 @@ from remosplat_drake.hardware.wire.localization import BaseFix
 
 
 class Ros2Link:
-    """A `BaseLink` by DDS: a participant that writes cmd_vel and reads odom."""
+    """A `BaseLink` as a DDS participant that writes cmd_vel and reads odom."""
 
     def __init__(self, topics: Ros2BaseTopics):
         """Joins a ROS 2 domain.
@@ -46,7 +46,8 @@ class Ros2Link:
             self._poses = node.reader(topics.localization, kind)
         if topics.transform:
             self._transforms = node.reader("/tf", ros.TFMessage)
-        # What tells changes only has often told the last one long ago.
+        # A topic that publishes only changes may have published the last one
+        # long ago, so its latched message is read, too.
         latched = (False, True) if topics.stop_expiry is None else (False,)
         self._stops = [
             (field, node.reader(name, ros.Bool, latched=kept))
@@ -83,11 +84,11 @@ class Ros2Link:
         return fixes
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the state by the topics with flags at a time t [s]."""
+        """Returns the base's stops, by its topics, at a time t [s]."""
         for field, reader in self._stops:
             for sample in taken(reader):
                 self._flags.put(field, sample.data, time.monotonic())
         return self._flags.stops(t)
 
     def close(self) -> None:
-        """Does nothing: the DDS participant goes with this object."""
+        """Does nothing; the DDS participant ends with this object."""

@@ -1,8 +1,9 @@
-"""ROS 2's messages as DDS types, with ROS's names on the wire.
+"""ROS 2's messages as DDS types, with the names that ROS uses in DDS.
 
-DDS knows `geometry_msgs/msg/Twist` as `geometry_msgs::msg::dds_::Twist_` and
-the topic `/cmd_vel` as `rt/cmd_vel`. Only cyclonedds is needed, no ROS. This
-module is imported where the optional extra `ros2` is installed.
+In DDS, the type `geometry_msgs/msg/Twist` is called
+`geometry_msgs::msg::dds_::Twist_`, and the topic `/cmd_vel` is `rt/cmd_vel`.
+The module needs the package cyclonedds (optional extra `ros2`), but no ROS
+installation.
 """
 
 # The package annotates neither its class arguments nor its array lengths.
@@ -42,7 +43,7 @@ class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
 
 
 def stamp(utime: int) -> Time:
-    """Returns a time in microseconds of the Unix epoch as ROS's."""
+    """Converts a time in microseconds of the Unix epoch to ROS's type."""
     return Time(utime // 1_000_000, 1000 * (utime % 1_000_000))
 
 
@@ -58,7 +59,7 @@ class Duration(IdlStruct, typename="builtin_interfaces::msg::dds_::Duration_"):
 @dc.dataclass
 @final
 class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    """std_msgs/Header: when and in which frame something was measured."""
+    """std_msgs/Header: time and frame of a measurement."""
 
     stamp: Time = dc.field(default_factory=Time)
     frame_id: str = ""
@@ -149,7 +150,7 @@ class TwistWithCovariance(
 @dc.dataclass
 @final
 class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
-    """nav_msgs/Odometry: where a base is and how fast it goes."""
+    """nav_msgs/Odometry: pose and velocity of a base."""
 
     header: Header = dc.field(default_factory=Header)
     child_frame_id: str = ""
@@ -163,7 +164,7 @@ class PoseWithCovarianceStamped(
     IdlStruct,
     typename="geometry_msgs::msg::dds_::PoseWithCovarianceStamped_",
 ):
-    """geometry_msgs/PoseWithCovarianceStamped: a pose that was localised."""
+    """geometry_msgs/PoseWithCovarianceStamped: a localised pose."""
 
     header: Header = dc.field(default_factory=Header)
     pose: PoseWithCovariance = dc.field(default_factory=PoseWithCovariance)
@@ -183,7 +184,7 @@ class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
 class TransformStamped(
     IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"
 ):
-    """geometry_msgs/TransformStamped: where a frame is in another."""
+    """geometry_msgs/TransformStamped: pose of a frame in another."""
 
     header: Header = dc.field(default_factory=Header)
     child_frame_id: str = ""
@@ -201,7 +202,7 @@ class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
 @dc.dataclass
 @final
 class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
-    """std_msgs/Bool: yes or no."""
+    """std_msgs/Bool: true or false."""
 
     data: bool = False
 
@@ -225,7 +226,7 @@ class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
 @dc.dataclass
 @final
 class JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
-    """sensor_msgs/JointState: where joints are and how fast they move."""
+    """sensor_msgs/JointState: positions and rates of joints."""
 
     header: Header = dc.field(default_factory=Header)
     name: sequence[str] = dc.field(default_factory=list)
@@ -251,7 +252,7 @@ class MultiArrayDimension(
 class MultiArrayLayout(
     IdlStruct, typename="std_msgs::msg::dds_::MultiArrayLayout_"
 ):
-    """std_msgs/MultiArrayLayout: how numbers make an array."""
+    """std_msgs/MultiArrayLayout: layout of an array."""
 
     dim: sequence[MultiArrayDimension] = dc.field(default_factory=list)
     data_offset: uint32 = 0
@@ -262,7 +263,7 @@ class MultiArrayLayout(
 class Float64MultiArray(
     IdlStruct, typename="std_msgs::msg::dds_::Float64MultiArray_"
 ):
-    """std_msgs/Float64MultiArray: numbers, as of joint rates."""
+    """std_msgs/Float64MultiArray: numbers, such as joint rates."""
 
     layout: MultiArrayLayout = dc.field(default_factory=MultiArrayLayout)
     data: sequence[float64] = dc.field(default_factory=list)
@@ -273,7 +274,7 @@ class Float64MultiArray(
 class JointTrajectoryPoint(
     IdlStruct, typename="trajectory_msgs::msg::dds_::JointTrajectoryPoint_"
 ):
-    """trajectory_msgs/JointTrajectoryPoint: where joints are at a time."""
+    """trajectory_msgs/JointTrajectoryPoint: state of joints at a time."""
 
     positions: sequence[float64] = dc.field(default_factory=list)
     velocities: sequence[float64] = dc.field(default_factory=list)
@@ -360,7 +361,7 @@ class MeshFile(IdlStruct, typename="visualization_msgs::msg::dds_::MeshFile_"):
 @dc.dataclass
 @final
 class Marker(IdlStruct, typename="visualization_msgs::msg::dds_::Marker_"):
-    """visualization_msgs/Marker as from Humble on: a shape for RViz."""
+    """visualization_msgs/Marker (since Humble): a shape for RViz."""
 
     header: Header = dc.field(default_factory=Header)
     ns: str = ""

@@ -1,4 +1,4 @@
-"""`Ros2Node`: reads and writes ROS 2 topics by CycloneDDS, without ROS."""
+"""`Ros2Node`: reads and writes ROS 2 topics by CycloneDDS."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ _MOST = 100
 """Number of samples that are taken at once."""
 
 _LAST_DOMAIN = 232
-"""Beyond it DDS has no UDP ports."""
+"""Largest domain, beyond which DDS has no UDP ports."""
 
 
 def environment_domain() -> int:
@@ -34,15 +34,16 @@ def environment_domain() -> int:
 class Ros2Node:
     """A participant of a ROS 2 domain.
 
-    A reliable writer suits every reader, a best-effort reader every writer.
+    Writers are reliable and readers best-effort, which is compatible with all
+    other writers and readers.
     """
 
     def __init__(self, domain: int | None, what: str):
         """Joins a ROS 2 domain.
 
         Args:
-            domain: The robot's ROS_DOMAIN_ID; None takes that of the
-                environment, or 0.
+            domain: The robot's ROS_DOMAIN_ID; None: that of the environment, or
+                0.
             what: The feature that needs CycloneDDS, for an error's text.
 
         Raises:
@@ -64,8 +65,8 @@ class Ros2Node:
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
-            latched: Whether readers that come late receive the last message
-                (ROS's transient local), too.
+            latched: Whether the last message is also sent to readers that start
+                later (ROS's transient local).
 
         Raises:
             RemoSplatError: The topic cannot be written.
@@ -91,9 +92,9 @@ class Ros2Node:
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
-            latched: Whether only writers are accepted that keep their last
-                message for late readers (ROS's transient local), and whether
-                that message is read.
+            latched: Whether to read the last message of writers that started
+                earlier. Then only writers that keep it (ROS's transient local)
+                are accepted.
 
         Raises:
             RemoSplatError: The topic cannot be read.

@@ -19,7 +19,7 @@ class TargetKind(NamedTuple):
     """A kind of target.
 
     Attributes:
-        name: Its plural, in texts.
+        name: Its name in texts, in the plural.
         message: Name of the ROS message in `ros2_messages`.
         convert: Returns the LCM message of a ROS message, without its stamp.
     """
@@ -30,7 +30,7 @@ class TargetKind(NamedTuple):
 
 
 class Ros2Target:
-    """Passes stamped messages of one topic on as targets over LCM."""
+    """Passes stamped messages of one ROS 2 topic to LCM, as targets."""
 
     def __init__(
         self,
@@ -49,10 +49,10 @@ class Ros2Target:
             lcm: The LCM network.
             channel: Channel on which the teleoperation listens.
             topic: Topic of the messages.
-            frame: The frame that is the world W; messages in another one are
-                ignored.
+            frame: Name of the frame that is the world W; messages in other
+                frames are ignored.
             kind: Whether they are poses or velocities.
-            domain: A ROS_DOMAIN_ID; None takes that of the environment.
+            domain: A ROS_DOMAIN_ID; None: that of the environment.
             tell: Called with a message when messages are unusable.
 
         Raises:
@@ -85,7 +85,7 @@ class Ros2Target:
 
 
 def _problem(header, target: pose_target | velocity_target, frame: str) -> str:
-    """Why a message cannot be used; empty if it can."""
+    """Returns why a message is unusable; empty if it is usable."""
     named = header.frame_id.strip("/")
     if named != frame.strip("/"):
         return f"frame_id is {named!r}, not {frame!r}"

@@ -1,7 +1,7 @@
 """Conversion between the base's LCM messages and ROS 1 or ROS 2 messages.
 
-The functions read a ROS message by its fields, which both versions share;
-only the stamp has names of its own.
+The messages of both ROS versions have the same fields, except for those of
+stamps.
 """
 
 import dataclasses as dc
@@ -23,7 +23,7 @@ class Odometry:
     """The planar part of a base's odometry.
 
     Attributes:
-        utime: When it was measured [us]; 0 if the message has no stamp.
+        utime: Time of its measurement [us]; 0 if the message has no stamp.
         pose: x, y and yaw of the base in the map [m, m, rad].
         velocity: Speeds along the base's x and y axes, and turning rate about
             its z axis [m/s, m/s, rad/s].
@@ -70,7 +70,8 @@ def read_pose(message, child_frame: str) -> BaseFix:
 
     Args:
         message: The message; its header names the frame of the pose.
-        child_frame: Name of the frame whose pose it is, which ROS leaves out.
+        child_frame: Name of the frame whose pose it is, which the message does
+            not contain.
     """
     position = message.pose.pose.position
     rotation = message.pose.pose.orientation
@@ -81,7 +82,10 @@ def read_pose(message, child_frame: str) -> BaseFix:
 
 
 def transform_deviation(topics: RosBase) -> np.ndarray:
-    """Returns standard deviations of x, y and yaw by /tf, (3,) [m, m, rad]."""
+    """Returns configured standard deviations of x, y, yaw by /tf, (3,).
+
+    They are in [m, m, rad].
+    """
     shift, turn = topics.transform_shift, topics.transform_turn_deg
     return np.array([shift, shift, math.radians(turn)])
 
@@ -89,13 +93,13 @@ def transform_deviation(topics: RosBase) -> np.ndarray:
 def read_transforms(
     message, frames: tuple[str, str], deviation: np.ndarray
 ) -> list[BaseFix]:
-    """Reads from a tf2_msgs TFMessage of either version where a frame is.
+    """Reads the pose of a frame from a tf2_msgs TFMessage of either version.
 
     Args:
         message: The message, with any number of transforms.
-        frames: Names of a frame and of its child, which is to be located.
-        deviation: Standard deviations of x, y and yaw, which ROS leaves out,
-            shape (3,) [m, m, rad].
+        frames: Names of a frame and of its child, whose pose is returned.
+        deviation: Standard deviations of x, y and yaw, which the message does
+            not contain, shape (3,) [m, m, rad].
     """
     wanted = tuple(name.strip("/") for name in frames)
     return [
@@ -132,7 +136,7 @@ def write_twist(message, velocity: np.ndarray):
 
 
 def odometry_problem(odometry: Odometry) -> str:
-    """Says why odometry cannot be used; empty if it can.
+    """Returns why odometry is unusable; empty if it is usable.
 
     Without a stamp its age is unknown.
     """
@@ -144,13 +148,14 @@ def odometry_problem(odometry: Odometry) -> str:
 
 
 def status_of(odometry: Odometry, stops: BaseStops = FREE) -> base_status:
-    """Turns odometry into the base's status message.
+    """Converts odometry to the base's status message.
 
-    Odometry does not report stops. Without another source, the flags stay 0,
-    and a base that does not follow its command is detected by its motion.
+    Odometry does not report stops. Without another source, the flags are 0. The
+    controller then detects a stopped base by its motion, which does not follow
+    the commands.
 
     Args:
-        odometry: The measurement, which has no problem.
+        odometry: The measurement, without a problem.
         stops: The base's stops.
     """
     status = base_status()

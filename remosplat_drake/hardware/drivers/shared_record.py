@@ -1,4 +1,4 @@
-"""`SharedRecord`: a record of numbers in shared memory, behind a seqlock."""
+"""`SharedRecord`: a record of numbers in shared memory, with a seqlock."""
 
 import struct
 from multiprocessing.shared_memory import SharedMemory
@@ -10,20 +10,21 @@ _COUNTER = 8
 class SharedRecord:
     """A tuple of doubles that one process writes and another reads.
 
-    Neither ever waits for the other: a real-time reader must not depend on a
-    writer that may be stopped or killed in the middle of a record. The writer
-    makes a counter odd, writes, and makes it even. A reader that finds it odd,
-    or changed meanwhile, keeps the record that it has. This relies on stores
-    and loads that keep their order, as those of x86-64 do.
+    Neither process waits for the other, since the writer may be stopped or
+    killed in the middle of a record. The writer makes a counter odd, writes,
+    and makes the counter even. If a reader finds the counter odd, or changed
+    after reading, it keeps its previous record. This requires that the
+    processor does not reorder stores and loads, as on x86-64.
 
-    Records cross to a child process as arguments; there, too, `close` them.
+    A record may be passed to a child process as an argument. Both processes
+    must call `close`.
     """
 
     def __init__(self, size: int, name: str | None = None):
-        """Makes a record of zeros, or attaches to another process's.
+        """Makes a record of zeros, or opens that of another process.
 
         Args:
-            size: How many numbers it holds.
+            size: Number of values.
             name: Name of the shared memory; None makes new memory, which
                 this object owns.
         """
@@ -49,7 +50,7 @@ class SharedRecord:
         self._count[0] = count + 2
 
     def read(self) -> tuple[float, ...]:
-        """Returns the latest record that is known to be whole."""
+        """Returns the latest record that was written completely."""
         for _ in range(_TRIES):
             count = self._count[0]
             values = self._layout.unpack_from(self._bytes, _COUNTER)
@@ -59,7 +60,7 @@ class SharedRecord:
         return self._latest
 
     def close(self) -> None:
-        """Lets go of the memory; its owner also removes it."""
+        """Closes the memory; its owner also removes it."""
         self._count.release()
         self._memory.close()
         if self._owns:

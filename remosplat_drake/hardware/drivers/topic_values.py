@@ -1,4 +1,4 @@
-"""`TopicValues`: latest values of ROS topics, until these are silent."""
+"""`TopicValues`: latest values of ROS topics, which expire after a silence."""
 
 import math
 from typing import Generic, TypeVar
@@ -7,34 +7,34 @@ Value = TypeVar("Value")
 
 
 def expiry_of(expiry: float | None) -> float:
-    """Returns a silence as a number [s]: infinite where None says never."""
+    """Converts a silence [s] to a number; None, for never, to infinity."""
     return math.inf if expiry is None else expiry
 
 
 class TopicValues(Generic[Value]):
-    """The latest values of topics; the value of a silent topic is dropped."""
+    """The latest values of topics; they expire if a topic is silent."""
 
     def __init__(self, expiry: float):
-        """Starts without a value, which counts as unknown.
+        """Starts without values.
 
         Args:
-            expiry: Silence from which on a topic says nothing any more [s].
+            expiry: Silence after which the value of a topic expires [s].
         """
         self._expiry = expiry
         self._values: dict[str, tuple[Value, float]] = {}
 
     def put(self, name: str, value: Value, t: float) -> None:
-        """Keeps a value that came at a time t, by a monotonic clock [s].
+        """Stores a value of a topic.
 
         Args:
             name: Name of the topic.
             value: Its value.
-            t: When it came [s].
+            t: Time of its arrival, by a monotonic clock [s].
         """
         self._values[name] = (value, t)
 
     def known(self, t: float) -> dict[str, Value]:
-        """Returns the values that count at a time t [s], by topic."""
+        """Returns the values that are valid at a time t [s], by topic."""
         return {
             name: value
             for name, (value, _) in self._values.items()
@@ -42,7 +42,7 @@ class TopicValues(Generic[Value]):
         }
 
     def silence(self, name: str, t: float) -> float:
-        """Returns for how long a topic is silent at a time t; inf if always.
+        """Returns how long a topic has been silent [s]; inf if it always was.
 
         Args:
             name: Name of the topic.

@@ -12,14 +12,14 @@ from remosplat_drake.hardware.drivers.arm_driver import ArmReport
 from remosplat_drake.robot.robot_description import RobotDescription
 
 FREQUENCY = 500.0
-"""Rate at which the controller sends its state, an e-Series [Hz]."""
+"""Rate at which an e-Series controller sends its state [Hz]."""
 
 WATCHDOG = 10.0
-"""Rate of commands that the controller requires: without them, its program ends
-and the arm brakes [Hz]."""
+"""Least rate of commands [Hz]. At a lower rate, the controller's program ends,
+and the arm brakes."""
 
 DECELERATION = 10.0
-"""Deceleration of the last stop [rad/s^2]."""
+"""Deceleration of the stop in `close` [rad/s^2]."""
 
 _JOINTS = 6
 
@@ -29,8 +29,8 @@ _PAUSED = "its program has ended"
 class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
-    If this process ends, so does the arm's motion: the controller's watchdog
-    ends a program that receives nothing.
+    If this process ends, the arm stops, since the controller's watchdog ends a
+    program that receives nothing.
     """
 
     def __init__(self, host: str, description: RobotDescription):
@@ -38,12 +38,12 @@ class UrArmLink:
 
         Args:
             host: Name or address of the controller.
-            description: The robot; it says how fast its joints follow.
+            description: The robot, with the delays of its joints.
 
         Raises:
-            RemoSplatError: The robot has not six joints, ur_rtde is not
-                installed, or the controller does not answer or runs no
-                program: it wants remote control.
+            RemoSplatError: The robot does not have six joints, ur_rtde is not
+                installed, or the controller does not answer or does not run the
+                program, for example if remote control is off.
         """
         n = len(description.arm.joints)
         if n != _JOINTS:
@@ -58,7 +58,7 @@ class UrArmLink:
             from rtde_receive import RTDEReceiveInterface
         except ImportError as error:
             raise MissingExtraError("a Universal Robots arm", "ur") from error
-        # That of the leading joint.
+        # The acceleration of the leading joint.
         self._acceleration = max(description.acceleration_limits)
         self._told = -1.0
         try:
@@ -91,7 +91,7 @@ class UrArmLink:
         )
 
     def _mode(self) -> tuple[int, str]:
-        """The mode as libfranka would name it, and why the arm is stopped."""
+        """Returns the mode in libfranka's terms, and why the arm is stopped."""
         if self._receive.isEmergencyStopped():
             return lcmt_panda_status.kUserStopped, "emergency stop"
         if self._receive.isProtectiveStopped():

@@ -1,7 +1,7 @@
 """`VelocityCallback`: the function that libfranka calls once a millisecond.
 
-It waits for nothing: setpoints and states cross to the other
-process in shared memory.
+It never waits: it exchanges setpoints and states with the other process by
+shared memory.
 """
 
 import time
@@ -14,8 +14,8 @@ from remosplat_drake.hardware.drivers.shared_record import SharedRecord
 from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
 
 SETPOINT_SIZE = 9
-"""A setpoint: `time.monotonic` when it was written [s], whether the motion
-shall end (not 0), and seven joint rates [rad/s]."""
+"""Number of values of a setpoint: its time by `time.monotonic` [s], a flag that
+is not 0 if the motion shall end, and seven joint rates [rad/s]."""
 
 
 class VelocityCallback:
@@ -28,12 +28,12 @@ class VelocityCallback:
         states: SharedRecord,
         joint_velocities: Callable[[list[float]], Any],
     ):
-        """Prepares the answers.
+        """Stores the servo and the records of the shared memory.
 
         Args:
-            servo: Decides on them.
-            setpoints: Setpoints of the other process.
-            states: Its states.
+            servo: Computes the commands.
+            setpoints: Record that the other process writes.
+            states: Record that the other process reads.
             joint_velocities: Libfranka's class of that name.
         """
         self._servo = servo
@@ -46,8 +46,9 @@ class VelocityCallback:
 
         Args:
             state: A `RobotState`.
-            period: The `Duration` since the last call; more than 1 ms after
-                lost packets, for which the robot has substituted commands.
+            period: The `Duration` since the last call. It is more than 1 ms
+                after lost packets, which the robot has replaced by extrapolated
+                commands.
         """
         if period.to_msec() > 1:
             self._servo.resume(state.dq_d, state.ddq_d)

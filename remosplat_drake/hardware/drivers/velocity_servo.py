@@ -1,8 +1,7 @@
-"""`VelocityServo`: the arm's command in each millisecond, and its reason.
+"""`VelocityServo`: computes the arm's command in each millisecond.
 
-It runs inside the arm's 1 kHz callback and needs nothing from outside but a
-setpoint and its age: if the process that writes setpoints fails,
-the arm comes to rest by itself.
+It runs inside the arm's 1 kHz callback, and its only input is a setpoint with
+its age. If the process that writes setpoints fails, the arm comes to rest.
 """
 
 import math
@@ -24,28 +23,28 @@ from remosplat_drake.hardware.drivers.panda_limits import (
 )
 
 SETPOINT_EXPIRY = 0.05
-"""Age from which a setpoint no longer counts [s]."""
+"""Age beyond which a setpoint is ignored [s]."""
 
 ABANDONED = 1.0
-"""Time without a fresh setpoint after which the motion is ended [s]."""
+"""Time without a valid setpoint after which the motion ends [s]."""
 
 AT_REST_BELOW = 1e-6
-"""Rate below which a joint that is commanded to rest counts as resting
-[rad/s]."""
+"""Rate below which a joint with the command zero counts as at rest [rad/s]."""
 
 _STAND = [0.0] * 7
 
 
 class VelocityServo:
-    """Follows setpoints; without fresh ones, or with bad ones, it brakes.
+    """Follows setpoints; brakes if they are old or invalid.
 
-    After a ramp because of old setpoints, no setpoint is followed before one of
-    rest: then the commanding program has noticed, and begins again.
+    After it has braked because of old setpoints, it follows setpoints again
+    only after a setpoint of zero. That shows that the commanding program has
+    noticed the stop, and starts a new motion.
 
     Attributes:
         command: The arm's last command.
-        reason: Why the motion ends; empty while it does not.
-        is_finished: Whether the motion is over: the arm is commanded to rest.
+        reason: Why the motion ends; empty during the motion.
+        is_finished: Whether the motion has ended, with the command zero.
     """
 
     def __init__(self):
@@ -65,10 +64,10 @@ class VelocityServo:
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
     ) -> None:
-        """Continues from the motion that the robot made of lost packets.
+        """Continues from the motion by which the robot replaced lost packets.
 
         Args:
-            velocity: Joint rates that it desires, seven [rad/s].
+            velocity: The robot's desired joint rates, seven [rad/s].
             acceleration: Their backward difference, seven [rad/s^2].
         """
         self.command = JointCommand(np.array(velocity), np.array(acceleration))
@@ -77,13 +76,13 @@ class VelocityServo:
     def step(
         self, setpoint: Sequence[float], age: float, end: bool = False
     ) -> JointCommand:
-        """Decides on the command of one tick.
+        """Computes the command of one tick.
 
         Args:
             setpoint: Requested joint rates, seven [rad/s]; beyond their bounds
-                they are scaled down together.
+                they are scaled by one factor.
             age: Age of the setpoint [s].
-            end: Whether the motion shall end, at rest.
+            end: Whether to end the motion when the arm is at rest.
         """
         if self.reason:
             return self._brake()
@@ -121,12 +120,12 @@ class VelocityServo:
         return [v / scale for v in setpoint]
 
     def _refuse(self, reason: str) -> JointCommand:
-        """Ends the motion for a reason; from here on the arm brakes."""
+        """Ends the motion for a reason: the arm brakes."""
         self.reason = f"refused: {reason}"
         return self._brake()
 
     def _brake(self) -> JointCommand:
-        """Brakes by libfranka's own law, which no input can mislead."""
+        """Brakes by libfranka's own law, which does not depend on inputs."""
         self.command = limit_rate(np.zeros(7), self.command)
         self.is_finished = self._rests()
         return self.command

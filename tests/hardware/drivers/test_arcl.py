@@ -161,7 +161,7 @@ def test_it_connects_anew():
             wait_for(is_unknown)
             wait_for(lambda: not is_unknown())
         wait_for(is_unknown)
-        assert any("hung up" in text for text in said)
+        assert any("closed the connection" in text for text in said)
 
 
 def test_a_wrong_password_is_told():

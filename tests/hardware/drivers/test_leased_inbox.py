@@ -101,7 +101,7 @@ def test_on_a_wire_strangers_are_refused_counted_and_reported():
         (PANDA_COMMAND, b"3"),
         ("FREE", b"4"),
     ]
-    assert news[0].startswith("obeys ours, pid 10 on lab, at ")
+    assert news[0].startswith("follows ours, pid 10 on lab, at ")
     # Once a stranger, however much it says.
     assert [line.split(" from ")[0] for line in news[1:]] == [
         f"refuses {SESSION_LEASE}"

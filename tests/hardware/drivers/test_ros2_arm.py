@@ -300,7 +300,7 @@ def test_named_topics_hold_the_arm():
     bench.run_until(moves, say(False, "RUNNING"), RATES)
     bench.run_until_mode(RobotMode.OTHER, say(False, "FAULT"), RATES)
     bench.run_until(rests, say(False, "FAULT"), RATES)
-    assert [line for line in bench.news if "any more" not in line] == [
+    assert [line for line in bench.news if "no longer" not in line] == [
         "/e_stop: nothing came yet; the arm counts as stopped",
         "/arm_mode: nothing came yet; the arm counts as stopped",
         "/e_stop: emergency stop; the arm counts as stopped",
@@ -336,7 +336,7 @@ def test_an_arm_moves_only_by_a_model_that_its_urdf_agrees_with(
     bench.run_until_mode(RobotMode.MOVE)
     writer.write(ros.String(f"{text} "))
     bench.run_until_mode(RobotMode.OTHER)
-    assert "has changed: start the driver again" in bench.news[-1]
+    assert "has changed: restart the driver" in bench.news[-1]
 
 
 def test_a_latched_mode_is_heard_by_who_comes_late():

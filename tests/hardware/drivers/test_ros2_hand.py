@@ -106,7 +106,7 @@ def test_joint_states_that_cannot_be_used_are_told_and_are_no_opening():
             gripper.tell(position, utime)
             assert gripper.link.measure() is None
         assert gripper.news[-1].startswith(f"/broken/joint_states: {said}")
-    with pytest.raises(RemoSplatError, match="nothing usable came"):
+    with pytest.raises(RemoSplatError, match="no usable message"):
         gripper.link.go_to(0.02, 12.0)
 
 
