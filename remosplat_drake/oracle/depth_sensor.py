@@ -54,17 +54,17 @@ class DepthSensor:
 
     A splat with an uncertainty u is rendered as if it were nearer by u along
     the ray: it is composited there, and `far` applies there, too. If each true
-    surface is at most u before its splat, no true median is nearer than this
-    one.
+    surface is at most u before its splat, no true median is nearer than the
+    rendered one.
 
     Fragments are ordered along the ray, not by the splats' centres as in
     gsplat. A disc whose centre is behind or beside the camera has no meaningful
     centre depth. With an order by centres, a slanted far disc may also hide a
     near one, so that the distance is over-estimated.
 
-    The filter is off by default: on four trained scenes it moved the median
-    absolute error of a sphere's distance by at most 0.1 mm (1.1 to 1.6 mm
-    either way; largest over-estimate 6.2 mm without, 5.7 mm with it), and it
+    The low-pass filter is off by default: on four trained scenes it moved the
+    median absolute error of a sphere's distance by at most 0.1 mm (1.1 to 1.6
+    mm either way; largest over-estimate 6.2 mm without, 5.7 mm with it), and it
     doubles the time of a query.
 
     Attributes:

@@ -56,9 +56,9 @@ class ObjectArrays(NamedTuple):
 class ObjectField(DistanceField):
     """Distances to objects; contact rules may allow links to touch objects.
 
-    Distances to boxes and cylinders are exact. That to a convex hull is the
-    largest of the signed distances to the planes of its faces: exact inside and
-    in front of a face, and too small in front of edges and corners.
+    Distances to boxes and cylinders are exact. The distance to a convex hull is
+    the largest of the signed distances to the planes of its faces: exact inside
+    and in front of a face, and too small in front of edges and corners.
 
     Args:
         objects: The objects at their present poses.

@@ -272,7 +272,7 @@ def make_field(
         path = joined("oracle", error.field)
         raise FieldError(where, path, error.problem) from error
     if not isinstance(field, DistanceField):
-        problem = f"{name} has made no DistanceField, but {shown(field)}"
+        problem = f"{name} must make a DistanceField, not {shown(field)}"
         raise FieldError(where, "oracle", problem)
     return field
 

@@ -52,8 +52,9 @@ def prepare_solids(
         solved: Whether closest points are converged.
 
     Returns:
-        A hierarchy as `widen` makes it, `wide` and `children`, and in its leaf
-        order the splats' `records`, see `pack_solids`, and indices, `order`.
+        Four arrays by name: `wide` and `children` are the hierarchy as `widen`
+        makes it; `records` are the splats in leaf order, see `pack_solids`, and
+        `order` their indices.
     """
     index = _opaque(splat_W, min_opacity)
     if not is_kept(len(index)):
@@ -95,7 +96,7 @@ def splat_records(
     """Writes splats as rows of 16 numbers, described in `solid`.
 
     Returns:
-        The rows, shape (N, 16), and the splats' rising indices, shape (N,).
+        The rows, shape (N, 16), and the splats' ascending indices, shape (N,).
     """
     index = _opaque(splat_W, min_opacity)
     records = np.empty((len(index), 16))

@@ -197,7 +197,7 @@ def test_an_oracle_keeps_the_robot_away(load):
 
 
 def test_an_oracle_must_make_a_field(load):
-    with pytest.raises(FieldError, match="oracle: Nothing has made no Dist"):
+    with pytest.raises(FieldError, match="oracle: Nothing must make a Dist"):
         load_world(load(override="{oracle: outside.oracle:Nothing}"))
 
 

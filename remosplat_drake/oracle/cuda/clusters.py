@@ -1,9 +1,9 @@
 """Splats in clusters of 32 neighbours, for search on a GPU.
 
-A warp of 32 threads tests the 32 boxes or splats of one node at a time, so the
-hierarchy has this width and no links. Splats are sorted along a space-filling
-curve, with large splats apart from small ones. Clusters are consecutive runs of
-this order: sorting is the whole construction.
+A warp of 32 threads tests the 32 boxes or splats of one node at a time, so each
+node of the hierarchy has 32 children, and needs no links to them. Splats are
+sorted along a space-filling curve, with large splats apart from small ones.
+Clusters are consecutive runs of this order: sorting is the whole construction.
 """
 
 import ctypes

@@ -140,8 +140,8 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
 
     Args:
         views: The views.
-        center: Vectors from the camera to their centres in W, as a tuple of
-            lanes [m].
+        center: Vectors from the camera to the balls' centres in W, as a tuple
+            of SIMD lanes [m].
         radius: Their radii [m].
         nearest: Lower bounds of the ranges in them [m].
         seen: Set of the requested views.
@@ -254,8 +254,8 @@ def centers_in_leaf(splats, leaf, views):
         views: The views.
 
     Returns:
-        Vectors from the camera to their centres in W, as a tuple of lanes [m],
-        and a mask.
+        Vectors from the camera to the splats' centres in W, as a tuple of SIMD
+        lanes [m], and a mask.
     """
     first, end = leaf_range(leaf)
     p, row = views.p_WS, splats.bounds.shape[1]

@@ -55,14 +55,14 @@ class Footprints(NamedTuple):
         children: The numbers of its children.
         margins: Largest uncertainty below each child, shape (k, 8) [m]; empty
             if none is subtracted.
-        records: The splats in leaf order, shape (m, 16), two cache lines
-            each. Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows
-            that map W to the splat's axes in standard deviations (a disc's
-            third row is its unit normal); 12 the opacity, 13 the largest
-            squared Mahalanobis distance that is seen, 14 the radius of the
-            ball around everything that is seen [m], 15 the uncertainty [m].
+        records: The splats in leaf order, shape (m, 16), two cache lines each.
+            Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows that map W
+            to the splat's axes in standard deviations (a disc's third row is
+            its unit normal); 12 the opacity, 13 the squared Mahalanobis
+            distance at which the visible part ends, 14 the radius of the ball
+            around the visible part [m], 15 the uncertainty [m].
         bounds: Data of each splat for the first test, shape (8, m + 8), padded
-            for lanes: columns 0 to 2, 9 to 11, 14 and 15 of the records.
+            for SIMD lanes: columns 0 to 2, 9 to 11, 14 and 15 of the records.
     """
 
     nodes: np.ndarray
@@ -271,8 +271,9 @@ def meet_plane(s):
         s: See `whiten`.
 
     Returns:
-        The forms A, B, C, the height, instead of the first coordinate of the
-        mapped centre, and the other values unchanged.
+        Fifteen values, in the order of the input: the forms A, B and C in place
+        of the rows, the height of the plane in place of the mapped centre's
+        first coordinate, and the other values unchanged.
     """
     u, v, height = s[9], s[10], s[11]
     forms = (

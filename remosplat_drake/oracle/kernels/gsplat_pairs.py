@@ -37,12 +37,13 @@ class DiscTensors(NamedTuple):
         frames_W: Columns (a, b, p) of each disc, shape (N, 3, 3): the two
             axes of one standard deviation and the centre [m].
         opacity: Peak opacities, shape (N,).
-        cut: Largest squared Mahalanobis distance that is seen, (N,).
+        cut: Squared Mahalanobis distance at which the visible part ends, (N,).
         radius: Radius of the ball around the visible part of each disc, (N,)
             [m].
         uncertainty: Uncertainty of each disc, shape (N,) [m].
         axes: Axis of D that each axis of a view is parallel to, (6, 3).
-        signs: Whether it points along (1) or against that axis (-1), (6, 3).
+        signs: 1 if the axis of the view points along that axis of D, -1 if it
+            points against it, (6, 3).
     """
 
     frames_W: "Tensor"
@@ -61,7 +62,7 @@ class Sensors(NamedTuple):
         p_WS: Positions, shape (n, 3) [m].
         R_DW: Inverse orientations, shape (n, 3, 3).
         ignore_below: Discs with lower centres are ignored, (n,) [m].
-        reach: Discs beyond that range are omitted, shape (n,) [m].
+        reach: Discs beyond this range are omitted, shape (n,) [m].
         views: Which views to render, in the order of `VIEWS`, (n, 6) bool.
     """
 

@@ -80,8 +80,8 @@ def footprint(
 
     Args:
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
-        cut: Largest squared Mahalanobis distance of each disc that is seen,
-            shape (P,).
+        cut: Squared Mahalanobis distance at which the visible part of each disc
+            ends, shape (P,).
         uncertainty: Uncertainty of each disc, shape (P,) [m].
         sensor: The views.
     """

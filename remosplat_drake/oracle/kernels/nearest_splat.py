@@ -108,7 +108,8 @@ def query_every_splat(records, is_surfel, steps, spheres, answer):
     """Finds the nearest splat of every sphere by trying all pairs.
 
     The reference for `query`. The records are those of `open_solids`, sorted by
-    splat index: of several nearest splats the first has the lowest one.
+    splat index, so that of several equally near splats the one with the lowest
+    index is found.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])

@@ -11,7 +11,7 @@ import numpy as np
 from remosplat_drake.base.lanes import WIDTH
 
 EVERY, GRID = range(2)
-"""The layers: every pixel, and the grid's."""
+"""The layers of a view: all pixels, and those of the coarse grid."""
 
 _SPACING = 5
 """Number of pixels from one row or column of the grid to the next."""

@@ -46,7 +46,7 @@ class Canvas(NamedTuple):
         layers: The pixels of a view.
         best: Range of the nearest complete pixel of each view [m]; inf while
             there is none.
-        best_pixel: That pixel, -1 while there is none.
+        best_pixel: Index of that pixel, -1 while there is none.
         limit: Range limit of each view: fragments beyond it are not needed [m].
         count: Number of runs, of candidates, and of deferred splats.
         light: For each pixel, the transmittance of all its kept fragments. If
@@ -63,14 +63,14 @@ class Canvas(NamedTuple):
         deferred: Splats with only their grid pixels drawn so far: place in the
             records times the number of views, plus the view.
         ready: Number of splats that wait for each view.
-        places: Their places in the records, shape (6, 8).
-        projections: The projected splats of one view, in lanes.
+        places: Places of these splats in the records, shape (6, 8).
+        projections: The projected splats of one view, in SIMD lanes.
         parts: Which pixels of each are drawn.
         spans: First and last column of their rows, eight at a time, shape
             (8, -, 2, 8).
         met: Which of these rows have any column, as bits, shape (8, -).
-        pair: Room for two lanes.
-        sets: Sets of views that need a leaf's splats, in lanes.
+        pair: Memory for two SIMD lanes.
+        sets: Sets of views that need a leaf's splats, in SIMD lanes.
         queue: Queued nodes, by lower bounds of their ranges.
         stack: Room for nodes on a ray.
     """
@@ -167,11 +167,11 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
     Args:
         canvas: The canvas, which has room.
         rules: The sensor's `Rules`.
-        row: Number of the row, through all views.
+        row: Number of the row, counted through all views.
         layer: Layer of its pixels.
-        begin: Place of the first one there.
-        reach: Ranges of the fragments, in lanes [m].
-        alpha: Their alphas, in lanes; 0 for no fragment.
+        begin: Place of the first pixel in that layer.
+        reach: Ranges of the fragments, in SIMD lanes [m].
+        alpha: Their alphas, in SIMD lanes; 0 for no fragment.
 
     Returns:
         The `light` of the pixels before and after the addition.

@@ -1,8 +1,8 @@
 """Draws the relevant parts of splats into depth views (Numba).
 
 Splats are collected for a view until there are eight, which are then projected
-at once, one per lane. For each, eight rows of pixels are bounded at once, and
-four pixels of a row are drawn at once.
+at once, one per SIMD lane. For each, eight rows of pixels are bounded at once,
+and four pixels of a row are drawn at once.
 """
 
 from remosplat_drake.base.lanes import (
@@ -69,8 +69,8 @@ _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 def draw(splats, rules, canvas, view, k, part):
     """Collects a splat for a view, and draws eight collected splats at once.
 
-    Arguments and result are those of `draw_waiting`; k is its place in the
-    records.
+    Arguments and result are those of `draw_waiting`; k is the splat's place in
+    the records.
     """
     n = canvas.ready[view]
     canvas.places[view, n] = k

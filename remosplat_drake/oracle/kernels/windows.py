@@ -23,7 +23,7 @@ def disc_window(s, cut, reach, near):
 
     Args:
         s: The whitened disc, see `footprints.whiten`.
-        cut: Largest squared Mahalanobis distance that is seen.
+        cut: Squared Mahalanobis distance at which the visible part ends.
         reach: The range [m].
         near: Near plane [m].
     """
