@@ -32,7 +32,8 @@ class Company:
     """One process that joins, and its outcome.
 
     Attributes:
-        began: Wall-clock time of its first packet [s]; infinite before.
+        began: Wall-clock time of the process's first packet [s]; infinite
+            before it.
         motion: Record of the second robot's true motion.
     """
 

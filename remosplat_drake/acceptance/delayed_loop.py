@@ -55,7 +55,7 @@ class DelayedRobot:
 
     Attributes:
         q: The true configurations so far, one per step, (n_q,) [m, rad].
-        times: Their times [s].
+        times: Times of these configurations [s].
         v: The true velocities at these times, shape (n_u,) [m/s, rad/s].
     """
 

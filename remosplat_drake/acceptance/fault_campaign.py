@@ -34,7 +34,7 @@ from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5
-"""Largest number of attempts if a run is disturbed before its fault."""
+"""Largest number of attempts at a case whose run fails before its fault."""
 
 
 @dc.dataclass(frozen=True)

@@ -49,7 +49,8 @@ _CONTRADICTION = 1.2
 """Time for which no command is feasible [s]."""
 
 _TOO_NEAR = 0.002
-"""Distance by which the two walls are inside the stopping distance [m]."""
+"""The distance of the two walls is less than the stopping distance by this
+[m]."""
 
 
 class FaultyField(DistanceField):

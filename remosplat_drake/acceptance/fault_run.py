@@ -39,11 +39,12 @@ _SOON = 0.03
 """Time between the first and the second fault of a case [s]."""
 
 _PRESENT = 0.3
-"""Time from standstill to the first release, or to the end of the fault
-[s]."""
+"""Time from the standstill until the first release, or until the end of the
+fault [s]."""
 
 _RELEASE_LIMIT = 60.0
-"""Longest time from a release to its refusal, or to the target [s]."""
+"""Longest time from a release until it is refused or the target is reached
+[s]."""
 
 
 class FaultRun:
@@ -54,7 +55,7 @@ class FaultRun:
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
             fault [s]; infinite where there was none.
-        company: Process that joins the wire, if this is the fault.
+        company: Process that joins the network, if this is the fault.
         commanded: Wall-clock time of the latest motion command before the
             release [s].
     """

@@ -50,7 +50,7 @@ def free_port() -> int:
 def wire_works(patience: float = 1.0) -> bool:
     """Returns whether this computer receives messages that it sends by LCM.
 
-    Without a route for multicast no message arrives.
+    If the computer has no route for multicast, no message arrives.
 
     Args:
         patience: Longest time to try [s].

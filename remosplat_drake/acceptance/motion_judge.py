@@ -1,4 +1,4 @@
-"""Judges, from a robot's true motion, whether it stopped and stayed."""
+"""Judges, from a robot's true motion, whether it stopped and stayed at rest."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -24,7 +24,8 @@ class StopQuality:
 
     Attributes:
         time_to_zero: Time until the robot is at rest [s]; NaN if it never is.
-        moved_after: Largest distance that any sphere moved after that [m].
+        moved_after: Largest distance that any sphere moved after the robot had
+            stopped [m].
     """
 
     time_to_zero: float

@@ -13,7 +13,8 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, assemble
 
 APART = np.deg2rad(8.0)
-"""Least angle between the directions of two frames that are kept [rad]."""
+"""A frame is kept only if its orientation differs from those of all kept frames
+by at least this angle [rad]."""
 
 _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
 """Largest motion of a robot between two images that counts as rest [rad, m]."""

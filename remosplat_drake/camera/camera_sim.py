@@ -96,7 +96,7 @@ class CameraSim:
 
 
 _MOVED = 5e-3
-"""Change of a position that counts as motion of the robot [m, rad]."""
+"""The robot has moved if a position has changed by at least this [m, rad]."""
 
 
 class HeardConfiguration:

@@ -30,10 +30,10 @@ is always rendered."""
 def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
     """Converts a Drake camera to a `WristCameraConfig`.
 
-    Its body frame B is the camera's, with axes x right, y down, z forward.
+    Drake's frame B of the camera has the axes x right, y down, z forward.
 
     Args:
-        config: Without `camera_problems`.
+        config: A configuration for which `camera_problems` yields nothing.
 
     Raises:
         FieldError: A value is out of the range of our field.

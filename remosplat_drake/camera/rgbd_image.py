@@ -12,7 +12,7 @@ from remosplat_drake.capture.undistortion import Distortion
 class RgbdImage:
     """Colours and depths of one camera at one time, on one pixel grid.
 
-    Copying returns the object itself.
+    A deep copy is the object itself.
 
     Attributes:
         rgb: Colours, shape (h, w, 3), uint8.
@@ -44,7 +44,7 @@ def from_drake(
         depth: The depth image [m]; depths out of the sensor's range, which
             Drake reports as 0 or inf, become unknown.
         K: Intrinsic matrix of both images, shape (3, 3) [pixels].
-        time: When they were taken [s].
+        time: Time at which the images were taken [s].
     """
     z = depth.data[..., 0]
     return RgbdImage(

@@ -81,7 +81,8 @@ class WristCameraConfig(Config):
         """Returns image size and pinhole intrinsics of both images.
 
         `intrinsics().intrinsic_matrix()` is K, shape (3, 3) [pixels]. Drake's
-        renderer counts from the image's corner, as `Capture` does.
+        renderer measures the principal point from the image's corner, as
+        `Capture` does.
         """
         return CameraInfo(self.width, self.height, np.deg2rad(self.fov_y_deg))
 

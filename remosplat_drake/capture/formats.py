@@ -37,8 +37,8 @@ from remosplat_drake.capture.readers import (
 from remosplat_drake.capture.recording import Recording
 
 Report = Callable[[str, int, int], None]
-"""Called with the name of the stage, the number of frames read, and the
-total."""
+"""Type of a callback for progress: it receives the name of the stage, the
+number of frames read, and the total."""
 
 
 @dc.dataclass(frozen=True)

@@ -39,8 +39,8 @@ _DIRECTION_WORTH = 0.5
 """Factor of the gain for the first view of a voxel from a new direction."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
-"""A pair of voxel and viewing direction is one integer: three indices and a
-direction."""
+"""Numbers of bits with which the three indices of a voxel and a viewing
+direction are packed into one integer."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Keyframes:
 
     @property
     def words(self) -> str:
-        """One sentence with the number of used frames."""
+        """One sentence that states the number of used frames."""
         return (
             f"{len(self.chosen)} of {self.frames} frames are used;"
             f" {100 * self.missed:.1f} % of the seen surfaces are only in"

@@ -41,10 +41,11 @@ def distort(distortion: Distortion, xy: np.ndarray) -> np.ndarray:
 
 
 def valid_radius(distortion: Distortion) -> float:
-    """Returns the radius at which the radial polynomial turns back on itself.
+    """Returns the radius up to which the radial distortion is monotonic.
 
-    Beyond it, on the plane z = 1, the model would show the same pixels again,
-    so it is invalid. It is inf for a monotonic polynomial.
+    The radius is measured on the plane z = 1. Beyond it, the model is invalid,
+    because two rays would have the same pixel. It is inf if the polynomial is
+    monotonic everywhere.
     """
     d = distortion
     slope = [9 * d.k4, 7 * d.k3, 5 * d.k2, 3 * d.k1, 1.0]
@@ -69,7 +70,7 @@ def undistort(
         distortion: Distortion of the images.
         K: Intrinsic matrix, shape (3, 3) [pixels].
         rgb: Colours, shape (h, w, 3), uint8.
-        depth: Depths, shape (h, w) [m]; z stays as it is.
+        depth: Depths z, shape (h, w) [m]; their values are not changed.
         hidden: Pixels that do not show the scene, shape (h, w), or None.
 
     Returns:

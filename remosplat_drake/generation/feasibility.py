@@ -83,7 +83,7 @@ class FeasibilityFilter:
 def passes(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
-    """Whether the start is clear and the goal is feasible."""
+    """Whether the start keeps its clearance and the goal is feasible."""
     field = SignedDistanceField(scene)
     start = np.array([*(scene.X_WB_start or (0, 0, 0)), *robot.home])
     clearance = field.clearances(robot.spheres_at(start)).minimum()
@@ -194,9 +194,10 @@ class _GoalSearch:
     margin: float = MARGIN
 
     def guess(self, rng: np.random.Generator) -> np.ndarray:
-        """Draws a base on the start's side of the target and an arm to match.
+        """Draws a base pose on the start's side of the target, and an arm.
 
-        The arm's posture is found for a fixed base in an empty scene.
+        The arm's posture is found by inverse kinematics, with the base fixed
+        and without obstacles.
         """
         robot = self.robot
         lower, upper = robot.position_lower, robot.position_upper
@@ -223,7 +224,7 @@ class _GoalSearch:
         return np.array([*base, *arm])
 
     def descend(self, q: np.ndarray) -> np.ndarray:
-        """Returns the local optimum of the descent from a guess."""
+        """Returns the local optimum that the descent from a guess reaches."""
         bounds = self.robot.position_lower, self.robot.position_upper
         return _descend(self.residuals, self.jacobian, q, bounds)
 
@@ -238,7 +239,7 @@ class _GoalSearch:
         )
 
     def residuals(self, q: np.ndarray) -> np.ndarray:
-        """Returns the excess of the pose error, and missing clearances.
+        """Returns the excesses of the pose error, and the missing clearances.
 
         Shape (2 + n,), each divided by its tolerance.
         """

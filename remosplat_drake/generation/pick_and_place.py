@@ -63,7 +63,7 @@ class Spot:
     """A level rectangle on which objects are put.
 
     Attributes:
-        support: Name of the solid that it is on.
+        support: Name of the solid that contains the rectangle.
         lower: Its corner with the least x and y, and its height, (3,) [m].
         upper: The opposite corner, shape (3,) [m].
         approach_W: Best direction of approach of a hand, shape (3,).
@@ -296,7 +296,7 @@ def points_near(solids: Sequence[Solid], X_WO: RigidTransform) -> np.ndarray:
 
 
 def in_world(surface: Surface, X_WO: RigidTransform) -> Surface:
-    """Returns an object's surface in W.
+    """Expresses the surface of an object in W.
 
     Args:
         surface: The surface in O.

@@ -1,7 +1,8 @@
 """The family `room`: two rooms, a doorway, and a table behind it.
 
-It needs long drives: the start faces away, five to eight metres from the goal,
-and the straight path leads through a wall.
+Its targets need long drives: at the start, the robot faces away from the goal,
+at a distance of five to eight metres, and the straight path leads through a
+wall.
 """
 
 import numpy as np

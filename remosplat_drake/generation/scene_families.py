@@ -47,7 +47,7 @@ def table(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def bookshelf(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Two thin columns before a shelf of three boards and two sides."""
+    """Two thin columns in front of a shelf of three boards and two sides."""
     boxes = _shelf(
         lower=rng.uniform(0.4, LOWER_SHELF_MAX_Z),
         middle=rng.uniform(MIDDLE_SHELF_MIN_Z, 1.0),

@@ -11,7 +11,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""Distance to an old disc within which a surface is not new [m]."""
+"""A surface is not new if an old disc is within this distance [m]."""
 
 _SAMPLES = 400
 """Number of points of a frame that are compared with the earlier splat."""

@@ -44,7 +44,7 @@ class BuildThread(Generic[Result]):
         self._thread.start()
 
     def drop(self) -> None:
-        """Discards the job's result; the next job starts only after its end."""
+        """Discards the job's result; a next job starts only after this one."""
         self._is_dropped = True
 
     def fetch(self) -> Result | Exception | None:

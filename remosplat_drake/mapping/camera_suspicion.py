@@ -81,9 +81,9 @@ class Judgement:
     def holds_for(self, names: tuple[str, ...]) -> bool:
         """Returns whether the judgement is valid for other frames, too.
 
-        It is invalid if the frames that only one of both sets contains are at
-        least half as many as the other frames. A judgement with a problem is
-        valid only for the same frames.
+        Let m be the number of frames that only one of the two sets contains.
+        The judgement is invalid if m is at least half the number of the other
+        frames. A judgement with a problem is valid only if m is zero.
 
         Args:
             names: Names of the other frames.

@@ -111,7 +111,8 @@ def in_box(
         config: The box and its voxels, in W.
 
     Returns:
-        The box; a voxel is seen only if all voxels that it overlaps are.
+        The coverage of the box. A voxel is seen only if all voxels of
+        `coverage` that it overlaps are seen.
     """
     nothing = _nothing_seen(config)
     places = np.indices(nothing.state.shape).reshape(3, -1).T
@@ -131,7 +132,7 @@ def in_box(
 
 
 def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
-    """Returns the coverage before the first frame: the space at the robot.
+    """Returns the coverage before the first frame: free space at the robot.
 
     Args:
         robot: The robot's spheres at the start.

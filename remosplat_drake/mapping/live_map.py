@@ -49,7 +49,7 @@ _TRACKING_PERIOD = 0.2
 """Time between two localisations of the base [s]."""
 
 _ROUNDING = 1e-9
-"""Bound on the rounding error of tick times [s]."""
+"""Bound on the rounding error of a tick's time [s]."""
 
 
 class LiveMap(LeafSystem):

@@ -25,7 +25,7 @@ def first_status(scene_map: SceneMap) -> MapStatus:
 def noted(status: MapStatus, event: Event) -> MapStatus:
     """Returns the status after an event of the mapping process.
 
-    A new map does not change it: see `swapped`.
+    The event of a new map does not change the status; see `swapped`.
     """
     match event:
         case FrameAdded(name, total):

@@ -77,8 +77,8 @@ class UsableFrames:
         names: Names of the frames.
         capture: The frames, in W.
         q: The robot's configurations in W, shape (n, n_q).
-        residual: Median distance of each frame's surfaces from the others' [m];
-            NaN if not measured. Shape (n,).
+        residual: Median distance of each frame's surfaces from those of other
+            frames, shape (n,) [m]; NaN if not measured.
     """
 
     names: tuple[str, ...]

@@ -71,7 +71,7 @@ class ShowScene:
     """Request: change the scene of a simulated camera.
 
     Attributes:
-        scene: The solids that are there from now on.
+        scene: The solids of the new scene.
     """
 
     scene: PrimitiveScene
@@ -88,7 +88,7 @@ class FrameAdded:
 
     Attributes:
         name: Name of the frame.
-        total: Number of frames that the next map is made of.
+        total: Number of frames from which the next map will be made.
     """
 
     name: str
@@ -100,7 +100,7 @@ class FrameRefused:
     """Event: a frame cannot be used.
 
     Attributes:
-        reason: Why it cannot, for display.
+        reason: Reason why the frame cannot be used, for display.
     """
 
     reason: str
@@ -180,8 +180,8 @@ class Idle:
     Attributes:
         answered: Number of requests that were answered since the process
             started.
-        frames: Number of frames that the next map is made of; None where it
-            is unknown.
+        frames: Number of frames from which the next map will be made; None if
+            it is unknown.
     """
 
     answered: int

@@ -28,7 +28,7 @@ _TABLE = 0.2
 
 @dc.dataclass
 class FloorConfig:
-    """Thresholds by which a plane counts as the floor."""
+    """Thresholds that a plane must meet to count as the floor."""
 
     # Largest angle between the plane's normal and up: the capture's own, or
     # the mean upright of the cameras [rad].

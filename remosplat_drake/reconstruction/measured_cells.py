@@ -24,8 +24,8 @@ MARGIN = 0.01
 [m]."""
 
 THINNEST = 0.003
-"""Largest distance between pixels at a cell for views that may mark it as free
-in spite of a measured point [m]."""
+"""A view may mark a cell with a measured point as free only if the distance
+between its pixels at the cell is at most this [m]."""
 
 
 def measured_cells(

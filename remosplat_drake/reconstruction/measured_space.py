@@ -15,11 +15,12 @@ from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.capture.capture import Capture
 
 _MAX_SAMPLES = 4_000_000
-"""Largest number of pixels; more do not improve voxels of millimetres."""
+"""Largest number of pixels that are used; more would not improve the means in
+voxels of millimetres."""
 
 _NOISE_DEPTH = 2.0
-"""Beyond this depth the noise of depth cameras, which triangulate, grows with
-the square of the depth [m]."""
+"""Depth beyond which margins grow with the square of the depth, like the noise
+of triangulating cameras [m]."""
 
 _BLOCK = 50_000
 """Number of points that a thread processes at a time."""
@@ -100,7 +101,8 @@ def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
     """Estimates the noise of a point cloud: the thickness of its surfaces [m].
 
     It is the median, over `count` random points, of the standard deviation of
-    the points around it from the plane through them; 0 without any such point.
+    the points around it from the plane through them; It is 0 if there is no
+    such point.
     """
     if len(p_W) < _MIN_NEIGHBORS:
         return 0.0

@@ -56,7 +56,8 @@ _MARGIN_PER_SCATTER = 4.0
 scatter."""
 
 Report = Callable[[str, int, int], None]
-"""Called with the name of the stage, the steps done and the steps in all."""
+"""Type of a callback for progress: it receives the name of the stage, the
+number of completed steps, and the total number of steps."""
 
 
 @dc.dataclass(frozen=True, eq=False)

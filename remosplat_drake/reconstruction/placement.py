@@ -24,7 +24,7 @@ _LEVEL = np.deg2rad(3.0)
 from inexact poses [rad]."""
 
 _ON_FLOOR = 0.05
-"""Distance from z = 0 within which a floor counts as aligned [m]."""
+"""A floor is already aligned if its distance from z = 0 is at most this [m]."""
 
 _FLOOR_TILT = 0.15
 """Largest angle between a floor's normal and the known up [rad]."""
@@ -67,7 +67,8 @@ def place(capture: Capture, up: str = AUTO) -> Placement:
         up: One of `UPS`.
 
     Raises:
-        RemoSplatError: The floor was requested, and none is convincing.
+        RemoSplatError: The floor was requested, and no plane meets the
+            thresholds.
     """
     if up == NONE:
         return Placement(RigidTransform(), "in the capture's frame", False)

@@ -50,7 +50,7 @@ _FARTHEST = 3.0
 """Largest distance of a robot from its workspace [m]."""
 
 _MOST_VOXELS = 4e6
-"""Largest number of voxels; more would take over a minute."""
+"""Largest number of voxels; with more, the computation takes over a minute."""
 
 _MOST_RINGS = 200
 """Largest number of points on a disc, a limit for unreasonably large discs."""

@@ -59,8 +59,8 @@ _STEEP = np.deg2rad(45.0)
 """Largest angle between a floor's normal and the given up [rad]."""
 
 _COLLINEAR = np.deg2rad(1.0)
-"""Least angle between the lines from one of three points to the others
-[rad]."""
+"""Three points are on one line if the lines from one of them to the others
+differ by less than this angle [rad]."""
 
 _FEWEST = 100
 """Least number of splats for a search for the floor."""
@@ -160,7 +160,7 @@ def find_splat_floor(
 def frame_of_points(
     p_GO: np.ndarray, p_GX: np.ndarray, p_GY: np.ndarray
 ) -> RigidTransform:
-    """Makes the pose X_FG of G in the frame F of three points on a floor.
+    """Makes the pose X_FG of G in a frame F, from three points on a floor.
 
     Args:
         p_GO: Origin of F, shape (3,).

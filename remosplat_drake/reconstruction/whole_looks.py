@@ -9,8 +9,8 @@ from remosplat_drake.base.kernels import helper, parallel_kernel
 from remosplat_drake.capture.capture import Capture
 
 _NOISE_DEPTH = 2.0
-"""Beyond this depth the noise of depth cameras, which triangulate, grows with
-the square of the depth [m]."""
+"""Depth beyond which margins grow with the square of the depth, like the noise
+of triangulating cameras [m]."""
 
 _NEAREST = 0.05
 """Cubes must be farther than this from a camera's centre [m]."""

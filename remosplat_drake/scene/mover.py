@@ -24,7 +24,7 @@ FORESIGHT = 2.0
 [s]."""
 
 MOST = 200
-"""Largest number of movers; each takes some microseconds of a tick."""
+"""Largest number of movers; each mover adds some microseconds to a tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -111,7 +111,7 @@ class Mover:
 
     @staticmethod
     def sphere(name: str, center, radius: float, **rest) -> "Mover":
-        """Makes a sphere.
+        """Makes a mover that is a sphere.
 
         Args:
             name: Its display name.
@@ -130,7 +130,7 @@ class Mover:
         radius: float,
         **rest,
     ) -> "Mover":
-        """Makes a capsule along M's z axis.
+        """Makes a mover that is a capsule along M's z axis.
 
         Args:
             name: Its display name.
@@ -143,7 +143,7 @@ class Mover:
 
     @staticmethod
     def box(name: str, X_WM: RigidTransform, half_extents, **rest) -> "Mover":
-        """Makes a box.
+        """Makes a mover that is a box.
 
         Args:
             name: Its display name.

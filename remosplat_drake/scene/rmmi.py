@@ -170,7 +170,7 @@ class _Reader:
     def numbers(
         self, value: object, field: str, shape: tuple[int, ...]
     ) -> np.ndarray:
-        """Returns finite numbers of a given shape (the parser accepts NaN)."""
+        """Returns finite numbers of a given shape; the parser allows NaN."""
         try:
             array = np.array(value)
         except ValueError:

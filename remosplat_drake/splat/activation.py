@@ -17,7 +17,7 @@ def sigmoid(logits: np.ndarray) -> np.ndarray:
 
 
 def logit(opacities: np.ndarray) -> np.ndarray:
-    """Computes finite logits of opacities, also of those that are exactly 1."""
+    """Computes the logits of opacities; they are finite even for 0 and 1."""
     opacity = np.clip(opacities.astype(np.float64), _TINY, 1 - 2.0**-24)
     return np.log(opacity / (1 - opacity))
 

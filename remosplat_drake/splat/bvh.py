@@ -26,8 +26,8 @@ class BoundingVolumeHierarchy:
         nodes: Nodes of the tree, shape (m, 16), single precision. Columns 0 to
             5 hold the left child's box (x, y, z lower, then upper) [m], 6 to 11
             the right child's, 12 and 13 the highest z of a box centre below
-            each [m]. Columns 14 and 15 are `links` in the same memory. The root
-            is node 0.
+            each child [m]. Columns 14 and 15 are `links` in the same memory.
+            The root is node 0.
         links: The same memory as integers: links[i, 14 + side] is the child
             node, or negative for a leaf, whose boxes `leaf_range` returns.
         order: Box indices in leaf order, shape (n,), int32.
@@ -72,8 +72,8 @@ def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
     """Builds a hierarchy of boxes as `build_hierarchy` does.
 
     Args:
-        table: The boxes as `round_outwards` gives them, shape (n, 8); they are
-            sorted in place.
+        table: The boxes, as `round_outwards` writes them, shape (n, 8); they
+            are sorted in place.
     """
     places = table.view(np.int32)[:, 7]
     places[:] = np.arange(len(table))

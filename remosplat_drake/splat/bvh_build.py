@@ -21,7 +21,8 @@ from remosplat_drake.splat.bvh_splits import (
 )
 
 LEAF_STRIDE = 16
-"""Factor of a leaf's first place in its link, see `leaf_range`."""
+"""A leaf's link contains its first place multiplied by this, see
+`leaf_range`."""
 
 PIECE = 1 << 17
 """Largest number of boxes of a piece, which is sorted by one thread."""

@@ -132,14 +132,14 @@ def read_splat(
 ) -> GaussianSplat:
     """Reads a Gaussian splat of any format.
 
-    The format is recognised by the file's content, then by its name. In formats
-    without 2DGS discs, these are ellipsoids of one tiny thickness, which are
-    read as discs again (`is_flat`).
+    The format is recognised by the file's content, then by its name. Formats
+    without 2DGS discs store discs as ellipsoids of the same tiny thickness,
+    which are read as discs again (`is_flat`).
 
     Args:
         path: A file, a folder of PlayCanvas' SOG, or a `package://` URI.
-        surfel: Whether a checkpoint holds 2DGS discs, if its name does not
-            decide that; see `read_checkpoint`.
+        surfel: Whether a checkpoint contains 2DGS discs; None: detected, see
+            `read_checkpoint`.
         harmonics: Whether the higher harmonics are kept. Distances and the
             drawings of this library do not need them, and a PLY is read faster
             without them.

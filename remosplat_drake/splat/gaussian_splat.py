@@ -80,7 +80,7 @@ class GaussianSplat:
         self._check()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays by attribute name, without unknown ones."""
+        """Returns the arrays by attribute name; omits those that are None."""
         arrays = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         return {k: array for k, array in arrays.items() if array is not None}
 
@@ -248,7 +248,7 @@ class GaussianSplat:
         return self.select(self.inside(lower, upper))
 
     def without_harmonics(self) -> "GaussianSplat":
-        """Returns these splats in the colours of degree 0 alone.
+        """Returns these splats with colours of degree 0 only.
 
         These colours do not depend on the direction, which suffices for
         distances and for the drawings of this library.

@@ -20,7 +20,8 @@ from remosplat_drake.splat.bvh import (
 )
 
 LEAST_BOXES = 200_000
-"""Least number of boxes of a kept hierarchy; smaller ones are built quickly."""
+"""Least number of boxes of a hierarchy in the cache; smaller hierarchies are
+built quickly."""
 
 MOST_BYTES = 1 << 30
 """Largest size of the cache; beyond it, the least recently used files are

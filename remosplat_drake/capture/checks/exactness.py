@@ -26,23 +26,24 @@ _MIN_PAIRS = 3
 """Least number of pairs of views for a decision."""
 
 _SHIFTED_PAIRS = 60
-"""Largest number of pairs for the test of a shift by one frame."""
+"""Largest number of pairs of views in the test for a shift by one frame."""
 
 _LEAST_OFFSET = 5e-4
 """Disagreement below this is within the resolution of depth files, which store
 whole millimetres [m]."""
 
 _TIMES_NOISE = 3.0
-"""Largest ratio of disagreement to noise; in 60 rendered captures with and
-without noise, it is at most 1.5 for disagreements above `_LEAST_OFFSET`."""
+"""Views disagree by more than noise explains if the ratio of disagreement to
+noise exceeds this. In 60 rendered captures with and without noise, the ratio is
+at most 1.5 for disagreements above `_LEAST_OFFSET`."""
 
 _FRAME_OFF = 3e-3
 """A frame that disagrees with all others by more than this has a wrong pose
 [m]."""
 
 _EXPLAINED = 0.5
-"""Largest remaining fraction of a disagreement after correction of its
-cause."""
+"""A cause explains a disagreement if at most this fraction of it remains after
+the correction."""
 
 _LEAST_SCALE = 0.002
 """Least detectable error of the depth's scale, as a fraction; smaller ones
@@ -51,7 +52,7 @@ cannot be distinguished from errors of poses."""
 
 @dc.dataclass(frozen=True)
 class Disagreement:
-    """Disagreement of views, for near and distant pairs.
+    """Disagreement of views about shared surfaces, for near and distant pairs.
 
     Attributes:
         near: Median baseline of the nearer half of the pairs [m].

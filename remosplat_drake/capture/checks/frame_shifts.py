@@ -71,7 +71,8 @@ SHIFTS = tuple(
     for moves_depth in (True, False)
     for step in (1, -1)
 )
-"""Depths shifted by one frame, and colours shifted by one frame."""
+"""Possible shifts: depths by one frame in either direction, and colours by one
+frame in either direction."""
 
 
 def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:

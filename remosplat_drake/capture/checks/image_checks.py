@@ -190,7 +190,8 @@ def judge_registration(
 
     Args:
         capture: The capture.
-        registration: Its registration; None if there is too little data.
+        registration: Result of `measure_registration`; None if there is too
+            little data.
     """
     shifts = [s for s in SHIFTS if s.moves_colour and len(capture) > 2]
     as_is = 0.0 if registration is None else registration.unshifted

@@ -31,7 +31,8 @@ MIN_AGREEMENT = 0.5
 """Least agreement about shared points of views with correct poses."""
 
 _MAX_JUMP = 0.05
-"""Depth difference between neighbouring pixels above which there is an edge."""
+"""Neighbouring pixels are at an edge if their depths differ by more than this
+fraction."""
 
 
 @dc.dataclass(frozen=True, eq=False)

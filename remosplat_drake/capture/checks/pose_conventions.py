@@ -21,7 +21,8 @@ GOOD_AGREEMENT = 0.8
 """Least agreement of neighbouring views whose poses are right."""
 
 _LEFT = 0.5
-"""Largest remaining fraction of the disagreement after a correction."""
+"""A mistake explains a disagreement if less than this fraction of it remains
+after the correction."""
 
 
 @dc.dataclass(frozen=True)

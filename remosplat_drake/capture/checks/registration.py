@@ -14,10 +14,11 @@ _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
 """Number of views that determine an unknown shift; number of views, and their
 width [pixels], that evaluate a given one."""
 _MIN_JUMP = 0.05
-"""Depths of neighbouring pixels differ by more than this across an edge."""
+"""There is an edge between neighbouring pixels whose depths differ by more than
+this fraction."""
 
 _MIN_EDGES = 0.0005
-"""Least fraction of edge pixels for a usable image."""
+"""An image is usable if at least this fraction of its pixels is at an edge."""
 
 _MIN_FRAMES = 5
 """Least number of usable images; in fewer, edges may match by chance."""

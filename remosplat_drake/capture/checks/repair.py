@@ -17,7 +17,7 @@ class Repair:
     Attributes:
         capture: The capture, corrected as far as possible.
         inspection: Its inspection after the repair.
-        undone: The corrected findings, in order.
+        undone: The findings that were corrected, in the order of correction.
     """
 
     capture: Capture

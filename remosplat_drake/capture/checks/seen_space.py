@@ -22,7 +22,8 @@ _SIZE = 120
 """Width and height of the depth images that `look_round` renders [pixels]."""
 
 _WIDE = np.pi / 2
-"""Field of view of these images [rad]: six of them see all around."""
+"""Field of view of these images, so that six of them show all directions
+[rad]."""
 
 _ELEVATIONS = (0.15, 0.8)
 _AZIMUTHS = np.arange(8) * np.pi / 4
@@ -103,12 +104,12 @@ def look_round(
         solids: The solids of the scene.
         lower: Lower corner of a box around the relevant space, shape (3,) [m].
         upper: Upper corner of that box, shape (3,) [m].
-        around: A point of free space from which all directions are rendered,
-            shape (3,) [m], for scenes that are seen from within; None: no such
-            images.
+        around: A point of free space from which images in all directions are
+            rendered, shape (3,) [m], for scenes that enclose the camera; None:
+            no such images.
 
     Raises:
-        RemoSplatError: There is nothing to be seen.
+        RemoSplatError: No image shows a surface.
     """
     center, half = (lower + upper) / 2, np.linalg.norm(upper - lower) / 2
     away = min(2 * half, 0.9 * FAR)

@@ -1,4 +1,4 @@
-"""Groups of views that share surfaces, and connections of groups."""
+"""Finds groups of views that share surfaces, and connections between groups."""
 
 import numpy as np
 from scipy.sparse import coo_array

@@ -8,7 +8,7 @@ from remosplat_drake.capture.images import Source
 MIN_CONFIDENCE = 2
 """Least ARKit confidence of a depth that is kept: 0 low, 1 medium, 2 high.
 
-Around edges, depths of medium confidence float between two surfaces.
+At edges, depths of medium confidence are between two surfaces.
 """
 
 

@@ -1,4 +1,4 @@
-"""Conventions of camera poses in files: quaternions, OpenGL or OpenCV axes."""
+"""Converts camera poses of files: quaternions, and OpenGL or OpenCV axes."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

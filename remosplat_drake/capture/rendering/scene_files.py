@@ -45,7 +45,7 @@ _X_YZ = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
 def read_solids(
     path: Path, X_WM: RigidTransform | None = None, scale: float = 1.0
 ) -> tuple[Solid, ...]:
-    """Reads the solids of a file, in the default pose of its joints.
+    """Reads the solids of a file, with its joints in their default positions.
 
     Args:
         path: A model file or a mesh file.

@@ -21,7 +21,7 @@ _OUTLINE_JUMP = 0.02
 this fraction, and the difference is not that of a steep plane."""
 
 _OUTLINE_REACH = 2
-"""Distance from an outline within which pixels are disturbed [pixels]."""
+"""Pixels within this distance of an outline are disturbed [pixels]."""
 
 
 @dc.dataclass(frozen=True)
@@ -73,7 +73,7 @@ class SensorNoise:
     rotation: float = 0.0
 
     def axial(self, z: np.ndarray, incidence: np.ndarray) -> np.ndarray:
-        """Computes standard deviations of depths z [m] at incidences [rad]."""
+        """Computes the deviation [m] of depths z [m] at incidences [rad]."""
         spread = self.axial_floor + self.axial_growth * np.square(
             z - self.axial_start
         )
@@ -137,7 +137,7 @@ def sensor_noise(name: str) -> SensorNoise:
 def with_noise(capture: Capture, noise: SensorNoise, seed: int = 0) -> Capture:
     """Simulates the capture of a real camera.
 
-    A view's noise depends on the seed and its index alone.
+    The noise of a view depends only on the seed and on the view's index.
 
     Args:
         capture: A perfect capture.

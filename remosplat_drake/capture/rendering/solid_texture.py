@@ -41,7 +41,8 @@ def brightness(
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        depth: Depth z in C, shape (h, w) [m]; pixels of depth 0 get some value.
+        depth: Depth z in C, shape (h, w) [m]; the result is arbitrary where it
+            is 0.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
 
     Returns:

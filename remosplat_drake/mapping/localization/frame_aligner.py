@@ -1,4 +1,4 @@
-"""`FrameAligner`: tracks the base from frame to frame, and keeps keyframes."""
+"""`FrameAligner`: localises the base at each frame, and keeps keyframes."""
 
 import dataclasses as dc
 
@@ -34,7 +34,7 @@ from remosplat_drake.signals.base_estimate import (
 )
 
 _SAMPLES = 300
-"""Points of a frame that are compared with others."""
+"""Number of points of a frame that are compared with other frames."""
 
 _MOST_DEVIATIONS = 4.0
 """Poses beyond this number of standard deviations from the prediction are
@@ -63,10 +63,10 @@ _NEW = 0.7
 a keyframe."""
 
 _MOST_KEYFRAMES = 120
-"""Largest number of keyframes in addition to those of maps."""
+"""Largest number of keyframes that are not part of a map."""
 
 Key = tuple[str, float]
-"""A frame's name and time, since names are reused."""
+"""Key of a frame: its name and time, since names may be reused."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -148,7 +148,7 @@ def one_frame(image: Frame, X_OB: np.ndarray, time: float) -> Keyframes:
     Args:
         image: The frame, posed by odometry.
         X_OB: The base's pose by odometry, shape (3,) [m, rad].
-        time: When it was taken [s].
+        time: Time at which the image was taken [s].
     """
     stack = empty_stack(1, image.depth.shape, _SAMPLES)
     planes = plane_map(image.K, image.depth)
@@ -374,7 +374,7 @@ def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
 
 
 def holds(frame: Keyframes, X_WB: np.ndarray) -> bool:
-    """Returns whether a frame shows upright surfaces in two directions.
+    """Returns whether a frame's upright surfaces face two directions.
 
     Args:
         frame: The frame, one row.

@@ -220,7 +220,7 @@ def motion_equations(
 def residuals(
     keyframes: Keyframes, X_WB: np.ndarray, pairs: np.ndarray
 ) -> np.ndarray:
-    """Returns each view's median distance from the surfaces of others.
+    """Returns the median distance of each view from other views' surfaces.
 
     Args:
         keyframes: The keyframes.
@@ -228,7 +228,7 @@ def residuals(
         pairs: Indices of the keyframes that are compared, shape (m, 2).
 
     Returns:
-        Shape (n,) [m]; NaN for views that share none.
+        Shape (n,) [m]; NaN for views that share no surface.
     """
     residual = np.full(len(X_WB), np.nan)
     if not len(pairs):

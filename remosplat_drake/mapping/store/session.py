@@ -29,7 +29,8 @@ _HALF_WRITTEN = (
     f"frames/.{TRANSFORMS}.*",
     f"maps/.map_*{SUFFIX}.*",
 )
-"""Files that `atomic_write` leaves when its process is killed."""
+"""Pattern of files that `atomic_write` leaves behind if its process is
+killed."""
 
 
 @dc.dataclass(frozen=True)
@@ -202,7 +203,7 @@ class Session:
         return bool(set(self.active) - set(self.map_frames))
 
     def leave_out_new_frames(self) -> None:
-        """Sets the frames of the next map to those of the map in use."""
+        """Restricts the frames of the next map to those of the map in use."""
         self._write(self.head, self.map_frames, self.versions)
 
     @property

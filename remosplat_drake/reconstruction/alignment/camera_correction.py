@@ -26,12 +26,13 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 
 _ROUNDS = 4
-"""Number of fixed-point iterations to find a new pixel's position in the old
-image, since a row's motion depends on the depth there."""
+"""Number of fixed-point iterations that find the position of a new pixel in the
+old image. They are necessary because the motion of a row depends on the depth
+at that position."""
 
 _JUMP = 0.05
-"""Relative difference of inverse depths above which neighbours belong to two
-surfaces."""
+"""Neighbouring pixels belong to two surfaces if their inverse depths differ by
+more than this fraction."""
 
 _APART = 1.5
 """If the pixel that was found is farther than this from the position that its

@@ -170,7 +170,7 @@ def displacements(camera, height, velocity_C, p_C, out):
 def displacements_of(
     capture: Capture, view: int, p_C: np.ndarray
 ) -> np.ndarray:
-    """Computes by how much unit errors of a camera displace points of a view.
+    """Computes the displacements of a view's points by unit camera errors.
 
     Args:
         capture: Posed RGB-D images.

@@ -1,4 +1,4 @@
-"""Report sentences on the errors that all images of a camera share."""
+"""Sentences of a report about the errors that all images of a camera share."""
 
 from typing import NamedTuple
 

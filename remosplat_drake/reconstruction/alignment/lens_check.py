@@ -8,8 +8,8 @@ from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 from remosplat_drake.reconstruction.alignment.camera_errors import K1, K2
 
 _IMPLAUSIBLE = 0.1
-"""Radial distortion k_1 or k_2 that images of a pinhole camera do not have. An
-equidistant fisheye lens has k_1 = -1/3."""
+"""Least radial distortion k_1 or k_2 that is implausible for images of a
+pinhole camera. An equidistant fisheye lens has k_1 = -1/3."""
 
 
 def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:

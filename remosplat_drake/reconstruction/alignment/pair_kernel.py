@@ -47,7 +47,8 @@ NEAR = 0.02
 """Least depth of a point in front of a camera that counts as visible [m]."""
 
 FLOOR = 1e-4
-"""Least standard deviation of a residual, for unmodelled noise [m]."""
+"""Least standard deviation of a residual; it allows for unmodelled noise
+[m]."""
 
 _TREMBLING = 4
 """Only every n-th residual is used to estimate the effect of noisy normals."""

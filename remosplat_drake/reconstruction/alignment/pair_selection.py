@@ -23,7 +23,7 @@ _LEAST_SHARED = 0.08
 points."""
 
 _BINS = 4
-"""Number of bins of distance; equally many partners are chosen from each."""
+"""Number of bins of distance; the same number of partners is chosen in each."""
 
 
 @numpy_kernel
@@ -59,8 +59,8 @@ def choose_pairs(
 
     Args:
         stack: The n views.
-        X_WC: Their poses, shape (n, 4, 4).
-        errors: Errors that all their images share, shape (k,).
+        X_WC: Poses of the views, shape (n, 4, 4).
+        errors: Errors that all images share, shape (k,).
         gate: Largest residual of a shared point [m].
         least_cosine: Least cosine between the normals of a shared point.
         partners: Number of partners that every view chooses, at most.

@@ -55,7 +55,8 @@ COARSE = (
     Level(0.05, 0.008, 0.8, 3),
 )
 FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
-"""Levels from coarse to fine; the fine ones estimate the noise of the poses."""
+"""Stages from coarse to fine; the fine stages also estimate the noise of the
+poses."""
 
 _CORRELATION = 10.0
 """Residuals are correlated: this is the initial estimate of the number of
@@ -82,7 +83,7 @@ _UNEXPLAINED = 0.2
 sum of squared pose errors."""
 
 _SIGNIFICANT = 3.0
-"""Number of standard deviations within which an error is not significant."""
+"""An error is significant if it exceeds this number of standard deviations."""
 
 _CONVERGED = 2e-6
 """A stage of the refinement ends when its steps are below this [rad, m]."""
@@ -314,7 +315,7 @@ class Refinement:
 
 
 def held_out(state: State, pairs: np.ndarray) -> np.ndarray:
-    """Selects held-out pairs of all distances, if there are enough."""
+    """Selects held-out pairs of all distances, if there are enough pairs."""
     held_out = np.zeros(len(pairs), bool)
     if len(pairs) >= 3 * _HELD_OUT:
         p_WC = state.X_WC[:, :3, 3]

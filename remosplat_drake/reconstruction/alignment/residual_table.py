@@ -15,8 +15,8 @@ DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Limits between the rows of a table [m]."""
 
 GATE, LEAST_COSINE = 0.15, 0.7
-"""Largest distance [m] of points on one surface, and least cosine between their
-normals."""
+"""Points belong to one surface if they are at most this far apart [m], and the
+cosine between their normals is at least this."""
 
 _MOST = 0.02
 """Larger distances count as this in the comparison of two solutions [m]."""

@@ -95,7 +95,7 @@ class FloaterSummary(Config):
 
 @dc.dataclass
 class CoverageSummary(Config):
-    """The workspace as seen by cameras, as fractions of its volume."""
+    """Fractions of the workspace's volume that are free, surface and unseen."""
 
     # Lower corner of the workspace in W [m].
     lower: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
@@ -115,7 +115,7 @@ class CoverageSummary(Config):
 
 @dc.dataclass
 class QualityReport(Config):
-    """Measurements of a splat's quality, and the verdict; a file beside it."""
+    """Measurements of a splat's quality, with the verdict."""
 
     # Description of how the splat was made.
     method: str = ""
@@ -256,7 +256,7 @@ def judge(report: QualityReport) -> str:
     if reference == HELD_OUT:
         verdict += (
             " The true geometry is unknown: errors are those of a map that"
-            " was made without a quarter of the views, at their surfaces."
+            " was made without a quarter of the views, at surfaces in these."
         )
     if reference == CAPTURE:
         verdict += (

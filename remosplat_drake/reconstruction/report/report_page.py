@@ -41,7 +41,7 @@ _STYLE = """
 img { display: block; width: 100%; border-radius: .2em; }
 .plot { margin-top: 1.4em; }
 """
-"""Style sheet (CSS) of the pictures, beside that of every report."""
+"""Style sheet (CSS) of the pictures, in addition to that of all reports."""
 
 
 def to_html(assessment: Assessment, title: str) -> str:

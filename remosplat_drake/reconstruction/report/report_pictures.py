@@ -36,7 +36,7 @@ def depth_image(depth: np.ndarray, limits) -> str:
 
 
 def depth_error_limit(errors: Sequence[np.ndarray]) -> float:
-    """Chooses the depth error at the top of the colour scale [m]."""
+    """Chooses the depth error at the ends of the colour scale [m]."""
     error = np.abs(np.concatenate([e[np.isfinite(e)] for e in errors]))
     usual = np.percentile(error, 90) if len(error) else 0.0
     return next((x for x in _DEPTH_ERRORS if x >= usual), _DEPTH_ERRORS[-1])

@@ -43,7 +43,7 @@ BLOCKS = 4
 """Number of blocks of consecutive views that are held out."""
 
 PART = 4
-"""Ratio of all views to held-out views."""
+"""Ratio of the number of all views to that of held-out views."""
 
 LEAST_VIEWS = 24
 """Least number of views of a capture for cross-validation."""
@@ -229,7 +229,7 @@ def validate(
     Args:
         splat_W: The map, with its discs' uncertainty, in W.
         capture: All views.
-        judges: Mask of the views that the map was made without, shape (n,),
+        judges: Mask of the views that were not used for the map, shape (n,),
             bool.
         workspace: Space in which errors matter.
 

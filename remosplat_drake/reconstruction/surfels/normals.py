@@ -13,7 +13,7 @@ REACHES = (4, 2, 1)
 """Distances to the neighbours that determine a normal, best first [pixels]."""
 
 MAX_BEND = 0.25
-"""Largest bend of a surface that has a normal; a larger one is an edge.
+"""Largest bend of a surface that has a normal; a larger bend is an edge.
 
 The bend is the length of p_1 + p_2 - 2 p, for a point p between opposite
 neighbours p_1 and p_2, as a fraction of |p_1 - p_2|.

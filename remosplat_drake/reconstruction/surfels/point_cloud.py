@@ -27,7 +27,8 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 
 _NORMAL_NEIGHBORS = 30
 _NORMAL_RADIUS = 3
-"""Normals come from at most 30 points within three voxels."""
+"""A normal is computed from at most this number of points, within three
+voxels."""
 
 
 @dc.dataclass
@@ -147,7 +148,7 @@ def surfels_from_voxels(
 def random_surfels(
     lower: np.ndarray, upper: np.ndarray, count: int, seed: int = 0
 ) -> Surfels:
-    """Draws surfels uniformly in a box, as floaters.
+    """Draws random surfels uniformly in a box; they act as floaters.
 
     The paper's third experiment adds 1,000 of them before training.
 

@@ -52,7 +52,7 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _CHUNK = 30_000
-"""Number of surfels whose votes are in memory at a time: 47 MB."""
+"""Number of surfels whose votes are in memory at a time (47 MB)."""
 
 _PIECE = 5_000
 """Number of surfels that a thread processes at a time."""

@@ -49,7 +49,7 @@ class Extents:
 def find_extents(
     solid: np.ndarray, free: np.ndarray, radius: np.ndarray
 ) -> Extents:
-    """Finds the edges that separate the votes best.
+    """Finds the edges that best separate votes for a surface and free space.
 
     Args:
         solid: Votes for a surface, shape (n, GRID, GRID); see `gather_votes`.

@@ -16,14 +16,14 @@ from remosplat_drake.reconstruction.surfels.normals import depth_normals
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _FINE_RADIUS = 0.6
-"""Voxels are finest within this distance of the focus [m]."""
+"""Voxels have their smallest size within this distance of the focus [m]."""
 
 _MAX_SAMPLES = 6_000_000
 """Largest number of pixels that are used; it limits memory to 216 MB."""
 
 _LARGEST_VOXEL = 16.0
-"""Largest edge length of voxels, which grow to limit the number of surfels
-[m]."""
+"""Largest edge length of voxels; their size is increased to limit the number of
+surfels [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ class Discs(nn.Module):
 
     @torch.no_grad()
     def clamp(self):
-        """Brings scales and colours back within their limits."""
+        """Clamps scales and colours to their limits."""
         self.log_scales.clamp_(self._least, self._most)
         self.colors.clamp_(0, 1)
 

@@ -42,8 +42,8 @@ LARGEST_EDGE = 0.008
 more free space than edges occupy."""
 
 LARGEST_SIGMA = 0.005
-"""Largest standard deviation of a disc; less certain points count as unseen
-[m]."""
+"""Largest standard deviation of a disc's position [m]; points with a larger one
+count as unseen."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -76,7 +76,7 @@ class NearMoverArrays(NamedTuple):
 
 @helper
 def aged(movers, age) -> MoverArrays:
-    """Returns movers with another age of their measurements.
+    """Returns the movers with another age of their measurements.
 
     Args:
         movers: The `MoverArrays`.
@@ -100,7 +100,7 @@ def predicted_speed(movers, j):
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
     """
     far = norm(movers.half_extents[j])
     return norm(movers.v_WM[j]) + norm(movers.w_WM[j]) * far
@@ -112,7 +112,7 @@ def reach(movers, j, time):
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
         time: Time from now on [s].
     """
     t, bend = movers.age + time, relative_acceleration(movers, j)
@@ -123,11 +123,11 @@ def reach(movers, j, time):
 
 @helper
 def relative_acceleration(movers, j):
-    """Bounds the acceleration of core points relative to prediction [m/s^2].
+    """Bounds the acceleration of core points relative to the prediction.
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
     """
     turn = norm(movers.w_WM[j])
     bend = turn * turn * norm(movers.half_extents[j])
@@ -140,7 +140,7 @@ def place_mover(movers, j, time, R_WM, p_WM) -> None:
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
         time: Time from now on [s].
         R_WM: Output: its orientation, shape (3, 3).
         p_WM: Output: its origin, shape (3,) [m].
@@ -168,7 +168,7 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
         R_WM: Its orientation, shape (3, 3).
         p_WM: Its origin, shape (3,) [m].
         p_WS: The point, shape (3,) [m].
@@ -201,7 +201,7 @@ def center_distance(movers, j, p_WM, p_WS):
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
         p_WM: Its origin, shape (3,) [m].
         p_WS: The point, shape (3,) [m].
     """
@@ -216,7 +216,7 @@ def closing_speed(movers, j, p_WM, p_WS, far, n_W):
 
     Args:
         movers: The `MoverArrays`.
-        j: Which mover.
+        j: Index of the mover.
         p_WM: Its origin, shape (3,) [m].
         p_WS: The point, shape (3,) [m].
         far: The point's distance from the core [m].
@@ -282,7 +282,7 @@ def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
     Args:
         movers: The `MoverArrays`.
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
+        radius: Radii of the spheres, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
         by: Look-ahead time [s], at which the movers' reach is evaluated.
     """

@@ -32,8 +32,8 @@ class DoorAngle(Config):
 class SwingingDoor(Config):
     """A door: a box that turns about an upright hinge at one of its edges.
 
-    It rests at the first and the last angle, and swings smoothly through those
-    in between.
+    It is at rest at the first and the last angle, and swings smoothly through
+    the angles in between.
     """
 
     # Its display name.

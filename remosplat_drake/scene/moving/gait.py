@@ -21,7 +21,8 @@ KNOT_PERIOD = 0.05
 """Time between two knots of a limb's curve [s]."""
 
 STRIDE = 0.8
-"""Distance between two steps of the same foot, as a fraction of the height."""
+"""Distance between two steps of the same foot, as a fraction of the person's
+height."""
 
 LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
 """Greatest angles of legs and arms from the vertical, at walking speed
@@ -51,7 +52,7 @@ RADIUS = {
     "right upper arm": 0.055,
     "right forearm": 0.05,
 }
-"""Radii of a person's parts, as thick as clothes [m]."""
+"""Radii of a person's parts, including clothes [m]."""
 
 
 Time = Annotated[float, Interval(ge=0, le=1e5)]

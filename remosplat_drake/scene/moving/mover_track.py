@@ -48,8 +48,8 @@ class WaypointConfig(Config):
 class MoverConfig(Config):
     """A moving object: a rounded box, and its poses over time.
 
-    It rests at the first and the last waypoint, and passes smoothly through
-    those in between. Its rotation comes to rest at each waypoint.
+    It is at rest at the first and the last waypoint, and passes smoothly
+    through the waypoints in between. Its rotation stops at each waypoint.
     """
 
     # Its display name.

@@ -75,7 +75,7 @@ class SceneObject:
         return np.array([-half, half])
 
     def at(self, X_WO: RigidTransform) -> "SceneObject":
-        """Returns the same object at another place.
+        """Returns the same object with another pose.
 
         Args:
             X_WO: Its pose in W.

@@ -1,4 +1,4 @@
-"""Groups of splats that touch each other, by a graph of near neighbours."""
+"""Finds groups of splats that touch each other, in a graph of neighbours."""
 
 import dataclasses as dc
 
@@ -36,7 +36,7 @@ class Neighbours:
 
 
 def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
-    """Finds the nearest neighbours of points among themselves.
+    """Finds the nearest neighbours of each point among the other points.
 
     Args:
         p_GK: The points, shape (n, 3).
@@ -75,13 +75,13 @@ class Groups:
         return int(self.size.argmax())
 
     def least(self, values: np.ndarray) -> np.ndarray:
-        """Returns the least of the splats' values in each group, (m,)."""
+        """Returns, for each group, the least value of its splats, (m,)."""
         least = np.full(len(self.size), np.inf)
         np.minimum.at(least, self.label, values)
         return least
 
     def greatest(self, values: np.ndarray) -> np.ndarray:
-        """Returns the greatest of the splats' values in each group, (m,)."""
+        """Returns, for each group, the greatest value of its splats, (m,)."""
         return -self.least(-values)
 
 

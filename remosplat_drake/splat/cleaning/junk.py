@@ -33,13 +33,13 @@ REASONS = {
     NEEDLE: "thin and far longer than its neighbours",
     SKY: "separated from the scene by a gap as wide as the scene",
     FLOATER: "in a small group that touches nothing else",
-    BEFORE: "part of a small thing right before a camera",
-    UNSEEN: "part of a small thing that no camera looks at",
+    BEFORE: "part of a small thing directly in front of a camera",
+    UNSEEN: "part of a small thing outside the view of all cameras",
 }
 """Reasons for removal, in the order of the tests."""
 
 LEAST_OPACITY = 0.05
-"""Splats of lower opacity are faint; half the oracle's threshold."""
+"""Splats of lower opacity are faint; this is half the oracle's threshold."""
 
 _GIANT = 0.3
 """Largest standard deviation of a splat on a surface, as a fraction of the

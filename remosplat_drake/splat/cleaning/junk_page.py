@@ -1,4 +1,4 @@
-"""Page of HTML with the removed splats in two views."""
+"""Makes an HTML page that shows the removed splats in two views."""
 
 import html
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`ConversionError`: the change of a splat that is written and read."""
+"""`ConversionError`: the change of a splat when it is written and read."""
 
 import dataclasses as dc
 
@@ -9,7 +9,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class ConversionError:
-    """Differences between two splats, Gaussian by Gaussian, each shape (N,).
+    """Differences between corresponding Gaussians of two splats, each (N,).
 
     Attributes:
         position: Distance between the centres [m].

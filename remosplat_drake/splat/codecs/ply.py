@@ -60,7 +60,7 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
     names = vertices.dtype.names or ()
     scales = _numbered(path, names, "scale_")
     if len(scales) > 3:
-        raise FileError(path, f"{len(scales)} scales a splat; expected 2 or 3")
+        raise FileError(path, f"{len(scales)} scales per splat; valid: 2 or 3")
     rest = _numbered(path, names, "f_rest_")
     bands = math.isqrt(len(rest) // 3 + 1)
     if len(rest) != 3 * (bands**2 - 1):

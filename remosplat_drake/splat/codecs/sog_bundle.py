@@ -1,4 +1,4 @@
-"""The files of a SOG bundle: meta.json and its pictures, checked.
+"""Reads and checks the files of a SOG bundle: meta.json and its pictures.
 
 Every size is checked before a picture is decoded: that of a zip's entry, and
 the width and height that a picture's header declares.
@@ -99,11 +99,11 @@ class SogBundle:
         return numbers
 
     def codebook(self, part: str) -> np.ndarray:
-        """Returns the 256 numbers of the bytes of a part."""
+        """Returns a part's codebook: a number for each byte value."""
         return self.numbers(f"{part}.codebook", 256)
 
     def pictures(self, part: str, n: int) -> list[np.ndarray]:
-        """Returns a part's n pictures, each as one RGBA row a splat."""
+        """Returns a part's n pictures, each with one row RGBA per splat."""
         return [self._splats(name) for name in self._names(part, n)]
 
     def palette(

@@ -30,7 +30,7 @@ AXIS_SIGNS = np.array([1.0, -1.0, -1.0])
 """Signs that turn right-up-back axes into right-down-front axes, and back."""
 
 QUATERNION_SIGNS = np.array([1.0, -1.0, -1.0, 1.0])
-"""Signs that the change of axes gives to quaternions xyzw."""
+"""Signs of quaternions xyzw after the change of axes."""
 
 HARMONICS_SIGNS = np.array(
     # -1 where a harmonic changes sign with y and z; degrees 1 to 4 in turn.
@@ -41,7 +41,7 @@ HARMONICS_SIGNS = np.array(
         *(-1, 1, -1, 1, 1, -1, 1, -1, 1),
     ]
 )
-"""Signs that the change of axes gives to the higher harmonics' coefficients."""
+"""Signs of the higher harmonics' coefficients after the change of axes."""
 
 COLOR_RANGE = 0.15
 """Step of colours: a byte covers f_dc from -0.5 / 0.15 to 0.5 / 0.15."""
@@ -51,7 +51,7 @@ _MAGNITUDE = _SIGN_BIT - 1
 
 
 def read_spz(path: Path) -> GaussianSplat:
-    """Reads an SPZ file of version 1 to 4; it always holds three scales.
+    """Reads an SPZ file of version 1 to 4; its splats have three scales.
 
     Raises:
         FileError: The file is unreadable, not an SPZ, damaged, truncated, or
@@ -87,7 +87,7 @@ def write_spz(path: Path, splat: GaussianSplat, version: int = 3) -> None:
         FileError: The file cannot be written, or a splat lies too far away
             or has too many harmonics for the format.
         MissingExtraError: Version 4 needs the package zstandard.
-        ValueError: Another version.
+        ValueError: The version is neither 3 nor 4.
     """
     if version not in (3, 4):
         raise ValueError(f"{version=} is not 3 or 4")

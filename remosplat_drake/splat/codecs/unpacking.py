@@ -21,7 +21,8 @@ ZIP_DAMAGES = (
     OSError,
     EOFError,
 )
-"""Exceptions of zipfile for archives that are damaged, encrypted or exotic."""
+"""Exceptions of `zipfile` for archives that are damaged, encrypted or of an
+unsupported kind."""
 
 MAX_SPLATS = 2**24
 """Largest number of splats; each takes 50 to 350 bytes of memory."""
