@@ -27,15 +27,14 @@ from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 from remosplat_drake.hardware.wire import channels as wire
 
 _LONGEST_NAME = 63
-"""LCM takes no longer names of channels."""
+"""Greatest length of LCM channel names."""
 
 REHEARSAL_URL = "udpm://239.255.76.67:7670?ttl=0"
-"""Address of the stand-in robot: within this computer, on a port that no real
+"""Address of the stand-in robot: only on this computer, on a port that no real
 robot's driver uses."""
 
 ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""Address of a real robot's drivers: LCM's own default, within this
-computer."""
+"""Address of a real robot's drivers: LCM's default, only on this computer."""
 
 ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 """Name of an LCM channel: 1 to 63 characters."""
@@ -61,48 +60,48 @@ class ChannelNames(Config):
     base_status: ChannelName = wire.BASE_STATUS
     # Channel of the mobile base's localisation, base_localization.
     localization: ChannelName = wire.BASE_LOCALIZATION
-    # Channel of all that moves, mover_list.
+    # Channel of movers (moving objects), mover_list.
     movers: ChannelName = wire.MOVERS
-    # Channel of which map counts, counting_map.
+    # Channel of the map version in use, counting_map.
     counting_map: ChannelName = wire.COUNTING_MAP
     # Channel of the wrist camera's images, lcmt_image_array.
     wrist_camera: ChannelName = wire.WRIST_CAMERA
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error for each name that is given twice."""
+        """Yields an error for each name that occurs twice."""
         names = dc.asdict(self)
         for field, name in names.items():
             if list(names.values()).count(name) > 1:
-                yield field, f"must be a name of its own, got {name!r}"
+                yield field, f"must differ from other channels, got {name!r}"
 
 
 @dc.dataclass
 class HardwareConfig(Config):
-    """The real robot: the LCM wire to its drivers, and limits on commands."""
+    """A real robot: the LCM network of its drivers, and limits on commands."""
 
     # URL of the LCM network; the default is that of the stand-in robot. The
     # multicast time to live decides how far messages go: ttl=1 reaches the
     # local network, ttl=0 this machine only.
     lcm_url: str = REHEARSAL_URL
-    # URL of the LCM network of the wrist camera. Empty stands for the address
-    # of `lcm_url` with the next port: images of that size would otherwise
-    # load the socket on which the robot's statuses come.
+    # URL of the LCM network of the wrist camera. Empty: the address of
+    # `lcm_url` with the next port, so that large images do not share the socket
+    # of the robot's statuses.
     camera_url: str = ""
-    # Drake's settings of LCM: its URL goes in place of `lcm_url`, and its
-    # `channel_suffix` behind the names of all channels.
+    # Drake's settings of LCM: its URL replaces `lcm_url`, and its
+    # `channel_suffix` is appended to the names of all channels.
     lcm: DrakeLcmParams | None = None
-    # Whether to compute, show and record everything, and send nothing.
+    # Shadow mode: compute, display and record everything, but send nothing.
     shadow: bool = False
     # Names of the LCM channels.
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
     connect_timeout: Annotated[float, Interval(gt=0, le=600)] = 10.0
-    # How often the arm's driver tells its state [Hz]. Control stays at the rate
-    # of `control_period`. Limits on the age of a status follow: each is longer
-    # by one period, so that a stop of a slow arm is noticed later.
+    # Rate of the arm driver's statuses [Hz]. It does not change the control
+    # rate. Limits on the age of a status are longer by one period of statuses,
+    # so at a low rate, faults of the arm are detected later.
     arm_status_rate: Annotated[float, Interval(ge=20, le=1000)] = 1000.0
-    # Age at which a status of the arm is stale and the robot is stopped, less
-    # the period of its statuses [s].
+    # Age at which a status of the arm is stale and the robot is stopped,
+    # without one period of its statuses [s].
     arm_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.STATUS_EXPIRY
     )
@@ -121,7 +120,7 @@ class HardwareConfig(Config):
     frozen_after: Annotated[float, Interval(gt=0, le=1)] = 0.2
     # Lower bound on the base's speed forward, not positive [m/s]; a command
     # beyond it is scaled as a whole. Safety-rated sensors do not watch the
-    # base's rear, so that it may only creep backwards.
+    # space behind the base, so it may only move slowly backwards.
     base_forward_lower: Annotated[float, Interval(ge=-2, le=0)] = -0.25
     # Upper bound on the base's speed forward [m/s]; a command beyond it is
     # scaled as a whole.
@@ -132,36 +131,37 @@ class HardwareConfig(Config):
     # Bound on the base's turning rate, either way [rad/s]; a command beyond
     # it is scaled as a whole.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
-    # Longest time from a command to the base until its odometry shows it [s].
-    # A base that has not done by then what it was told is stopped.
+    # Longest time from a command to the base until its odometry shows the
+    # motion [s]. The robot is stopped if the base has not followed by then.
     base_delay: Annotated[float, Interval(ge=0, le=1)] = 0.25
-    # Share of its way by which the base's motion may differ from its commands
-    # and from its own speeds: wheels slip. A base that differs by more is
-    # stopped.
+    # Permitted difference of the base's motion from its commands and from its
+    # measured speeds, as a fraction of the distance, since wheels slip. Beyond
+    # it, the robot is stopped.
     base_share: Annotated[float, Interval(ge=0.01, le=0.5)] = 0.06
-    # Greatest age of the base's statuses when they come, or how far their
-    # clock may be ahead [s]; with more of it the robot is stopped.
+    # Greatest age of the base's statuses on arrival, or greatest time by which
+    # their stamps may be in the future [s]. Beyond it, the robot is stopped.
     base_latency: Annotated[float, Interval(gt=0, le=0.5)] = 0.15
-    # Where the base is in the map, besides its odometry; absent: the pose in
-    # the base's status is that in the map.
+    # Localisation of the base in the map; absent: the pose in the base's status
+    # is the pose in the map.
     localization: LocalizationConfig | None = None
-    # What moves, as another process sees it; absent: none does, and nothing
-    # is taken to move.
+    # Movers (moving objects) from a perception process; absent: the robot
+    # assumes that nothing moves.
     movers: MoverSensingConfig | None = None
-    # How the arm is reached by `remosplat arm-driver`: `!Ros2Arm`, `!UrArm` or
-    # one's own, as `!my_arm:MyArm`; absent: by a driver of another program.
+    # Driver of the arm for `remosplat arm-driver`: `!Ros2Arm`, `!UrArm` or a
+    # class of another package, such as `!my_arm:MyArm`; absent: another program
+    # is the driver.
     arm_driver: Ros2Arm | UrArm | ArmDriverMaker | None = None
-    # How the base is reached by `remosplat base-driver`: `!Ros2Base`,
-    # `!Ros1Base` or one's own; absent: by a driver of another program.
+    # Driver of the base for `remosplat base-driver`: `!Ros2Base`, `!Ros1Base`
+    # or a class of another package; absent: another program is the driver.
     base_driver: Ros2Base | Ros1Base | BaseDriverMaker | None = None
-    # How the hand is reached by `remosplat hand-driver`: `!Ros2Hand` or one's
-    # own; absent: by a driver of another program.
+    # Driver of the hand for `remosplat hand-driver`: `!Ros2Hand` or a class of
+    # another package; absent: another program is the driver.
     hand_driver: Ros2Hand | HandDriverMaker | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error for each setting with which LCM would stay deaf."""
+        """Yields an error for each setting with which LCM cannot receive."""
         try:
             check_lcm_url(self.url)
         except RemoSplatError as error:
@@ -173,7 +173,7 @@ class HardwareConfig(Config):
         if self.lcm_url not in (self.url, HardwareConfig.lcm_url):
             yield (
                 "lcm.lcm_url",
-                f"differs from lcm_url {self.lcm_url!r}: give one of them",
+                f"differs from lcm_url {self.lcm_url!r}: set only one of them",
             )
         longest = max(map(len, dc.asdict(self.channels).values()))
         if longest + len(self.lcm.channel_suffix) > _LONGEST_NAME:
@@ -184,7 +184,7 @@ class HardwareConfig(Config):
         if self.lcm.defer_initialization:
             yield (
                 "lcm.defer_initialization",
-                "must be false: statuses are heard from the start",
+                "must be false, since statuses are received from the start",
             )
 
     def _check_camera_url(self) -> Iterator[tuple[str, str]]:
@@ -199,7 +199,7 @@ class HardwareConfig(Config):
         return (self.lcm and self.lcm.lcm_url) or self.lcm_url
 
     def use_url(self, url: str) -> None:
-        """Takes another LCM network; the names of its channels stay.
+        """Changes the LCM network, but not the names of the channels.
 
         Args:
             url: LCM URL of the network.
@@ -236,7 +236,7 @@ class HardwareConfig(Config):
 
     @property
     def suffix(self) -> str:
-        """Text behind the names of all channels."""
+        """Suffix of the names of all channels."""
         return "" if self.lcm is None else self.lcm.channel_suffix
 
     def open_lcm(self) -> DrakeLcm:
@@ -244,7 +244,7 @@ class HardwareConfig(Config):
         return self._open(self.url)
 
     def open_camera_lcm(self) -> DrakeLcm:
-        """Opens the LCM network of the wrist camera, likewise."""
+        """Opens the LCM network of the wrist camera, with the same suffix."""
         return self._open(self.camera_url or beside(self.url))
 
     def _open(self, url: str) -> DrakeLcm:
@@ -268,14 +268,14 @@ def beside(url: str) -> str:
 
 
 def check_lcm_url(url: str) -> None:
-    """Checks an LCM URL, with which LCM itself would only stay deaf.
+    """Checks an LCM URL, since LCM does not report an unusable one.
 
     Args:
         url: For example `udpm://239.255.76.67:7667?ttl=0`, or `memq://` for
-            messages within one object.
+            messages within one LCM object.
 
     Raises:
-        RemoSplatError: It is not a multicast address with a port.
+        RemoSplatError: The URL is not a multicast address with a port.
     """
     if url.startswith("memq://"):
         return

@@ -1,4 +1,4 @@
-"""`MoverSensingConfig`: the source of movers, and trust in it."""
+"""`MoverSensingConfig`: settings of a source of movers (moving objects)."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -10,11 +10,11 @@ from remosplat_drake.base.ranges import Config
 
 @dc.dataclass
 class MoverSensingConfig(Config):
-    """Movers come by LCM, and the robot moves only while they do.
+    """Movers are received by LCM; without messages, the robot is stopped.
 
-    How old they may be is said by `supervisor.max_movers_age`.
+    `supervisor.max_movers_age` is their greatest age.
     """
 
-    # How far ahead of our clock a stamp may be [s]; one that is farther is
-    # refused.
+    # Greatest time by which a stamp may be ahead of our clock [s]; messages
+    # with a later stamp are rejected.
     max_ahead: Annotated[float, Interval(ge=0, le=0.1)] = 0.02

@@ -1,4 +1,4 @@
-"""The topics of a robot on ROS 1 or ROS 2, as data."""
+"""Settings of the topics of a robot on ROS 1 or ROS 2."""
 
 import dataclasses as dc
 import re
@@ -10,7 +10,7 @@ from annotated_types import Interval, Len
 from remosplat_drake.base.ranges import Config, OneOf
 
 Tell = Callable[[str], None]
-"""Prints a message."""
+"""Function that prints a message."""
 
 STRING, INT32, BOOL = "String", "Int32", "Bool"
 MODE_TYPES = (STRING, INT32, BOOL)
@@ -27,11 +27,11 @@ Topic = Annotated[str, Len(1, 256)]
 """Name of a ROS topic."""
 
 StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
-"""Silence after which a topic is unknown [s]; None for topics that publish
-changes only."""
+"""Silence after which the value of a topic is unknown [s]; None for topics that
+publish only changes."""
 
 Domain = Annotated[int, Interval(ge=0, le=232)] | None
-"""A ROS_DOMAIN_ID; None takes that of the environment, or 0."""
+"""A ROS_DOMAIN_ID; None: that of the environment, or 0."""
 
 
 @dc.dataclass
@@ -40,54 +40,56 @@ class Ros2Controller(Config):
 
     # Topic of its commands.
     topic: Topic = "/velocity_controller/commands"
-    # What it takes: `velocities` is the Float64MultiArray of a
-    # JointGroupVelocityController, `trajectory` the JointTrajectory of a
+    # Type of its commands: `velocities` for the Float64MultiArray of a
+    # JointGroupVelocityController, `trajectory` for the JointTrajectory of a
     # JointTrajectoryController.
     takes: Annotated[str, OneOf(COMMANDS)] = VELOCITIES
-    # Its joints in its order; empty: all of the arm in the description's order.
+    # Its joints, in its order; empty: all joints of the arm, in the order of
+    # the description.
     joints: list[str] = dc.field(default_factory=list)
 
 
 @dc.dataclass
 class Ros2ArmTopics(Config):
-    """Commands and topics of an arm behind ros2_control."""
+    """Commands and topics of an arm with ros2_control."""
 
     # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
     domain: Domain = None
-    # The controllers, which together move every joint of the arm once.
+    # The controllers; each joint of the arm must belong to one of them.
     controllers: Annotated[list[Ros2Controller], Len(1, 16)] = dc.field(
         default_factory=lambda: [Ros2Controller()]
     )
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"
-    # Topic of the robot's URDF, std_msgs/String, as /robot_description: the
-    # arm is stopped unless its joints, limits and axes agree with our model;
-    # empty: not compared.
+    # Topic of the robot's URDF, a std_msgs/String such as /robot_description.
+    # The arm is stopped unless joints, limits and axes agree with our model;
+    # empty: they are not compared.
     description: str = ""
-    # Cutoff frequency of the low pass behind differentiated positions, for
-    # joint states without velocities; absent: these cannot be used [Hz]. Such
-    # velocities lag by 1 / (2 pi cutoff) and half a period of the statuses.
+    # Cutoff frequency of the low pass for differentiated positions [Hz], if
+    # joint states have no velocities; absent: such joint states are rejected.
+    # These velocities lag by 1 / (2 pi cutoff) and half a period of the joint
+    # states.
     differentiate: Annotated[float, Interval(ge=1, le=200)] | None = None
     # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
     # not known.
     emergency_stop: str = ""
-    # Topic that says in which mode the arm is; empty: not known.
+    # Topic of the arm's mode; empty: the mode is unknown.
     mode: str = ""
-    # Its messages in std_msgs: `String`, `Int32` or `Bool`.
+    # Type of its messages in std_msgs: `String`, `Int32` or `Bool`.
     mode_type: Annotated[str, OneOf(MODE_TYPES)] = STRING
-    # What it says while the arm obeys, as text: `"true"` for a Bool, `"7"` for
-    # an Int32.
+    # Its values in modes in which the arm follows commands, as text: `"true"`
+    # for a Bool, `"7"` for an Int32.
     running_modes: Annotated[list[str], Len(0, 32)] = dc.field(
         default_factory=list
     )
-    # Silence after which the last two topics count as a stop [s]; null for
-    # topics that tell changes only.
+    # Silence of the topics `emergency_stop` and `mode` after which the arm
+    # counts as stopped [s]; null for topics that publish only changes.
     stop_expiry: StopExpiry = 2.0
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields an error for modes that contradict each other."""
         if bool(self.running_modes) != bool(self.mode):
-            yield "running_modes", "belongs with `mode`: give both, or neither"
+            yield "running_modes", "set both this and `mode`, or neither"
         for i, mode in enumerate(self.running_modes):
             field = f"running_modes[{i}]"
             if self.mode_type == BOOL and mode not in ("true", "false"):
@@ -98,7 +100,7 @@ class Ros2ArmTopics(Config):
 
     @property
     def stops(self) -> dict[str, str]:
-        """The topics that say whether the arm may move, by their fields."""
+        """The topics that report whether the arm may move, by their fields."""
         topics = {EMERGENCY_STOP: self.emergency_stop, MODE: self.mode}
         return {field: topic for field, topic in topics.items() if topic}
 
@@ -116,8 +118,8 @@ class Ros2HandTopics(Config):
     # Finger joints whose positions add up to the opening; empty: those of the
     # robot's description.
     joints: list[str] = dc.field(default_factory=list)
-    # Position of a command per opening: 1 for the opening itself, 0.5 for the
-    # way of each of two fingers.
+    # Position in a command per opening: 1 if the position is the opening, 0.5
+    # if it is the travel of one of two fingers.
     position_share: Annotated[float, Interval(gt=0, le=100)] = 1.0
 
 
@@ -129,38 +131,38 @@ class RosBase(Config):
     commands: Topic = "/cmd_vel"
     # Topic of the nav_msgs/Odometry measurements.
     odometry: Topic = "/odom"
-    # Topic of geometry_msgs/PoseWithCovarianceStamped: the base in the map,
-    # such as /amcl_pose; empty: none.
+    # Topic of the base's pose in the map, a
+    # geometry_msgs/PoseWithCovarianceStamped such as /amcl_pose; empty: none.
     localization: str = ""
-    # The frame whose pose that is.
+    # Name of the frame whose pose this topic contains.
     base_frame: str = "base_link"
-    # Names of the map's frame and of the one that /tf locates in it, the
-    # odometry's or the base's; empty: /tf is not asked.
+    # Names of the map's frame and of the frame whose pose in it is read from
+    # /tf, the odometry's or the base's; empty: /tf is not used.
     transform: Annotated[list[str], Len(0, 2)] = dc.field(default_factory=list)
-    # Standard deviation of the position that /tf tells [m].
+    # Standard deviation of the position by /tf [m].
     transform_shift: Annotated[float, Interval(gt=0, le=1)] = 0.05
-    # Standard deviation of the heading that /tf tells [deg].
+    # Standard deviation of the heading by /tf [deg].
     transform_turn_deg: Annotated[float, Interval(gt=0, le=45)] = 2.0
     # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
     # not known.
     emergency_stop: str = ""
-    # Topic of std_msgs/Bool: whether the scanner holds the base; empty:
-    # not known.
+    # Topic of std_msgs/Bool: whether the safety scanner stops the base; empty:
+    # unknown.
     protective_stop: str = ""
-    # Topic of std_msgs/Bool: whether the motors are on; empty: not known.
+    # Topic of std_msgs/Bool: whether the motors are on; empty: unknown.
     motors_on: str = ""
-    # Silence after which these three count as a stop [s]; null for topics that
-    # tell changes only.
+    # Silence of these three topics after which the base counts as stopped [s];
+    # null for topics that publish only changes.
     stop_expiry: StopExpiry = 2.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where a transform lacks one of its frames."""
+        """Yields an error if the transform lacks one of its frames."""
         if len(self.transform) == 1:
-            yield "transform", "wants two frames: the map's, and another"
+            yield "transform", "expected two frames: the map's, and another"
 
     @property
     def flags(self) -> dict[str, str]:
-        """Names of the fields of topics with flags, by their topics."""
+        """The fields of the topics with flags, by topic."""
         fields = ("emergency_stop", "protective_stop", "motors_on")
         return {getattr(self, f): f for f in fields if getattr(self, f)}
 
@@ -171,6 +173,6 @@ class Ros2BaseTopics(RosBase):
 
     # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
     domain: Domain = None
-    # Whether commands are geometry_msgs/TwistStamped, as ros2_control's
-    # controllers of bases take them since Jazzy; else Twist.
+    # Whether commands are geometry_msgs/TwistStamped, as for ros2_control's
+    # base controllers since Jazzy; otherwise they are Twist.
     stamped: bool = False

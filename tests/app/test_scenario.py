@@ -266,7 +266,7 @@ def test_what_the_wrist_camera_cannot_be_is_refused(
         (
             "lcm_url: 'memq://', lcm: {lcm_url: 'udpm://239.1.1.1:7667'}",
             "lcm.lcm_url",
-            "differs from lcm_url 'memq://': give one of them",
+            "differs from lcm_url 'memq://': set only one of them",
         ),
         (
             f"lcm: {{channel_suffix: {'x' * 60}}}",

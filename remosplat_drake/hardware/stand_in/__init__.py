@@ -1,8 +1,9 @@
-"""A robot that is not there: simulated devices with the drivers' own rules.
+"""A simulated stand-in for a real robot, with the same LCM messages.
 
-`HardwareSim` runs `SimulatedPanda`, `SimulatedHand` and `SimulatedBase` on the
-rigid bodies of a `RobotPlant`, a millisecond a step, behind the same LCM
-messages as the real robot. In the simulated driver's place an `FciArm` obeys
-the real one, which reaches it by `fci_library`. `faults` breaks the robot on a
-schedule or on request, and `TrueMotion` writes down what it truly did.
+`HardwareSim` runs `SimulatedPanda`, `SimulatedHand` and `SimulatedBase`, which
+have the rules of the real drivers, on the rigid bodies of a `RobotPlant`, in
+steps of a millisecond. To test the real driver of an arm, an `FciArm` replaces
+the simulated driver; the real driver connects to it by `fci_library`. `faults`
+simulates faults of the robot, on a schedule or on request, and `TrueMotion`
+records its true motion.
 """

@@ -1,4 +1,4 @@
-"""`ActuatedAxes`: commands come late and are followed slowly, axis by axis."""
+"""`ActuatedAxes`: simulates dead time and lag of several axes."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from remosplat_drake.robot.actuators import Actuator
 
 
 class ActuatedAxes:
-    """Delay lines and actuators of some axes, in steps of one length.
+    """Delay lines and first-order actuators of some axes, in equal steps.
 
     Attributes:
         v: Velocities of the axes, shape (n,) [m/s, rad/s].

@@ -13,8 +13,8 @@ from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.planar_pose import relative
 
 X_WO = np.array([0.3, -0.2, 0.1])
-"""Start of the odometry, if something else localises the base: x, y, yaw in W,
-shape (3,) [m, m, rad]."""
+"""Pose of the odometry at the start, if there is a localisation: x, y, yaw in
+W, shape (3,) [m, m, rad]."""
 
 FIX_PERIOD = 0.1
 """Time between two fixes of the localisation [s]."""
@@ -26,18 +26,18 @@ DEVIATION = np.array([0.002, 0.002, 0.001])
 """Standard deviations of a fix [m, m, rad]."""
 
 AWAY = np.array([-1.0, 0.0, 0.0])
-"""Direction of jumps and drift: shipped scenes lie ahead of the base, in the
-direction of x, and seem farther away than they are."""
+"""Direction of jumps and drift. Shipped scenes are in front of the base, in the
+direction of x, so with such a fault they seem farther away than they are."""
 
 
 class BaseSenses:
-    """The odometry of the stand-in's base, and its localisation if it has one.
+    """The stand-in's odometry and, if there is one, localisation.
 
     Without a localisation the odometry is the pose in W.
     """
 
     def __init__(self, localizes: bool):
-        """Starts truthful.
+        """Starts without errors.
 
         Args:
             localizes: Whether there is a localisation in addition to the
@@ -50,13 +50,13 @@ class BaseSenses:
         self._random = np.random.default_rng(0)
 
     def advance(self, t: float, faults: FaultSchedule) -> None:
-        """Lets time pass until t [s]: drifts continue."""
+        """Advances the drifts to a time t [s]."""
         for name in self._drifts:
             self._drifts[name] += faults.value(name, 0.0) * (t - self._time)
         self._time = t
 
     def spoil(self, status: base_status, faults: FaultSchedule) -> None:
-        """Turns the true pose in a status into the odometry's, in place."""
+        """Replaces the true pose in a status by the odometry's, in place."""
         off = self._drifts["base-drift"] + faults.value("base-jump", 0.0)
         pose = np.array(status.pose) + off * AWAY
         status.pose = (
@@ -77,7 +77,7 @@ class BaseSenses:
             now: The robot's wall clock [us].
             t: The robot's clock [s].
             pose: True x, y and yaw, shape (3,) [m, m, rad].
-            faults: What is wrong.
+            faults: The present faults.
         """
         if self._localizes and t >= self._next_fix:
             self._next_fix += FIX_PERIOD

@@ -16,36 +16,36 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.hardware.wire.packets import BrokenMessage, decode
 
 CHANNEL = "HARDWARE_SIM_FAULT"
-"""Channel of lcmt_drake_signal messages that name faults to begin now, with
-their values; `recover` ends all of them and presses every reset button."""
+"""Channel of lcmt_drake_signal messages with the names and values of faults
+that begin now. The name `recover` ends all faults and releases every stop."""
 
 RECOVER = "recover"
 """Name of the request that ends every fault."""
 
 FAULTS = {
-    "status-stops": "the arm's statuses stop; the arm goes on",
+    "status-stops": "the arm sends no statuses, and continues to move",
     "status-delay": "the arm's statuses come VALUE seconds late (default 0.1)",
     "status-freezes": "the arm's statuses repeat the last one, with new stamps",
     "status-nan": "one joint position of the arm's statuses is not a number",
     "status-joints": "the arm's statuses have VALUE joints (default 6)",
     "clock-jump": "the robot's wall clock is VALUE seconds ahead (default 1)",
-    "packet-loss": "a share VALUE of the arm's packets is lost (default 0.5)",
-    "reflex": "the arm stops by reflex until `recover`",
+    "packet-loss": "a fraction VALUE of packets is lost (default 0.5)",
+    "reflex": "the arm stops by a reflex until `recover`",
     "user-stop": "the arm's user stop is pressed until `recover`",
-    "base-status-stops": "the base's statuses stop; the base goes on",
-    "base-protective-stop": "the base stops, and returns after 2 s",
-    "base-emergency-stop": "the base stops until `recover`",
-    "base-command-delay": "the base obeys VALUE seconds late (default 0.15)",
+    "base-status-stops": "the base sends no statuses, and continues to move",
+    "base-protective-stop": "the base has a protective stop for 2 s",
+    "base-emergency-stop": "the base has an emergency stop until `recover`",
+    "base-command-delay": "the base follows VALUE seconds late (default 0.15)",
     "base-status-delay": "the base's statuses come VALUE seconds late"
     " (default 0.05)",
-    "panda-py": "the arm follows by panda-py's IntegratedVelocity, which lags",
-    "base-mute": "the base's statuses tell of no stop, as odometry on ROS does",
+    "panda-py": "the arm lags as with panda-py's IntegratedVelocity",
+    "base-mute": "the base's statuses report no stops, as ROS odometry does",
     "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
     "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
     "base-drift": "the base's odometry drifts by VALUE m/s (default 0.02)",
-    "hand-status-stops": "the hand's statuses stop; the hand goes on",
+    "hand-status-stops": "the hand sends no statuses, and continues to move",
     "hand-opens": "the hand opens, against its command",
-    "localization-stops": "the base's localisation falls silent",
+    "localization-stops": "the base's localisation sends no messages",
     "localization-frame": "the base's localisation uses another frame",
     "localization-jump": "the base's localisation jumps by VALUE metres"
     " (default 0.3)",
@@ -81,11 +81,10 @@ class Fault:
 
     Attributes:
         name: A key of `FAULTS`.
-        value: Size of the fault, in the unit that `FAULTS` says; 0 where it
-            has none.
-        start: When it begins, after the robot's first command [s].
-        end: When it ends, after the robot's first command [s]; infinite for
-            never.
+        value: Size of the fault, in the unit in `FAULTS`; 0 if it has none.
+        start: Time of its beginning, after the robot's first command [s].
+        end: Time of its end, after the robot's first command [s]; infinite if
+            it does not end.
     """
 
     name: str
@@ -95,7 +94,7 @@ class Fault:
 
 
 def parse_fault(text: str) -> Fault:
-    """Reads a fault that is written NAME[=VALUE]@START[+DURATION].
+    """Parses a fault of the form NAME[=VALUE]@START[+DURATION].
 
     Raises:
         FieldError: The text has another form, or there is no such fault.
@@ -131,7 +130,7 @@ def encode_request(name: str, value: float = 0.0) -> bytes:
 def requested_faults(data: bytes) -> list[Fault]:
     """Decodes the faults in a message on `CHANNEL`.
 
-    Unknown names are ignored; a broken message contains none.
+    Unknown names are ignored; a malformed message contains no faults.
     """
     try:
         message = decode(lcmt_drake_signal, data)
@@ -145,19 +144,19 @@ def requested_faults(data: bytes) -> list[Fault]:
 
 
 class FaultSchedule:
-    """Keeps track of which faults are present."""
+    """The faults of a run, and which of them are present."""
 
     def __init__(self, faults: Sequence[Fault] = ()):
         """Starts before any fault.
 
         Args:
-            faults: The faults that shall happen, each at its time.
+            faults: The scheduled faults.
         """
         self._waiting = sorted(faults, key=lambda fault: fault.start)
         self._active: dict[str, Fault] = {}
 
     def begin(self, fault: Fault) -> None:
-        """Begins a fault now, or ends all of them if it is `recover`."""
+        """Begins a fault now; `recover` ends all faults."""
         if fault.name == RECOVER:
             self._active.clear()
         else:
@@ -184,13 +183,13 @@ class FaultSchedule:
         return name in self._active
 
     def value(self, name: str, otherwise: float) -> float:
-        """Returns a fault's value, or `otherwise` while it is absent."""
+        """Returns a fault's value, or `otherwise` if it is absent."""
         fault = self._active.get(name)
         return otherwise if fault is None else fault.value
 
 
 def spoil(status: lcmt_panda_status, faults: FaultSchedule) -> None:
-    """Spoils the arm's status in place, as the present faults demand."""
+    """Applies the present faults to the arm's status, in place."""
     if "status-nan" in faults:
         status.joint_position = [math.nan, *status.joint_position[1:]]
     if "status-joints" in faults:

@@ -1,4 +1,4 @@
-"""`FciArm`: the stand-in's arm as its controller shows it to libfranka."""
+"""`FciArm`: simulates the controller of a Franka arm, with its interface."""
 
 import contextlib
 import socket
@@ -22,24 +22,24 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 
 
 class FciArm:
-    """Answers one client over UDP, a millisecond a step, by `FciRules`.
+    """Serves one client over UDP in steps of a millisecond, by `FciRules`.
 
-    A command counts if it answers the latest state and is here when the next
-    step begins. The caller of the steps is the robot's clock.
+    A command is valid if it answers the latest state and arrives before the
+    next step. The caller of `step` determines the robot's clock.
 
     Attributes:
-        rules: The arm's own control.
+        rules: The rules of the arm's own controller.
         port: UDP port of this computer on which it listens.
     """
 
     def __init__(self, port: int = 0):
-        """Listens; the arm is idle.
+        """Opens the port; the arm is idle.
 
         Args:
-            port: UDP port, on this computer only; 0 for any that is free.
+            port: UDP port, on this computer only; 0 for any free port.
 
         Raises:
-            RemoSplatError: The port cannot be had.
+            RemoSplatError: The port is not available.
         """
         self.rules = FciRules()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -88,11 +88,11 @@ class FciArm:
         return command.velocity
 
     def close(self) -> None:
-        """Stops to listen."""
+        """Closes the port."""
         self._socket.close()
 
     def _hear(self):
-        """Takes in packets: a command, requests for states, and a beginning."""
+        """Processes packets: commands, requests, and starts of motions."""
         packet, is_last, readers, begins = None, False, [], None
         for request, address in self._requests():
             if request.kind not in (Kind.COMMAND, Kind.LAST):
@@ -138,6 +138,6 @@ class FciArm:
         )
 
     def _send(self, data: bytes, address: tuple[str, int]) -> None:
-        # A client that is gone does not hear.
+        # A client that has ended receives nothing.
         with contextlib.suppress(OSError):
             self._socket.sendto(data, address)

@@ -1,7 +1,7 @@
-"""Libfranka's interface, as panda-python has it, to the stand-in's `FciArm`.
+"""A replacement for `panda_py.libfranka` that connects to an `FciArm`.
 
-The arm's driver uses this module instead of `panda_py.libfranka`; the rest of
-it is the same. Only the functions that the driver uses are here.
+With this module, the real driver of the arm controls the simulated arm. It
+contains only the classes and functions that the driver uses.
 """
 
 import dataclasses as dc
@@ -20,14 +20,14 @@ from remosplat_drake.hardware.stand_in.fci_packets import (
 
 
 class RealtimeConfig(Enum):
-    """Whether to insist on a real-time kernel; the stand-in never does."""
+    """Whether a real-time kernel is required; without effect here."""
 
     kEnforce = 0
     kIgnore = 1
 
 
 class ControllerMode(Enum):
-    """The arm's own controller below joint velocities."""
+    """The arm's own controller of joint velocities."""
 
     kJointImpedance = 0
     kCartesianImpedance = 1
@@ -58,7 +58,7 @@ class Duration:
 
 @dc.dataclass
 class JointVelocities:
-    """Commanded joint rates, seven [rad/s], and whether they are the last."""
+    """Seven commanded joint rates [rad/s], and whether they end the motion."""
 
     dq: Sequence[float]
     motion_finished: bool = False
@@ -96,14 +96,14 @@ class Robot:
             realtime_config: Without effect here.
         """
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        # Not settimeout, with which every call waits, DONTWAIT or not.
+        # With settimeout instead, every call would wait, even with DONTWAIT.
         self._socket.setsockopt(
             socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 1, 0)
         )
         self._socket.connect(("127.0.0.1", int(franka_address)))
 
     def read_once(self) -> RobotState:
-        """Asks for a state.
+        """Requests and returns a state.
 
         Raises:
             RuntimeError: No answer comes.
@@ -117,7 +117,7 @@ class Robot:
         lower_force_thresholds: Sequence[float],
         upper_force_thresholds: Sequence[float],
     ) -> None:
-        """Sets the collision thresholds: the upper ones.
+        """Sets the upper collision thresholds.
 
         Raises:
             RuntimeError: No answer comes.
@@ -126,7 +126,7 @@ class Robot:
         self._ask(Request(Kind.COLLISION, values=values))
 
     def set_joint_impedance(self, K_theta: Sequence[float]) -> None:
-        """Sets the joints' stiffness [N m/rad]; the stand-in's is fixed."""
+        """Sets the joints' stiffness [N m/rad]; without effect here."""
 
     def control_joint_velocity(
         self,
@@ -137,12 +137,12 @@ class Robot:
         limit_rate: bool = True,
         cutoff_frequency: float = 100.0,
     ) -> None:
-        """Has a callback answer every state, until it says that it is over.
+        """Answers every state by a callback, until that ends the motion.
 
-        The stand-in's library neither limits nor filters.
+        Unlike libfranka, this function neither limits nor filters the rates.
 
         Raises:
-            RuntimeError: The robot has aborted the motion, or is silent.
+            RuntimeError: The robot has aborted the motion, or does not answer.
             ValueError: The callback's rates are not finite.
         """
         state = self._ask(Request(Kind.BEGIN))
@@ -172,7 +172,7 @@ class Robot:
             raise RuntimeError(f"libfranka: UDP send: {error}") from error
 
     def _latest(self) -> State:
-        """Waits a second for a state; of several, takes the latest."""
+        """Waits up to a second for a state, and returns the latest."""
         try:
             data = self._socket.recv(LARGEST)
         except OSError as error:

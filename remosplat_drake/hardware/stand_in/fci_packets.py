@@ -1,7 +1,7 @@
-"""The packets between the two sides of the stand-in's FCI.
+"""The packets between `fci_library` and `FciArm`.
 
-They are not Franka's own, but hold the same: a state has a number, and a
-command the number of the state that it answers.
+Their format is not Franka's, but their content is the same: a state has a
+number, and a command has the number of the state that it answers.
 """
 
 import dataclasses as dc
@@ -9,7 +9,7 @@ import struct
 from enum import IntEnum
 
 LARGEST = 1024
-"""Bytes to receive at most."""
+"""Largest packet [bytes]."""
 
 _STATE = struct.Struct("=qqd57s56d")
 _REQUEST = struct.Struct("=qq13d")
@@ -21,7 +21,8 @@ class Kind(IntEnum):
     READ = 0
     """A state."""
     BEGIN = 1
-    """A motion: a state every millisecond, each of which needs an answer."""
+    """Start of a motion: then the robot sends a state every millisecond, and
+    each needs an answer."""
     COMMAND = 2
     """The answer to a state: seven joint rates."""
     LAST = 3
@@ -70,10 +71,10 @@ class State:
     Attributes:
         number: Number of the robot's millisecond.
         mode: The arm's mode, as libfranka numbers it.
-        success_rate: Share of the latest 100 packets that came.
+        success_rate: Fraction of the latest 100 packets that arrived.
         error: Why the latest motion was aborted; empty if it was not.
         vectors: q, q_d, dq, dq_d, ddq_d, tau_J, tau_J_d and
-            tau_ext_hat_filtered: eight times seven numbers.
+            tau_ext_hat_filtered, seven numbers each.
     """
 
     number: int

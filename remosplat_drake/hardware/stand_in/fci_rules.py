@@ -1,9 +1,10 @@
 """`FciRules`: a Franka arm's rules for velocity commands, and for aborts.
 
-The far side of the Franka Control Interface in joint velocity mode, as Franka
-documents it: every millisecond a command; limits on velocity, acceleration
-and jerk by backward differences; a lost packet is replaced with constant
-acceleration, and twenty in a row end the motion.
+The robot's side of the Franka Control Interface in joint velocity mode, as
+Franka documents it. It expects a command every millisecond, and limits
+velocity, acceleration and jerk, computed by backward differences. It replaces a
+lost packet by motion with constant acceleration; after twenty lost packets in a
+row it aborts the motion.
 """
 
 from collections import deque
@@ -26,21 +27,21 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 )
 
 LOST_LIMIT = 20
-"""Packets lost in a row at which the arm aborts."""
+"""Number of packets lost in a row after which the arm aborts."""
 
 _WINDOW = 100
 
 
 class FciRules:
-    """The arm's own control in joint velocity mode, a millisecond a step.
+    """The arm's own controller in joint velocity mode, in 1 ms steps.
 
     Attributes:
-        mode: `IDLE`, `MOVE` while it follows commands, or why it does not.
-        error: Name of the error that aborted the latest motion, as libfranka
-            has it; empty without one.
-        command: The arm's desired motion: taken from a packet, extrapolated, or
-            its own ramp after an abort.
-        collision_torque: Magnitudes of external torques that are a
+        mode: `IDLE`, `MOVE` if it follows commands, or the mode of a stop.
+        error: Libfranka's name of the error that aborted the latest motion;
+            empty without one.
+        command: The arm's desired motion: received in a packet, extrapolated,
+            or its own ramp after an abort.
+        collision_torque: Magnitudes of external torques that count as a
             collision, shape (7,) [N m].
     """
 
@@ -55,7 +56,7 @@ class FciRules:
 
     @property
     def success_rate(self) -> float:
-        """Share of the latest 100 packets that came; 0 without a motion."""
+        """Fraction of the latest 100 packets that arrived; 0 at rest."""
         moves = self.mode == RobotMode.MOVE
         return sum(self._heard) / len(self._heard) if moves else 0.0
 
@@ -84,7 +85,7 @@ class FciRules:
 
         Args:
             measured: Measurements of its sensors.
-            packet: The command that has come in time, shape (7,) [rad/s];
+            packet: The command that has arrived in time, shape (7,) [rad/s];
                 None for none.
             is_last: Whether that command ends the motion.
         """
@@ -124,13 +125,13 @@ def error_of(
     measured: ArmMeasurement,
     collision_torque: np.ndarray,
 ) -> str:
-    """Names the error at which the arm refuses a command.
+    """Returns the error for which the arm rejects a command.
 
     Args:
         wanted: The command.
         last: The command of the millisecond before.
         measured: Measurements of the arm's sensors.
-        collision_torque: External torques that are a collision, shape (7,)
+        collision_torque: External torques that count as a collision, shape (7,)
             [N m].
 
     Returns:

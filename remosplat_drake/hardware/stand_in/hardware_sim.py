@@ -1,4 +1,4 @@
-"""`HardwareSim`: a whole robot behind the wire protocol of the real one."""
+"""`HardwareSim`: a simulated robot with the LCM messages of a real one."""
 
 import copy
 from collections import deque
@@ -43,7 +43,7 @@ def commanded(
 
     Args:
         description: The robot.
-        has_arm_driver: Whether the arm has a driver of its own.
+        has_arm_driver: Whether a separate driver commands the arm.
     """
     heard = [channels.COMMAND_RAMP]
     if not has_arm_driver:
@@ -56,17 +56,19 @@ def commanded(
 
 
 _PANDA = "panda"
-"""Names of the arms that libfranka drives."""
+"""Name of the arms that libfranka drives."""
 
 _SPARSE = 4
-"""One in so many of the arm's statuses is sent while a delay is compensated."""
+"""While a delay is compensated, one of this number of the arm's statuses is
+sent."""
 
 
 class HardwareSim:
     """A simulated robot with its drivers, in 1 ms steps.
 
-    A Panda is driven by libfranka's law, another arm by its accelerations. A
-    base or a hand that the robot does not have sends nothing.
+    A Panda is driven by libfranka's law; other arms follow commands within
+    their bounds on acceleration. If the robot has no base or no hand, their
+    messages are not sent.
 
     The order within a step is that of the real control loop: receive commands,
     decide, move, publish statuses.
@@ -95,14 +97,14 @@ class HardwareSim:
         Args:
             plant: The robot's rigid bodies and motors.
             lcm: The LCM network.
-            schedule: The faults that shall happen.
+            schedule: The scheduled faults.
             clock: The wall clock of the robot's computer [us].
-            actuators: How base and arm follow their drivers' commands, in the
-                order of u; none: at once.
-            fci: The arm's own driver, which replaces the wire; None for the
-                simulated driver.
-            localizes: Whether a localisation reports the base's pose, too; the
-                odometry then begins elsewhere.
+            actuators: Models of how base and arm follow their drivers'
+                commands, in the order of u; empty: without delay.
+            fci: The interface of the arm to a separate driver, instead of LCM;
+                None for the simulated driver.
+            localizes: Whether there is a localisation of the base; then the
+                odometry starts at another pose.
             status_rate: Rate of the arm's statuses [Hz].
             inbox: Source of messages on `commanded` and of faults; None accepts
                 every sender.
@@ -146,13 +148,13 @@ class HardwareSim:
     def step(self, late: float = 0.0) -> None:
         """Runs one millisecond of the robot.
 
-        A robot goes on while the computer that simulates it stalls. So what
-        is late is compensated, with stamps a millisecond apart, and commands
-        are heard when they were sent; while there is more of it, fewer
+        A real robot continues while this computer stalls. So after a stall, the
+        caller runs the missing steps quickly. Their stamps are a millisecond
+        apart, each processes only the commands sent by its stamp, and fewer
         statuses of the arm are sent.
 
         Args:
-            late: How late this millisecond is, by the wall clock [s].
+            late: Delay of this millisecond, by the wall clock [s].
         """
         now, due = self._clock(), self._stamp + round(TICK * MICROSECONDS)
         self._is_late = late > TICK
@@ -180,7 +182,7 @@ class HardwareSim:
         self._tell(self.time)
 
     def _change_actuators(self) -> None:
-        """Replaces the actuators while a fault requests it."""
+        """Replaces the actuators during faults that change them."""
         late = self._faults.value("base-command-delay", 0.0)
         slow = late, "panda-py" in self._faults
         if slow == self._slow:
@@ -218,13 +220,13 @@ class HardwareSim:
                 self._first_command = t
 
     def _fetch(self) -> Iterator[tuple[str, bytes]]:
-        """Takes out the messages that had been sent by the robot's time."""
+        """Yields the messages that were sent before the robot's time."""
         self._unheard.extend(self._inbox.fetch())
         while self._unheard and not self._is_ahead(self._unheard[0][1]):
             yield self._unheard.popleft()
 
     def _is_ahead(self, data: bytes) -> bool:
-        """Whether a message came while the computer stalled, but later."""
+        """Whether a message was sent later than the step that is caught up."""
         if not self._is_late:
             return False
         stamp = stamp_of(data)
@@ -236,7 +238,7 @@ class HardwareSim:
                 self._trip(fault, t)
 
     def _trip(self, fault: Fault, t: float) -> None:
-        """Carries out a fault that is an event."""
+        """Applies a fault that is an event."""
         arm = self._fci or self.arm
         if fault.name == "reflex":
             arm.stop(RobotMode.REFLEX)
@@ -304,7 +306,7 @@ class HardwareSim:
 
 
 def _make_arm(robot: RobotModel) -> SimulatedArm:
-    """The arm's driver: libfranka's for a Panda, else one that ramps."""
+    """Makes the arm's driver: libfranka's law for a Panda, otherwise ramps."""
     arm = slice(robot.n_q - len(robot.home), robot.n_q)
     rates = slice(robot.n_base, robot.n_u)
     limits = ArmLimits(

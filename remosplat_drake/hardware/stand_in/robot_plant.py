@@ -1,4 +1,4 @@
-"""`RobotPlant`: the dynamic station's rigid bodies, stepped from outside."""
+"""`RobotPlant`: the rigid bodies of the dynamic station, without a diagram."""
 
 from collections.abc import Sequence
 
@@ -29,18 +29,18 @@ _INSTANT = 1e-9
 
 
 PERIOD = 0.005
-"""Time between two steps of the bodies that a stand-in can afford [s]: in steps
-of a millisecond they alone take half of a slow core, and a robot must not be
+"""Time between two steps of the bodies in a stand-in [s]. Steps of a
+millisecond would take half of a slow core, and the stand-in must not be
 late."""
 
 
 class RobotPlant:
-    """The robot's rigid bodies and motors, stepped from outside.
+    """The robot's rigid bodies and motors, advanced by calls of `step`.
 
-    It obeys the same law as the dynamic station, but the law is called once a
-    step of the bodies and not by Drake through ports, which takes as long as
-    the bodies themselves. Between two of their steps, each of the station's
-    `time_step`, they go on at the velocity of the latest one.
+    Their law is that of the dynamic station, but is called once per step of the
+    bodies. Through Drake's ports, it would take as long as the bodies
+    themselves. Between two steps of the bodies, which take the station's
+    `time_step`, the robot continues at the velocity of the latest step.
 
     Attributes:
         robot: The robot.
@@ -59,9 +59,9 @@ class RobotPlant:
         Args:
             config: Physics of the dynamic station.
             robot: The robot.
-            scene: The solids that the robot may bump into; None for none.
+            scene: The solids with which the robot may collide; None for none.
             q0: Configuration to start from, shape (n_q,).
-            objects: Objects that a hand may take, in their poses at the start.
+            objects: Objects that a hand may grasp, at their initial poses.
         """
         builder = DiagramBuilder()
         body = add_dynamic_body(
@@ -101,7 +101,7 @@ class RobotPlant:
         self._measure()
 
     def _fix(self, instance: ModelInstanceIndex):
-        """Takes hold of the desired state of one model instance."""
+        """Fixes the input for the desired state of a model instance."""
         plant = self._body.plant
         port = plant.get_desired_state_input_port(instance)
         x_desired = np.zeros(port.size())
@@ -117,10 +117,10 @@ class RobotPlant:
     def step(
         self, t: float, base: np.ndarray, arm: np.ndarray, hand: np.ndarray
     ) -> None:
-        """Moves the robot up to time t.
+        """Advances the robot to time t.
 
-        The bodies' step that ends by then uses this command, as if it had been
-        there all the while.
+        If a step of the bodies ends by then, this command is used for the whole
+        step.
 
         Args:
             t: Time at the end of the step [s].

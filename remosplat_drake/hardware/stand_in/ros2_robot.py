@@ -1,8 +1,8 @@
-"""`Ros2Robot`: the topics of a robot on ROS 2, in front of the stand-in.
+"""`Ros2Robot`: gives the stand-in robot the topics of a robot on ROS 2.
 
-The stand-in is on a wire within this process; what a scenario's `!Ros2Arm` and
-`!Ros2Base`, `!Ros2Hand` name is on DDS: controllers of ros2_control, a
-broadcaster of joint states, a base, a gripper.
+It exchanges LCM messages with the stand-in within this process. On DDS it has
+the topics in a scenario's `!Ros2Arm`, `!Ros2Base` and `!Ros2Hand`: controllers
+of ros2_control, a broadcaster of joint states, a base, a gripper.
 """
 
 import time
@@ -31,20 +31,21 @@ from remosplat_drake.hardware.wire.panda import encode_panda_command
 from remosplat_drake.robot.robot_description import Hand, RobotDescription
 
 _WATCHDOG = 0.1
-"""Time without a command after which the stand-in's controllers rest [s]."""
+"""Time without a command after which the stand-in's controllers command rest
+[s]."""
 
 _MODE_PERIOD = 0.1
 """Time between two messages of stops and modes [s]."""
 
 FAULTS_TOPIC = "/hardware_sim/fault"
-"""Topic of std_msgs/String: NAME[=VALUE] of a fault that begins now."""
+"""Topic of std_msgs/String with a fault that begins now, as NAME[=VALUE]."""
 
 _FAULT = "FAULT"
-"""Content of the mode's topic while the arm follows no command."""
+"""Value of the mode's topic while the arm does not follow commands."""
 
 
 class Ros2Robot:
-    """Passes ROS 2's messages on to a stand-in, and its statuses back."""
+    """Passes ROS 2's messages to a stand-in, and its statuses back."""
 
     def __init__(
         self,
@@ -56,13 +57,13 @@ class Ros2Robot:
         """Joins the robot's domain.
 
         Args:
-            wire: The wire of the stand-in, within this process.
-            config: The drivers, whose topics it has.
+            wire: The LCM network of the stand-in, within this process.
+            config: The settings of the drivers, with the topics.
             robot: The robot.
             tell: Called with a message when a requested fault is unknown.
 
         Raises:
-            FieldError: The arm's driver or that of its base is not ROS 2's.
+            FieldError: The driver of the arm or the base is not that of ROS 2.
             RemoSplatError: CycloneDDS is not installed, or finds no network.
         """
         arm, base = config.arm_driver, config.base_driver
@@ -85,7 +86,7 @@ class Ros2Robot:
             self._hand_topics = _HandTopics(config.hand_driver, robot.hand)
 
     def step(self) -> None:
-        """Passes on new messages, in both directions."""
+        """Passes new messages, in both directions."""
         now, t = time.time(), time.monotonic()
         rates = self._arm_topics.rates(t)
         if rates is not None:
@@ -112,7 +113,7 @@ class Ros2Robot:
                 self._base_topics.tell(base_status.decode(data), t)
 
     def _begin(self, text: str) -> None:
-        """Begins a fault that is written NAME[=VALUE]; reports nonsense."""
+        """Begins a fault, given as NAME[=VALUE]; reports unknown ones."""
         try:
             fault = parse_fault(f"{text}@0")
         except FieldError as error:
@@ -199,7 +200,7 @@ class _ArmTopics:
             self._stops["mode"].write(self._mode(obeys))
 
     def _mode(self, obeys: bool):
-        """The message that contains whether the arm follows commands."""
+        """Returns the message of the arm's mode."""
         kind = getattr(self._ros, self._config.mode_type)
         running = self._config.running_modes[0]
         if self._config.mode_type == BOOL:
@@ -219,7 +220,7 @@ def _urdf(robot: RobotDescription) -> str:
 
 
 class _BaseTopics:
-    """The topics of a base: velocities in, odometry and stops out."""
+    """The topics of a base: velocities, odometry and stops."""
 
     def __init__(self, config: Ros2Base):
         node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
@@ -236,7 +237,7 @@ class _BaseTopics:
         self._told = -np.inf
 
     def velocity(self) -> np.ndarray | None:
-        """The latest velocity that has come, shape (3,); None without one."""
+        """The latest received velocity, shape (3,); None without one."""
         velocity = None
         for sample in taken(self._commands):
             twist = sample.twist if self._config.stamped else sample
@@ -270,7 +271,7 @@ class _BaseTopics:
 
 
 class _HandTopics:
-    """The topics of a gripper: commands in, joint states of its fingers out."""
+    """The topics of a gripper: commands, and joint states of its fingers."""
 
     def __init__(self, config: Ros2Hand, hand: Hand):
         node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
@@ -282,7 +283,7 @@ class _HandTopics:
         self._states = node.writer(config.states, ros.JointState)
 
     def commands(self) -> list[tuple[float, float]]:
-        """The openings and forces that have come [m, N]."""
+        """The received openings and forces [m, N]."""
         return [
             (sample.position / self._share, sample.max_effort)
             for sample in taken(self._commands)

@@ -1,4 +1,4 @@
-"""`RtdeArm`: the stand-in's arm behind Universal Robots' ports."""
+"""`RtdeArm`: the simulated controller of a Universal Robots arm."""
 
 import socket
 from collections.abc import Callable
@@ -27,13 +27,13 @@ RTDE_PORT, DASHBOARD_PORT = 30004, 29999
 """Ports of the Real-Time Data Exchange and of the dashboard server."""
 
 SCRIPT_PORTS = (30001, 30002, 30003)
-"""Ports that take programs."""
+"""Ports that accept programs."""
 
 CYCLE = 0.002
-"""Cycle of the controller, an e-Series: 500 Hz [s]."""
+"""Cycle time of an e-Series controller: 500 Hz [s]."""
 
 VERSION = (5, 11, 0, 108249)
-"""Version of the controller's software that it gives itself out for."""
+"""Version of the controller's software that it reports."""
 
 _POWERED, _PROGRAM = 1, 2
 _RUNNING, _IDLE, _PLAYING, _STOPPED = 7, 5, 2, 1
@@ -53,23 +53,24 @@ _ANSWERS = {
 
 
 class RtdeArm:
-    """Answers RTDE clients, the dashboard's and programs, by `UrRules`.
+    """Serves clients of RTDE, of the dashboard and of programs, by `UrRules`.
 
-    The caller of the steps is the robot's clock.
+    The caller of `step` determines the robot's clock.
 
     Attributes:
-        rules: The controller's own control.
+        rules: The rules of the robot's controller.
     """
 
     def __init__(self, host: str):
-        """Listens; the arm is powered and runs no program.
+        """Opens the ports; the arm is powered and runs no program.
 
         Args:
-            host: Address of this computer: the ports are the maker's, so that
-                each arm needs an address of its own, as 127.0.0.2.
+            host: Address of this computer. The port numbers are fixed by the
+                maker, so each arm needs an address of its own, such as
+                127.0.0.2.
 
         Raises:
-            RemoSplatError: A port cannot be had.
+            RemoSplatError: A port is not available.
         """
         self.rules = UrRules()
         self._registers: dict[str, float] = {}
@@ -122,12 +123,12 @@ class RtdeArm:
         return self.rules.velocity
 
     def close(self) -> None:
-        """Stops to listen."""
+        """Closes the ports."""
         for server in self._servers:
             server.close()
 
     def _told(self, measured: ArmMeasurement) -> dict:
-        """The variables that are not always zero."""
+        """Values of the variables that are not always zero."""
         rules, mode = self.rules, self.rules.safety_mode
         q, v = measured.position.tolist(), measured.velocity.tolist()
         safety = {
@@ -164,7 +165,7 @@ class RtdeArm:
 
 
 class _Connection:
-    """A client's socket, which never makes the robot wait."""
+    """A client's socket, which does not block."""
 
     def __init__(self, connection: socket.socket):
         connection.setblocking(False)
@@ -227,7 +228,7 @@ class _Server:
 
 
 class _Client:
-    """The messages on one connection."""
+    """A connection of a client, with its messages."""
 
     def __init__(self, connection: _Connection):
         self.connection = connection
@@ -302,12 +303,12 @@ class _Exchange(_Client):
 
 
 def _names(payload: bytes) -> list[str]:
-    """The variables that a client lists; some end the list with a comma."""
+    """Splits a client's list of variables, which may end with a comma."""
     return [name for name in payload.decode().split(",") if name]
 
 
 class _Dashboard(_Client):
-    """A client of the dashboard server, which speaks lines."""
+    """A client of the dashboard server, with text lines."""
 
     def __init__(self, connection: _Connection):
         super().__init__(connection)
@@ -325,7 +326,7 @@ class _Dashboard(_Client):
 
 
 class _Program(_Client):
-    """A client that sends a program; any one counts as ur_rtde's script."""
+    """A client that sends a program, which counts as ur_rtde's script."""
 
     def __init__(self, connection: _Connection, on_program: Callable[[], None]):
         super().__init__(connection)

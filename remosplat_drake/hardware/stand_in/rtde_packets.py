@@ -1,8 +1,8 @@
 """The packets of Universal Robots' RTDE, protocol version 2.
 
-After the maker's guide to the Real-Time Data Exchange: a header of size and
-kind, numbers in network byte order, and recipes that list what data packages
-carry.
+They follow the maker's guide to the Real-Time Data Exchange: a header with size
+and kind, numbers in network byte order, and recipes, which list the variables
+of data packages.
 """
 
 import struct
@@ -16,7 +16,7 @@ NOT_FOUND = "NOT_FOUND"
 
 
 class Kind(IntEnum):
-    """Kinds of packets, which are letters."""
+    """Kinds of packets, as letters."""
 
     REQUEST_VERSION = ord("V")
     CONTROLLER_VERSION = ord("v")
@@ -94,7 +94,7 @@ class Recipe:
     """
 
     def __init__(self, names: Sequence[str]):
-        """Looks the variables' types up."""
+        """Looks up the types of the variables."""
         self.names = list(names)
         self.types = [type_of(name) for name in names]
         known = [_FORMATS[t] for t in self.types if t in _FORMATS]
@@ -102,7 +102,7 @@ class Recipe:
         self._lengths = [int(f[:-1] or 1) for f in known]
 
     def pack(self, values: dict[str, Sequence[float] | float]) -> bytes:
-        """Writes variables; those that are absent are zero."""
+        """Encodes variables; absent ones are zero."""
         numbers: list[float] = []
         for name, length in zip(self.names, self._lengths, strict=True):
             value = values.get(name, [0] * length if length > 1 else 0)
@@ -110,7 +110,7 @@ class Recipe:
         return self._layout.pack(*numbers)
 
     def unpack(self, data: bytes) -> dict[str, list[float]]:
-        """Reads variables.
+        """Decodes variables.
 
         Raises:
             ValueError: The data has another length.
@@ -132,10 +132,10 @@ def packet(kind: Kind, payload: bytes = b"") -> bytes:
 
 
 def split(buffer: bytearray) -> list[tuple[int, bytes]]:
-    """Takes all whole packets out of a buffer: their kinds and payloads.
+    """Removes complete packets from a buffer; returns kinds and payloads.
 
     Raises:
-        ValueError: A packet says that it is shorter than its header.
+        ValueError: The size in a packet is less than that of its header.
     """
     found = []
     while len(buffer) >= _HEADER.size:

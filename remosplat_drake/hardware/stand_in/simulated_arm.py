@@ -1,4 +1,4 @@
-"""`SimulatedArm`: an arm and its driver, without the rigid bodies."""
+"""`SimulatedArm`: simulates an arm's driver and its rules, without dynamics."""
 
 import dataclasses as dc
 from enum import IntEnum
@@ -10,8 +10,8 @@ from remosplat_drake.hardware.drivers.panda_commands import ArmCommands
 from remosplat_drake.hardware.drivers.panda_limits import TICK, JointCommand
 
 COLLISION_TORQUE = 20.0
-"""External torque on a joint that makes the arm stop [N m, N for slides]: the
-threshold in libfranka's own examples."""
+"""External torque on a joint beyond which the arm stops [N m; N for prismatic
+joints]: the threshold in libfranka's own examples."""
 
 
 class RobotMode(IntEnum):
@@ -61,16 +61,16 @@ class ArmLimits:
 
 
 class SimulatedArm:
-    """An arm and its driver: commands in, joint rates and statuses out.
+    """An arm's driver, which converts commands to joint rates and statuses.
 
-    A collision or a joint at the end of its range is a reflex: the arm brakes
-    and stays where it is, in spite of commands, until `recover`.
+    A collision, or a joint at the end of its range, causes a reflex: the arm
+    brakes and ignores commands until `recover`.
 
     Attributes:
         commands: The driver's latest velocity command.
         mode: The arm's mode; it follows commands in `MOVE` only.
-        success_rate: Share of the latest packets that reached the arm, as
-            statuses report it.
+        success_rate: Fraction of the latest packets that reached the arm, for
+            statuses.
     """
 
     def __init__(self, limits: ArmLimits):
@@ -116,7 +116,7 @@ class SimulatedArm:
         return self._command.velocity
 
     def _next(self, target: np.ndarray) -> JointCommand:
-        """The command after this one: as near as accelerations allow."""
+        """Returns the next command, within the bounds on acceleration."""
         limits, before = self._limits, self._command.velocity
         target = np.clip(target, -limits.velocity, limits.velocity)
         step = limits.acceleration * TICK
@@ -124,7 +124,7 @@ class SimulatedArm:
         return JointCommand(before + change, change / TICK)
 
     def status(self, now: int, measured: ArmMeasurement) -> lcmt_panda_status:
-        """Makes the status message, filled as drake-franka-driver fills it."""
+        """Makes the status message, like drake-franka-driver's."""
         message = lcmt_panda_status()
         message.utime = now
         message.num_joints = len(measured.position)
@@ -150,8 +150,8 @@ def violates(
 ) -> bool:
     """Returns whether the arm would stop by a reflex.
 
-    It does at a collision, and if a joint beyond its position limit is
-    commanded farther; it may move back.
+    A collision causes a reflex, and so does a command that moves a joint
+    farther beyond its position limit.
 
     Args:
         measured: Measurements of the arm's sensors.

@@ -1,6 +1,7 @@
-"""`SimulatedBase`: a mobile base and its driver, without rigid bodies.
+"""`SimulatedBase`: simulates a mobile base's driver, without dynamics.
 
-It is an Omron LD-60, or an omnidirectional base of the same accelerations.
+The base is an Omron LD-60, or an omnidirectional one with the same
+accelerations.
 """
 
 import numpy as np
@@ -12,17 +13,17 @@ from remosplat_drake.hardware.drivers.base_commands import (
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 ACCELERATION = np.array([1.0, 1.0, np.pi])
-"""Acceleration of the base, and its deceleration, forward, to the left and
+"""Bounds on the base's acceleration and deceleration, forward, to the left and
 about its axis [m/s^2, m/s^2, rad/s^2]."""
 
 _SIDEWAYS = 0.5
 """Greatest speed of an omnidirectional base to either side [m/s]."""
 
 PROTECTIVE_STOP = 2.0
-"""How long a protective stop lasts before the motors return [s]."""
+"""Duration of a protective stop [s]."""
 
 POSE_PERIOD = 0.027
-"""Time between two statuses [s]: the pose comes at 37 Hz at best."""
+"""Time between two statuses [s]; the real base sends poses at up to 37 Hz."""
 
 TWIST_PERIOD = 0.1
 """Time between two measurements of the speed [s]."""
@@ -31,11 +32,11 @@ _STANDSTILL = 1e-3
 
 
 class SimulatedBase:
-    """The mobile base and its driver: commands in, speeds and statuses out.
+    """A base's driver, which converts commands to speeds and statuses.
 
-    A protective stop ends by itself and the base then follows the commands it
-    receives; an emergency stop is latched until `recover`, the button on the
-    robot.
+    A protective stop ends by itself; then the base follows commands again. An
+    emergency stop is latched until `recover`, which represents the button on
+    the robot.
 
     Attributes:
         commands: The driver's latest velocity command.
@@ -46,7 +47,7 @@ class SimulatedBase:
         """Starts ready, at rest.
 
         Args:
-            is_omnidirectional: Whether it goes sideways, too.
+            is_omnidirectional: Whether it can move sideways.
         """
         aside = _SIDEWAYS if is_omnidirectional else 0.0
         self.commands = BaseCommands(BaseMaxima(sideways=aside))
@@ -57,11 +58,11 @@ class SimulatedBase:
         self._next_status = self._next_twist = 0.0
 
     def protective_stop(self, t: float) -> None:
-        """Begins a protective stop at time t [s], as its laser scanner does."""
+        """Begins a protective stop at time t [s]."""
         self._protective_until = t + PROTECTIVE_STOP
 
     def recover(self) -> None:
-        """Releases the emergency stop, as a person presses the ON button."""
+        """Releases the emergency stop, like the ON button."""
         self.emergency_stop = False
         self._protective_until = -np.inf
 
@@ -91,7 +92,7 @@ class SimulatedBase:
     ) -> base_status | None:
         """Returns the status message if one is due, else None.
 
-        Its speed is the one that was measured last, at 10 Hz.
+        Its speed is the latest measurement, at 10 Hz.
 
         Args:
             now: The driver's wall clock [us].

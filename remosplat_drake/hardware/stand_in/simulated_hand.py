@@ -1,4 +1,4 @@
-"""`SimulatedHand`: the Franka hand's driver, without its fingers."""
+"""`SimulatedHand`: simulates the Franka hand's driver, without dynamics."""
 
 import numpy as np
 from drake import lcmt_schunk_wsg_status
@@ -11,17 +11,17 @@ from remosplat_drake.hardware.drivers.hand_messages import (
 
 
 class SimulatedHand:
-    """Keeps the latest command to the gripper, and reports at 10 Hz.
+    """Stores the latest command to the gripper, and reports at 10 Hz.
 
-    A command moves the fingers once and then counts until another one comes,
-    as the hand's driver has it: there is no expiry.
+    As in the hand's real driver, a command does not expire: it holds until the
+    next one.
 
     Attributes:
         command: Commanded width and bound on the force, shape (2,) [m, N].
     """
 
     def __init__(self, width: float, force: float = 10.0):
-        """Starts holding a width.
+        """Starts with a constant width.
 
         Args:
             width: Opening of the fingers [m].
@@ -31,7 +31,7 @@ class SimulatedHand:
         self._next_status = 0.0
 
     def receive(self, data: bytes) -> None:
-        """Takes in an encoded command; a broken one is ignored."""
+        """Processes an encoded command; a malformed one is ignored."""
         command = read_command(data)
         if command is not None:
             self.command = np.array(command)

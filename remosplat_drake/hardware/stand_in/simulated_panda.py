@@ -1,4 +1,4 @@
-"""`SimulatedPanda`: the arm whose driver is libfranka."""
+"""`SimulatedPanda`: a simulated arm that is driven by libfranka's law."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ LIMITS = ArmLimits(
 
 
 class SimulatedPanda(SimulatedArm):
-    """An arm that keeps the Panda's limits on jerk, as libfranka does."""
+    """An arm within the Panda's limits on jerk, as with libfranka."""
 
     def __init__(self):
         """Starts in velocity control, at rest."""

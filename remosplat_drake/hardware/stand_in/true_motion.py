@@ -1,4 +1,4 @@
-"""`TrueMotion`: ground truth of the simulated robot's motion, as a file."""
+"""`TrueMotion`: records the true motion of the stand-in robot in a file."""
 
 from pathlib import Path
 

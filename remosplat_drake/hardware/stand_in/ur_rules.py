@@ -1,10 +1,11 @@
-"""`UrRules`: a Universal Robots controller that runs ur_rtde's script.
+"""`UrRules`: simulates a Universal Robots controller with ur_rtde's script.
 
-The script of ur_rtde is a loop on the controller: it reads a command from an
-integer register, carries it out, and says in another that it is done and, once
-the command is withdrawn, that it is ready; speeds are a stream without
-answers. Here is that loop with the commands
-that a velocity controller needs, beside the controller's own stops.
+The script of ur_rtde is a loop on the controller. It reads a command from an
+integer register and executes it. In another register it reports that the
+command is done and, after the command has been withdrawn, that it is ready
+again. Speeds are a stream without such reports. This module contains that loop,
+with the commands that a velocity controller needs, and the controller's own
+stops.
 """
 
 import math
@@ -16,7 +17,7 @@ JOINTS = 6
 """Number of the arm's joints."""
 
 READY, DONE = 1, 2
-"""States of the script: ready for a command, and done with one."""
+"""States of the script: ready for a command, or done with it."""
 
 STOP_DECELERATION = 20.0
 """Deceleration of protective and emergency stops [rad/s^2]."""
@@ -41,7 +42,7 @@ class SafetyMode(IntEnum):
 
 
 class UrRules:
-    """Registers in, joint rates out, a cycle of the controller at a time.
+    """Computes joint rates from registers, cycle by cycle of the controller.
 
     Attributes:
         safety_mode: The controller's safety mode.
@@ -61,18 +62,18 @@ class UrRules:
         self._silence, self._longest = 0.0, math.inf
 
     def start_script(self) -> None:
-        """Starts the script, as a controller does that receives one."""
+        """Starts the script, as after an upload."""
         if self.safety_mode == SafetyMode.NORMAL:
             self.is_running, self.state = True, READY
             self._silence, self._longest = 0.0, math.inf
 
     def stop(self, mode: SafetyMode) -> None:
-        """Makes the arm brake; it ends the script."""
+        """Makes the arm brake, and ends the script."""
         self.safety_mode = mode
         self._end(STOP_DECELERATION)
 
     def recover(self) -> None:
-        """Unlocks the stop; the script has to be uploaded again."""
+        """Unlocks the stop; a client has to upload the script again."""
         self.safety_mode = SafetyMode.NORMAL
 
     def _end(self, deceleration: float) -> None:
@@ -92,7 +93,7 @@ class UrRules:
         Args:
             dt: Length of the cycle [s].
             command: The command in the script's input register.
-            values: The script's input registers of floats, six at least.
+            values: The script's input registers of floats, at least six.
             is_fresh: Whether the registers were written since the last cycle.
         """
         self._silence = 0.0 if is_fresh else self._silence + dt
@@ -102,7 +103,8 @@ class UrRules:
             self._obey(command, values)
         change = self._target - self.velocity
         largest = np.abs(change).max()
-        # In a straight line, so that the fastest axis keeps the acceleration.
+        # All axes change along a straight line, so that the leading axis has
+        # the given acceleration.
         share = self._acceleration * dt / max(largest, 1e-12)
         self.velocity = self.velocity + min(share, 1.0) * change
 
@@ -110,7 +112,8 @@ class UrRules:
         if command == Command.NONE:
             self.state = READY
         elif command == Command.SPEED_J and self.state == READY:
-            # A stream: each replaces the one before, and none is answered.
+            # Speeds are a stream: each replaces the previous one, without a
+            # report.
             self._target = np.array(values[:JOINTS])
             self._acceleration = values[JOINTS]
         elif self.state == READY:

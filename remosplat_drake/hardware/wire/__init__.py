@@ -1,8 +1,9 @@
-"""The wire protocol, which control process and drivers share.
+"""The LCM protocol between the control process and the drivers.
 
-`channels` names the LCM channels and says when a message expires. `packets`
-decodes with distrust: what is cut short, of another type or not finite is a
-`BrokenMessage`. `panda`, `hand` and `base` turn each device's messages into
-values and back; `messages` holds our own LCM types; `inbox` collects packets,
-and `command_limits` scales a command into the base's limits.
+`channels` contains the names of the LCM channels and the expiry times of
+messages. `packets` decodes and checks packets: a packet that is truncated, of
+another type or not finite causes a `BrokenMessage`. `panda`, `hand` and `base`
+convert each device's messages to values and back. `messages` contains our own
+LCM types, `inbox` collects packets, and `command_limits` scales a command to
+the base's limits.
 """

@@ -1,4 +1,4 @@
-"""The mobile base on the wire: base_command out, base_status in.
+"""LCM messages of the mobile base: base_command and base_status.
 
 `extrapolated_pose` is the odometry extrapolation of control ticks.
 """
@@ -35,12 +35,12 @@ class BaseState:
         pose: x, y and yaw in the map, shape (3,) [m, m, rad].
         velocity: Speeds forward and to the left, and turning rate, shape (3,)
             [m/s, m/s, rad/s].
-        stamp: When it was measured, by the driver's wall clock [s].
+        stamp: Time of measurement, by the driver's wall clock [s].
         mode: A key of `MODE_NAMES`.
-        protective_stop: Whether the safety scanner holds the motors; it
+        protective_stop: Whether the safety scanner stops the motors; this stop
             ends by itself.
         emergency_stop: Whether an emergency stop is latched.
-        battery: Charge left, 0 to 1; negative when unknown.
+        battery: State of charge, 0 to 1; negative if unknown.
     """
 
     pose: np.ndarray
@@ -59,8 +59,8 @@ def base_axes(n_base: int) -> list[int]:
     """Returns which components of a base's velocity can be commanded.
 
     Args:
-        n_base: Number of the base's commands: 2 without a speed to the left, 3
-            with one, 0 without a base.
+        n_base: Number of the base's commands: 2 for a differential base, 3 for
+            an omnidirectional one, 0 without a base.
     """
     return [0, 2] if n_base == 2 else list(range(n_base))
 
@@ -69,8 +69,8 @@ def base_velocity(u: np.ndarray) -> np.ndarray:
     """Returns the velocity that a command requests.
 
     Args:
-        u: Speed forward, that to the left if the base has one, and turning
-            rate, shape (2,) or (3,) [m/s, rad/s].
+        u: Speed forward, speed to the left for an omnidirectional base, and
+            turning rate, shape (2,) or (3,) [m/s, rad/s].
 
     Returns:
         Speeds forward and to the left, and turning rate, shape (3,).
@@ -119,15 +119,15 @@ def decode_base_status(data: bytes) -> BaseState:
 def extrapolated_pose(
     pose: np.ndarray, velocity: np.ndarray, duration: float
 ) -> np.ndarray:
-    """Extrapolates odometry: the exact arc of a planar twist.
+    """Extrapolates odometry along the exact arc of a planar twist.
 
-    Odometry comes at 10 to 37 Hz; a control tick needs the present pose.
+    Odometry arrives at 10 to 37 Hz, but a control tick needs the present pose.
 
     Args:
         pose: Measured x, y and yaw, shape (3,) [m, m, rad].
         velocity: Speeds forward and to the left, and turning rate, which are
             held constant, shape (3,) [m/s, m/s, rad/s].
-        duration: Time to extrapolate over [s].
+        duration: Duration of the extrapolation [s].
 
     Returns:
         x, y and yaw at the end of the arc, shape (3,) [m, m, rad].
@@ -135,7 +135,7 @@ def extrapolated_pose(
     x, y, yaw = pose
     forward, left, yaw_rate = velocity
     half = 0.5 * yaw_rate * duration
-    # The chord of the arc is seen from the mean heading.
+    # The chord of the arc points in the direction of the mean heading.
     share = duration * (math.sin(half) / half if half != 0.0 else 1.0)
     c, s = share * math.cos(yaw + half), share * math.sin(yaw + half)
     return np.array(

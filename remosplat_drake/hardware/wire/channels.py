@@ -1,16 +1,17 @@
 """The channels between the station and the drivers, and their expiry rule.
 
-Stamps are wall clock microseconds of the Unix epoch on every channel. A
-driver compares a command's stamp with its own clock, in both directions, and
-drives at zero velocity while the latest command is expired. A command with a
-ramp is held for 1.5 control periods, and then the ramp leads to zero.
+Stamps on all channels are wall clock times, in microseconds of the Unix epoch.
+A driver compares a command's stamp with its own clock, in both directions, and
+commands zero velocity if the latest command has expired. A command with a ramp
+is held for 1.5 control periods, and then the ramp leads to zero.
 """
 
 COMMAND_RAMP = "COMMAND_RAMP"
 """command_ramp: how the robot brakes after the command of the same stamp."""
 
 PANDA_COMMAND = "PANDA_COMMAND"
-"""lcmt_panda_command: joint rates, to drake-franka-driver or its like."""
+"""lcmt_panda_command: joint rates, to drake-franka-driver or another arm
+driver."""
 PANDA_STATUS = "PANDA_STATUS"
 """lcmt_panda_status: measured joints and the robot's mode, at 1 kHz."""
 PANDA_HAND_COMMAND = "PANDA_HAND_COMMAND"
@@ -20,9 +21,9 @@ PANDA_HAND_STATUS = "PANDA_HAND_STATUS"
 BASE_COMMAND = "BASE_COMMAND"
 """base_command: forward speed and yaw rate."""
 BASE_STATUS = "BASE_STATUS"
-"""base_status: odometry and stops of the base, at 10 to 37 Hz and more."""
+"""base_status: odometry and stops of the base, at 10 Hz or more."""
 BASE_LOCALIZATION = "BASE_LOCALIZATION"
-"""base_localization: where the base is in the map, by a localiser."""
+"""base_localization: pose of the base in the map, from a localisation."""
 MOVERS = "MOVERS"
 """mover_list: movers by a perception process, and the space it watches."""
 COUNTING_MAP = "COUNTING_MAP"
@@ -34,9 +35,9 @@ COMMAND_EXPIRY = 0.1
 """Difference between a command's stamp and the driver's clock, in the past or
 the future, at which the driver drops the command [s]."""
 STATUS_EXPIRY = 0.05
-"""Age of the arm's status at which the station calls it stale [s]."""
+"""Age at which the arm's status is stale [s]."""
 BASE_STATUS_EXPIRY = 0.25
-"""Age of the base's status at which the station calls it stale [s]: its
-odometry may come at 10 Hz only, and one message may be lost."""
+"""Age at which the base's status is stale [s]; its odometry may have only 10
+Hz, and one message may be lost."""
 HAND_STATUS_EXPIRY = 0.5
-"""Age at which a status of the hand says nothing any more [s]."""
+"""Age at which a status of the hand is stale [s]."""

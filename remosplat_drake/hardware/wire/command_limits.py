@@ -1,4 +1,4 @@
-"""Commands beyond the base's limits, and their scaling into them."""
+"""Scales commands that are beyond the base's limits."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike
 def scaled_command(
     u: np.ndarray, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
-    """Scales a command as a whole until it is within its limits.
+    """Scales a command by one factor, so that it is within its limits.
 
-    Cutting single entries would turn the robot off the path that was checked
-    for clearance; a multiple stays on it.
+    If single entries were clamped, the robot would leave the path that was
+    checked for clearance. A multiple of the command stays on it.
 
     Args:
         u: The command, shape (n_u,).
@@ -18,7 +18,8 @@ def scaled_command(
         upper: Upper bounds, none negative, shape (n_u,).
 
     Returns:
-        The longest multiple within the bounds, shape (n_u,).
+        The command times the largest factor up to 1 that is within the bounds,
+        shape (n_u,).
     """
     bounds = np.where(u < 0, lower, upper)
     beyond = np.abs(u) > np.abs(bounds)
@@ -26,7 +27,7 @@ def scaled_command(
 
 
 TOLERANCE = 1e-3
-"""How far solvers may leave a command beyond a bound, relative to it."""
+"""Relative tolerance of bounds, for commands of solvers."""
 
 
 def excess(
@@ -34,8 +35,8 @@ def excess(
 ) -> tuple[int, float] | None:
     """Finds the first entry of a command that is beyond its bounds.
 
-    The controller's program includes the bounds: except for rounding, nothing
-    is beyond them.
+    The controller's program includes the bounds, so its commands exceed them
+    only by rounding.
 
     Args:
         u: The command, shape (n_u,).

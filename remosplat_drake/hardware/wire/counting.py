@@ -1,7 +1,7 @@
-"""Reads and writes counting_map: which map version a control loop uses.
+"""Reads and writes counting_map, the map version that a control loop uses.
 
-A loop with a growing map sends this version continuously, for programs that
-search for objects that the map does not contain.
+A control loop with a live map sends this version continuously, for programs
+that detect objects that the map does not contain.
 """
 
 import dataclasses as dc
@@ -23,11 +23,11 @@ EXPIRY = 1.0
 
 @dc.dataclass(frozen=True)
 class CountingMap:
-    """The version of a session's map that counts.
+    """The version of a session's map that is in use.
 
     Attributes:
-        version: Its number; 0 is the map that the scenario begins with.
-        revision: Name of its content, the `DistanceField`'s.
+        version: Its number; 0 is the map at the start of the scenario.
+        revision: Name of its content, `DistanceField.revision`.
     """
 
     version: int
@@ -35,7 +35,7 @@ class CountingMap:
 
 
 def encode_counting(counting: CountingMap, now: float) -> bytes:
-    """Encodes which map counts.
+    """Encodes the map version in use.
 
     Args:
         counting: The version.
@@ -48,17 +48,17 @@ def encode_counting(counting: CountingMap, now: float) -> bytes:
 
 
 def decode_counting(data: bytes, now: float) -> CountingMap | None:
-    """Decodes which map counts.
+    """Decodes the map version in use.
 
     Args:
         data: The encoded packet.
         now: Our wall clock [s].
 
     Returns:
-        The version; None if the message is old, or from the future.
+        The version; None if the stamp is old, or in the future.
 
     Raises:
-        BrokenMessage: The packet holds something else, or no version.
+        BrokenMessage: The packet is not such a message, or has no version.
     """
     message = decode(counting_map, data)
     if is_expired(message.utime, to_utime(now), EXPIRY):

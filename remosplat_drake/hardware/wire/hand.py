@@ -1,4 +1,4 @@
-"""The gripper on the wire: lcmt_schunk_wsg_command and _status messages."""
+"""LCM messages of the gripper: lcmt_schunk_wsg_command and _status."""
 
 import dataclasses as dc
 
@@ -22,7 +22,7 @@ class HandState:
     Attributes:
         reading: Opening of the fingers, its rate, and the force with which
             each presses, shape (3,) [m, m/s, N].
-        stamp: When it was measured, by the driver's wall clock [s].
+        stamp: Time of measurement, by the driver's wall clock [s].
     """
 
     reading: np.ndarray
@@ -33,17 +33,17 @@ class HandState:
 
 
 def check_hands(description: RobotDescription) -> None:
-    """Checks that the wire has channels for all hands of a robot: for one.
+    """Checks that a robot has at most one hand, as LCM has one channel for it.
 
     Args:
         description: The robot.
 
     Raises:
-        FieldError: It has several hands.
+        FieldError: The robot has several hands.
     """
     count = len(description.effector_hands)
     if count > 1:
-        problem = f"a real robot has one hand at most, got {count}"
+        problem = f"a real robot may have at most one hand, got {count}"
         raise FieldError(description.source, "hands", problem)
 
 
@@ -51,7 +51,7 @@ def encode_hand_command(width: float, force: float, time: float) -> bytes:
     """Encodes a command to the gripper.
 
     Args:
-        width: Opening to go to [m]; it travels in millimetres.
+        width: Commanded opening [m]; the message contains it in millimetres.
         force: Bound on the gripping force [N].
         time: Wall clock now [s].
     """

@@ -1,7 +1,7 @@
-"""The wrist camera on the wire: lcmt_image_array, a colour and a depth image.
+"""LCM messages of the wrist camera: lcmt_image_array with colours and depths.
 
-The definitions are those of Drake's `ImageToLcmImageArrayT`. Images are read
-here and not by Drake's own systems, since these throw at a broken one.
+The format is that of Drake's `ImageToLcmImageArrayT`. Drake's own systems are
+not used to read images, since they raise an exception after a malformed image.
 """
 
 import dataclasses as dc
@@ -23,7 +23,8 @@ _MOST_MILLIMETRES = 65_535
 """Greatest depth that two bytes hold [mm]."""
 
 _SAVED = 1
-"""Level of zlib: higher ones take longer than an image has."""
+"""Compression level of zlib; higher ones take longer than the period of
+images."""
 
 _COLOR_CHANNELS = {lcmt_image.PIXEL_FORMAT_RGBA: 4}
 _COLOR_CHANNELS[lcmt_image.PIXEL_FORMAT_RGB] = 3
@@ -43,7 +44,7 @@ class CameraImages:
         rgb: Colours, shape (h, w, 3), uint8.
         depth: Depth z in the camera frame, shape (h, w), float32 [m]; 0 and
             inf are beyond the camera's range.
-        stamp: When they were taken, by the driver's wall clock [s].
+        stamp: Time at which they were taken, by the driver's wall clock [s].
     """
 
     rgb: np.ndarray
@@ -87,8 +88,8 @@ def encode_depth(depth: np.ndarray, utime: int) -> bytes:
     """Encodes a depth image alone, in millimetres, as sensors measure it.
 
     Args:
-        depth: Depth z, shape (h, w) [m]; 0 where it is unknown; depths beyond
-            65 m, inf too, are sent as 65 m.
+        depth: Depth z, shape (h, w) [m]; 0 for unknown ones. Depths beyond 65
+            m, also inf, are sent as 65 m.
         utime: Stamp: wall clock of the Unix epoch [us].
     """
     steps = np.rint(1e3 * np.minimum(depth, 1e-3 * _MOST_MILLIMETRES))
@@ -125,7 +126,8 @@ def decode_images(data: bytes) -> CameraImages:
         data: The encoded packet.
 
     Raises:
-        BrokenMessage: The packet holds no colour and depth image of one size.
+        BrokenMessage: The packet does not contain a colour image and a depth
+            image of the same size.
     """
     message = decode(lcmt_image_array, data)
     rgb = depth = None
@@ -138,7 +140,7 @@ def decode_images(data: bytes) -> CameraImages:
         missing = "colour" if rgb is None else "depth"
         raise BrokenMessage(f"holds no {missing} image")
     if rgb.shape[:2] != depth.shape:
-        raise BrokenMessage("holds colours and depths of different sizes")
+        raise BrokenMessage("contains colours and depths of different sizes")
     return CameraImages(rgb, depth, from_utime(message.header.utime))
 
 
@@ -146,14 +148,15 @@ def decode_depth(data: bytes) -> tuple[np.ndarray, float]:
     """Decodes and checks the depth image in a message of a camera.
 
     Args:
-        data: The encoded packet; colours in it are left alone.
+        data: The encoded packet; colours in it are ignored.
 
     Returns:
         Depth z, shape (h, w), float32 [m]; 0 and inf are beyond the camera's
-        range. And when it was taken, by the driver's wall clock [s].
+        range. And the time at which it was taken, by the driver's wall clock
+        [s].
 
     Raises:
-        BrokenMessage: The packet holds no depth image.
+        BrokenMessage: The packet contains no depth image.
     """
     message = decode(lcmt_image_array, data)
     for image in message.images:
@@ -178,7 +181,7 @@ def _depth(image: lcmt_image) -> np.ndarray:
 
 
 def _pixels(image: lcmt_image, dtype: np.dtype, channels: int) -> np.ndarray:
-    """The pixels of an image, shape (h, w, channels)."""
+    """Decodes the pixels of an image, shape (h, w, channels)."""
     shape = image.height, image.width, channels
     if not all(0 < side <= _MAX_SIDE for side in shape):
         raise BrokenMessage(f"has {image.width} x {image.height} pixels")
@@ -194,7 +197,7 @@ def _pixels(image: lcmt_image, dtype: np.dtype, channels: int) -> np.ndarray:
 
 
 def _uncompressed(image: lcmt_image, size: int) -> bytes:
-    """The bytes of an image's pixels, hardly more than `size` of them."""
+    """Decompresses an image's pixels, up to slightly more than `size`."""
     method = image.compression_method
     if method == lcmt_image.COMPRESSION_METHOD_NOT_COMPRESSED:
         return image.data

@@ -1,4 +1,4 @@
-"""`Inbox`: the LCM packets that a driver has not looked at yet."""
+"""`Inbox`: the LCM packets that a driver has not processed yet."""
 
 from typing import Protocol
 
@@ -6,7 +6,7 @@ from pydrake.lcm import DrakeLcmInterface
 
 
 class CommandSource(Protocol):
-    """The source of a driver's commands."""
+    """The interface of a source of a driver's commands."""
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
         """Takes out the messages that have arrived.
@@ -23,8 +23,8 @@ class CommandSource(Protocol):
 class Inbox:
     """Collects encoded LCM messages, in the order of their arrival.
 
-    A driver that reads every millisecond receives everything; Drake keeps one
-    message a channel and drops later ones until it is read.
+    Drake keeps one message per channel and drops later ones until it is read. A
+    driver that reads every millisecond receives all messages.
     """
 
     def __init__(self, lcm: DrakeLcmInterface, channels: list[str]):

@@ -1,9 +1,9 @@
-"""Identities of a robot's sessions and drivers, beside the messages.
+"""Messages that identify a robot's controllers (sessions) and drivers.
 
-The stock messages have no room for them. A session sends ten times a second
-its identity and which drivers shall obey it; a driver sends its identity and
-which session it obeys. Both come from the same UDP port as their commands and
-statuses: that address ties them together.
+Commands and statuses contain no identity. So ten times a second, a session
+sends its identity and the drivers that shall follow it, its lease. A driver
+sends its identity and the session that it follows. Each program sends these
+from the same UDP port as its commands or statuses, so the address links them.
 """
 
 import dataclasses as dc
@@ -22,7 +22,7 @@ from remosplat_drake.hardware.wire.packets import decode, is_expired, to_utime
 SESSION_LEASE = "SESSION_LEASE"
 """Channel of session_lease: the session that commands the robot."""
 DRIVER_REPORT = "DRIVER_REPORT"
-"""Channel of driver_report: the driver that drives it."""
+"""Channel of driver_report: the driver that moves the robot."""
 OPERATOR_REQUEST = "OPERATOR_REQUEST"
 """Channel of operator_request: a person arms a session."""
 
@@ -30,19 +30,19 @@ PERIOD = 0.1
 """Time between two leases, and between two reports of a driver [s]."""
 
 LEASE_EXPIRY = 1.0
-"""Silence of a session after which its lease ends [s]."""
+"""Time without messages of a session after which its lease ends [s]."""
 
 REQUEST_EXPIRY = 1.0
-"""Difference between an operator's clock and ours at which a request no longer
-counts [s]."""
+"""Difference between a request's stamp and our clock beyond which the request
+is ignored [s]."""
 
 
 @dc.dataclass(frozen=True)
 class Identity:
-    """One process on the wire.
+    """The identity of one process on the LCM network.
 
     Attributes:
-        session: Drawn at random when the process joins; never 0.
+        session: Random number of the process; never 0.
         pid: Number of the process.
         host: Name of its computer.
         name: Its name.
@@ -55,7 +55,7 @@ class Identity:
 
     @staticmethod
     def of_this_process(name: str) -> "Identity":
-        """Returns a new identity of this process, as `name`."""
+        """Returns a new identity of this process, with a name."""
         session = secrets.randbits(62) + 1
         return Identity(session, os.getpid(), socket.gethostname(), name)
 
@@ -71,7 +71,7 @@ class Lease:
         identity: Identity of the session.
         sent: Number of commands sent so far.
         mode: Mode of its supervisor.
-        reason: Why that mode.
+        reason: Reason for that mode.
         drivers: Sessions of the drivers that shall follow it.
     """
 
@@ -89,9 +89,9 @@ class Report:
     Attributes:
         identity: Identity of the driver.
         holder: Session that it follows; 0 for none.
-        obeyed: Number of messages that it carried out.
-        refused: Number of messages that it refused.
-        refused_from: Address whose message it refused last; empty for none.
+        obeyed: Number of messages that it has accepted.
+        refused: Number of messages that it has rejected.
+        refused_from: Address whose message it rejected last; empty for none.
     """
 
     identity: Identity
@@ -168,12 +168,12 @@ def encode_request(session: int, operator: str) -> bytes:
 
 
 def decode_request(data: bytes, session: int, now: float) -> str | None:
-    """Returns the operator of a request; None where the request is void.
+    """Returns the operator of a request; None if the request is ignored.
 
     Args:
         data: The encoded packet.
-        session: Our session; requests to others are void.
-        now: Our wall clock; a request that is stamped elsewhen is void [s].
+        session: Our session; requests to others are ignored.
+        now: Our wall clock [s]; a request with another stamp is ignored.
 
     Raises:
         BrokenMessage: The packet is not a request.

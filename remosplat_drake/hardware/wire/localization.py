@@ -1,4 +1,4 @@
-"""The base's localisation on the wire: base_localization, checked."""
+"""LCM messages of the base's localisation: base_localization."""
 
 import dataclasses as dc
 
@@ -15,22 +15,20 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 _ASYMMETRY = 1e-6
-"""How far a covariance may be from symmetric, relative to its trace."""
+"""Permitted asymmetry of a covariance, relative to its trace."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFix:
-    """A pose in the map, measured by something other than the wheels.
-
-    Copying returns the object itself.
+    """A pose in the map from a localisation; copies are the object itself.
 
     Attributes:
         pose: x, y and yaw of the base or of its odometry's frame, shape (3,)
             [m, m, rad].
         covariance: Covariance of the base's x, y and yaw in the map, shape
             (3, 3).
-        stamp: When it was measured, by the clock of the odometry [s].
-        frame: Name of the frame in which the pose is.
+        stamp: Time of measurement, by the clock of the odometry [s].
+        frame: Name of the frame in which the pose is given.
         child_frame: Name of the frame whose pose it is.
     """
 
@@ -54,7 +52,7 @@ def decode_localization(data: bytes) -> BaseFix:
     P = finite_vector("covariance", message.covariance, 9).reshape(3, 3)
     slack = _ASYMMETRY * max(P.trace(), 0.0)
     if np.abs(P - P.T).max() > slack or np.linalg.eigvalsh(P)[0] < -slack:
-        raise BrokenMessage("covariance is none: not symmetric and positive")
+        raise BrokenMessage("covariance is not symmetric and positive")
     return BaseFix(
         pose=finite_vector("pose", message.pose, 3),
         covariance=P,

@@ -1,4 +1,4 @@
-"""Movers on the wire: mover_list, checked."""
+"""LCM messages of movers (moving objects): mover_list."""
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -23,13 +23,13 @@ MOST_CAMERAS = 20
 """Largest number of cameras in a message."""
 
 LONGEST_NAME = 100
-"""Characters of a name that are kept."""
+"""Greatest length of a name; the rest is cut off."""
 
 _BOUNDS = ("max_speed", "max_acceleration", "position_error", "velocity_error")
 
 
 def encode_movers(movers: Movers) -> bytes:
-    """Encodes movers, and which space is watched.
+    """Encodes movers and the space that cameras watch.
 
     Args:
         movers: The known movers; their stamp is wall clock time [s].
@@ -68,18 +68,18 @@ def _quaternion(X_WF: RigidTransform) -> list[float]:
 
 
 def decode_movers(data: bytes) -> Movers:
-    """Decodes and checks movers, and which space is watched.
+    """Decodes and checks movers and the space that cameras watch.
 
-    One unusable value makes the whole message unusable: a source that is wrong
-    about one mover is not trusted about the others.
+    One invalid value makes the whole message invalid, since the values of the
+    other movers may be wrong, too.
 
     Args:
         data: The encoded packet.
 
     Raises:
-        BrokenMessage: The packet holds something else or another version, has
-            no stamp, more movers or cameras than are taken, or a value that
-            is not finite or not possible; the text names the field.
+        BrokenMessage: The packet is another message or another version, has no
+            stamp, too many movers or cameras, or a value that is not finite or
+            impossible; the text names the field.
     """
     message = decode(Message, data)
     if message.version != Message.VERSION:
@@ -94,7 +94,7 @@ def decode_movers(data: bytes) -> Movers:
     ):
         if not 0 <= number <= most:
             raise BrokenMessage(
-                f"has {number} {what}; at most {most} are taken"
+                f"has {number} {what}; at most {most} are allowed"
             )
     try:
         return Movers(

@@ -1,13 +1,13 @@
 """`MulticastListener`: LCM's packets with their senders and times of arrival.
 
-LCM does not tell the sender of a message. Its packets do: each comes from the
-UDP port of one process. The kernel stamps each packet as it arrives, so a
-listener that is busy does not make messages look late.
+LCM does not report the sender of a message. But the UDP packet has an address,
+since each process sends from a port of its own. The kernel stamps each packet
+on arrival, so messages do not seem late if the listener is busy.
 
-The format is LCM's own (`lcm_udpm.c`), big-endian: the magic LC02, a sequence
-number, the channel's name, which a zero ends, and the message. Messages of more
-than 64 kB come in fragments (LC03); commands and statuses are smaller, and the
-kernel drops fragments before they get here.
+The format is LCM's (`lcm_udpm.c`), big-endian: the magic number LC02, a
+sequence number, the zero-terminated name of the channel, and the message.
+Messages of more than 64 kB are split into fragments (LC03). Commands and
+statuses are smaller, so a filter in the kernel drops fragments.
 """
 
 import contextlib
@@ -30,7 +30,8 @@ _BUFFER = 1 << 21
 less [bytes]."""
 
 _MOST = 1000
-"""Number of packets of one call: a flood must not hold up a listener."""
+"""Greatest number of packets per call, so that a flood does not block the
+listener."""
 
 _UDP_HEADER = 8
 _ATTACH_FILTER = getattr(socket, "SO_ATTACH_FILTER", 26)
@@ -47,8 +48,8 @@ class Packet(NamedTuple):
         channel: Name of its channel, with any suffix.
         data: The encoded message.
         sender: Address of the process that sent it, `IP:PORT`.
-        received: When it arrived at this computer, by the wall clock [s]; NaN
-            if that is unknown.
+        received: Time of arrival at this computer, by the wall clock [s]; NaN
+            if unknown.
     """
 
     channel: str
@@ -58,7 +59,7 @@ class Packet(NamedTuple):
 
 
 class MulticastListener:
-    """Hears all small messages of an LCM network."""
+    """Receives all small messages of an LCM network."""
 
     def __init__(self, url: str):
         """Joins the multicast group.
@@ -67,16 +68,20 @@ class MulticastListener:
             url: For example `udpm://239.255.76.67:7667?ttl=0`.
 
         Raises:
-            RemoSplatError: It is no such URL, or the group cannot be joined.
+            RemoSplatError: The URL is not of this form, or the group cannot be
+                joined.
         """
         match = re.match(r"udpm://([\d.]+):(\d+)", url)
         if match is None:
-            raise RemoSplatError(f"LCM URL {url!r}: senders have no addresses")
+            raise RemoSplatError(
+                f"LCM URL {url!r}: has no senders' addresses; use"
+                " udpm://ADDRESS:PORT"
+            )
         try:
             self._socket = _joined(match[1], int(match[2]))
         except OSError as error:
             raise RemoSplatError(f"LCM URL {url!r}: {error}") from error
-        # Every sender comes again and again.
+        # The same senders occur again and again, so their names are cached.
         self._names: dict[tuple, str] = {}
 
     def fetch(self) -> list[Packet]:
@@ -121,7 +126,7 @@ def parsed(datagram: bytes) -> tuple[str, bytes] | None:
 
 
 def _arrival(told: list[tuple[int, int, bytes]]) -> float:
-    """Time of arrival by the kernel [s]; now if the kernel tells none."""
+    """Time of arrival by the kernel [s]; now if the kernel sends none."""
     for level, kind, data in told:
         if (level, kind) == (socket.SOL_SOCKET, _TIMESTAMP):
             seconds, nanoseconds = _TIMESPEC.unpack(data)
@@ -147,9 +152,9 @@ def _joined(group: str, port: int) -> socket.socket:
 
 
 def _drop_fragments(joined: socket.socket) -> None:
-    """Lets the kernel keep images away: packets that do not start with LC02.
+    """Filters fragments of images in the kernel: packets without LC02.
 
-    Without support for such filters, everything is received and nothing breaks.
+    If the kernel does not support such filters, all packets are received.
     """
     instructions = (
         (0x20, 0, 0, _UDP_HEADER),  # Load the word behind the UDP header;

@@ -1,7 +1,7 @@
-"""Packets, checked, and their stamps: microseconds of the Unix epoch.
+"""Decodes and checks packets, and compares their stamps.
 
-Both ends of the wire read by these rules, so that they agree about broken and
-expired messages.
+Stamps are microseconds of the Unix epoch. Controller and drivers use the same
+functions, so they agree about malformed and expired messages.
 """
 
 import math
@@ -15,17 +15,17 @@ class BrokenMessage(ValueError):
 
 
 _STAMP = struct.Struct(">8xq")
-"""A message's first field, behind LCM's fingerprint."""
+"""Format of a message's first field, which follows LCM's fingerprint."""
 
 
 def stamp_of(data: bytes) -> int | None:
-    """Reads the stamp with which our messages begin, without decoding more.
+    """Reads the stamp at the beginning of a message, and nothing else.
 
     Args:
         data: The encoded packet.
 
     Returns:
-        The stamp [us]; None where the packet is too short to have one.
+        The stamp [us]; None if the packet is too short.
     """
     if len(data) < _STAMP.size:
         return None
@@ -33,14 +33,14 @@ def stamp_of(data: bytes) -> int | None:
 
 
 def to_utime(time: float) -> int:
-    """Turns a wall clock time [s] into a stamp in microseconds."""
+    """Converts a wall clock time [s] to a stamp in microseconds."""
     return round(time * 1e6)
 
 
 def from_utime(utime: int) -> float:
-    """Turns a stamp in microseconds into a wall clock time [s].
+    """Converts a stamp in microseconds to a wall clock time [s].
 
-    It is good to 0.3 microseconds.
+    Its rounding error is up to 0.3 microseconds.
     """
     return utime * 1e-6
 
@@ -64,7 +64,7 @@ def decode(message_type, data: bytes):
         data: The encoded packet.
 
     Raises:
-        BrokenMessage: The packet holds another type or is cut short.
+        BrokenMessage: The packet is of another type or truncated.
     """
     try:
         return message_type.decode(data)
@@ -79,7 +79,7 @@ def finite_vector(name: str, values, size: int) -> np.ndarray:
     Args:
         name: Name of the field, for the error's text.
         values: The numbers.
-        size: How many there must be.
+        size: Required number of values.
 
     Returns:
         The numbers, shape (size,).

@@ -1,7 +1,7 @@
-"""The arm on the wire: lcmt_panda_command out, lcmt_panda_status in.
+"""LCM messages of the arm: lcmt_panda_command and lcmt_panda_status.
 
-The rules are those of drake-franka-driver in velocity mode: it throws at a
-command whose mode or array lengths differ, and exits.
+The rules are those of drake-franka-driver in velocity mode. That driver exits
+after a command with another mode or other array lengths.
 """
 
 import dataclasses as dc
@@ -40,11 +40,11 @@ class PandaState:
     Attributes:
         q: Joint positions, shape (n,) [rad].
         v: Joint rates, shape (n,) [rad/s].
-        stamp: When it was measured, by the driver's wall clock [s].
+        stamp: Time of measurement, by the driver's wall clock [s].
         robot_stamp: The robot's own clock [s]; 0 if it is not sent.
         robot_mode: A key of `MODE_NAMES`.
-        success_rate: Share of the last 100 packets that reached the robot,
-            0 to 1; 0 while nothing is commanded.
+        success_rate: Fraction of the last 100 packets that reached the robot, 0
+            to 1; 0 without commands.
     """
 
     q: np.ndarray

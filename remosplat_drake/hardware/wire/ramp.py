@@ -1,8 +1,8 @@
-"""The braking ramp on the wire: how a robot brakes that receives nothing more.
+"""The braking ramp of a robot that receives no more commands, as a message.
 
-Base and arm brake by one ramp, so that the robot stays on the path that was
-verified. Each driver has its own axes only, so the message contains the ramp's
-length.
+Base and arm brake by one ramp, so that the robot stays on the verified path.
+Each driver knows only its own axes, so the message contains the ramp's
+duration.
 """
 
 import dataclasses as dc
@@ -17,12 +17,12 @@ from remosplat_drake.hardware.wire.packets import (
 from remosplat_drake.robot.braking import held_share
 
 _LONGEST = 60.0
-"""Longest period, and longest ramp, that are no mistake [s]."""
+"""Longest plausible period, and longest plausible ramp [s]."""
 
 
 @dc.dataclass(frozen=True)
 class Ramp:
-    """How a robot brakes after a command.
+    """The braking ramp of a robot after a command.
 
     Attributes:
         utime: The command's stamp [us].
@@ -35,10 +35,10 @@ class Ramp:
     length: float
 
     def share(self, age: float) -> float:
-        """Returns which share of the command is executed, 0 to 1.
+        """Returns the factor on the command, 0 to 1.
 
         Args:
-            age: Time since the command came [s].
+            age: Time since the arrival of the command [s].
         """
         return held_share(age, self.period, self.length)
 

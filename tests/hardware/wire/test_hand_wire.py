@@ -17,7 +17,7 @@ from remosplat_drake.robot.robot_description import load_robot_description
 def test_two_hands_are_refused():
     check_hands(load_robot_description("frankie"))
     check_hands(load_robot_description("ur5e"))
-    message = r"two_pandas\.yaml.*hands: a real robot has one hand at most"
+    message = r"two_pandas\.yaml.*hands: a real robot may have at most one hand"
     with pytest.raises(FieldError, match=message):
         check_hands(load_robot_description("two_pandas"))
 

@@ -1,5 +1,6 @@
 """Our own LCM types.
 
-The Python beside each `.lcm` file is generated, `lcm-gen -p *.lcm` in this
-folder (lcm-gen comes with the development tools); it needs no LCM runtime.
+The Python modules are generated from the `.lcm` files, by `lcm-gen -p *.lcm` in
+this folder. lcm-gen is one of the development tools; the generated code needs
+no LCM runtime.
 """

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class base_command(object):
-    """ The velocity that a mobile base shall drive at until the next command. """
+    """ Velocity command to a mobile base, valid until the next command. """
 
     __slots__ = ["utime", "forward", "left", "yaw_rate"]
 
@@ -19,7 +19,7 @@ class base_command(object):
     def __init__(self):
         self.utime = 0
         """
-        Wall clock when the command was computed: microseconds of the Unix epoch.
+        Wall clock at which it was computed: microseconds of the Unix epoch.
         LCM Type: int64_t
         """
 

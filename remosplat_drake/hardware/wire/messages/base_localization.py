@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class base_localization(object):
-    """ Where a mobile base is in the map, as something besides its wheels tells. """
+    """ Pose of a mobile base in the map, from a source other than its odometry. """
 
     __slots__ = ["utime", "frame_id", "child_frame_id", "pose", "covariance"]
 

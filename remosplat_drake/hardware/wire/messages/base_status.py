@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class base_status(object):
-    """ What a mobile base measures, and whether it may move. """
+    """ Measurements of a mobile base, and whether it may move. """
 
     __slots__ = ["utime", "pose", "forward", "left", "yaw_rate", "mode", "protective_stop", "emergency_stop", "battery"]
 
@@ -60,7 +60,7 @@ class base_status(object):
 
         self.protective_stop = 0
         """
-        Not zero while the safety scanner holds the motors; ends by itself.
+        Not zero while the safety scanner stops the motors; ends by itself.
         LCM Type: int8_t
         """
 
@@ -72,7 +72,7 @@ class base_status(object):
 
         self.battery = 0.0
         """
-        Charge left, from 0 to 1; negative when unknown.
+        State of charge, from 0 to 1; negative if unknown.
         LCM Type: double
         """
 

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class command_ramp(object):
-    """ How a robot brakes when no newer command comes, said before each command. """
+    """ Braking ramp of a robot that gets no newer command, sent before each command. """
 
     __slots__ = ["utime", "period", "ramp"]
 
@@ -25,13 +25,13 @@ class command_ramp(object):
 
         self.period = 0.0
         """
-        Control period, in which commands follow each other [s].
+        Control period, the time between two commands [s].
         LCM Type: double
         """
 
         self.ramp = 0.0
         """
-        How long the braking ramp from the command to zero takes [s].
+        Duration of the braking ramp from the command to zero [s].
         LCM Type: double
         """
 

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class counting_map(object):
-    """ Which version of a session's map a control loop goes by. """
+    """ The version of a session's map that a control loop uses. """
 
     __slots__ = ["utime", "version", "revision"]
 
@@ -25,7 +25,7 @@ class counting_map(object):
 
         self.version = 0
         """
-        Number of the version; 0 is the map that the scenario begins with.
+        Number of the version; 0 is the map at the start of the scenario.
         LCM Type: int32_t
         """
 

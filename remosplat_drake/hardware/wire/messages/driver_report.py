@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class driver_report(object):
-    """ The driver of a robot or a part of it, and the session that it obeys. """
+    """ A driver of a robot or of a part of it, and the session that it follows. """
 
     __slots__ = ["utime", "session", "pid", "host", "name", "holder", "obeyed", "refused", "refused_from"]
 
@@ -31,7 +31,7 @@ class driver_report(object):
 
         self.pid = 0
         """
-        Process and computer of the driver, and what it calls itself.
+        Process number, computer and name of the driver.
         LCM Type: int64_t
         """
 
@@ -41,13 +41,13 @@ class driver_report(object):
         """ LCM Type: string """
         self.holder = 0
         """
-        Session whose commands the driver carries out; 0 for none.
+        Session whose commands the driver executes; 0 for none.
         LCM Type: int64_t
         """
 
         self.obeyed = 0
         """
-        Numbers of messages that it carried out and that it refused so far.
+        Numbers of messages that it has accepted and rejected so far.
         LCM Type: int64_t
         """
 
@@ -55,7 +55,7 @@ class driver_report(object):
         """ LCM Type: int64_t """
         self.refused_from = ""
         """
-        Address whose message was refused last; empty for none.
+        Address whose message was rejected last; empty for none.
         LCM Type: string
         """
 

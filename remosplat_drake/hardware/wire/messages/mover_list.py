@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class mover_list(object):
-    """ All that a sensor knows to move, and which space it watches. """
+    """ All movers (moving objects) that a sensor knows, and the space it watches. """
 
     __slots__ = ["utime", "version", "num_movers", "name", "half_extents", "radius", "position", "quaternion", "velocity", "angular_velocity", "max_speed", "max_acceleration", "position_error", "velocity_error", "num_cameras", "camera", "seen_utime", "problem", "camera_position", "camera_quaternion", "least_tangent", "greatest_tangent", "near", "far"]
 
@@ -21,32 +21,32 @@ class mover_list(object):
     def __init__(self):
         self.utime = 0
         """
-        Wall clock at which all of it was so: microseconds of the Unix epoch.
+        Wall clock of the movers' poses: microseconds of the Unix epoch.
         LCM Type: int64_t
         """
 
         self.version = 0
         """
-        What the fields mean: 1. A receiver of another version refuses it.
+        Version of this message: 1. Receivers of another version reject it.
         LCM Type: int32_t
         """
 
         self.num_movers = 0
         """
-        Rounded boxes, and what is known of each.
+        Number of movers, each of which is a rounded box.
         LCM Type: int32_t
         """
 
         self.name = []
         """
-        What people call it.
+        Display name of the mover.
         LCM Type: string[num_movers]
         """
 
         self.half_extents = []
         """
-        Half side lengths of its core along its frame's axes; zeros make a
-        stretch or a point of it [m].
+        Half side lengths of its core along its frame's axes [m]; some or all
+        may be zero.
         LCM Type: double[num_movers][3]
         """
 
@@ -64,7 +64,7 @@ class mover_list(object):
 
         self.quaternion = []
         """
-        Its rotation in the world: w, x, y, z, of any length but zero.
+        Its rotation in the world: quaternion w, x, y, z, of any nonzero length.
         LCM Type: double[num_movers][4]
         """
 
@@ -82,7 +82,7 @@ class mover_list(object):
 
         self.max_speed = []
         """
-        No point of its core is ever faster [m/s], or accelerates more [m/s^2].
+        Bounds on speed and acceleration of all points of its core [m/s, m/s^2].
         LCM Type: double[num_movers]
         """
 
@@ -90,7 +90,7 @@ class mover_list(object):
         """ LCM Type: double[num_movers] """
         self.position_error = []
         """
-        By how much what was measured may be wrong [m, m/s].
+        Bounds on the errors of the measured position and velocity [m, m/s].
         LCM Type: double[num_movers]
         """
 
@@ -98,32 +98,32 @@ class mover_list(object):
         """ LCM Type: double[num_movers] """
         self.num_cameras = 0
         """
-        Cameras that watch for movers.
+        Number of cameras that watch for movers.
         LCM Type: int32_t
         """
 
         self.camera = []
         """
-        What people call it.
+        Display name of the camera.
         LCM Type: string[num_cameras]
         """
 
         self.seen_utime = []
         """
-        Wall clock of its latest image that could be used: microseconds of the
-        Unix epoch. Since then nothing is known of what it alone watches.
+        Wall clock of its latest usable image: microseconds of the Unix epoch.
+        Movers since then are unknown in the space that only it watches.
         LCM Type: int64_t[num_cameras]
         """
 
         self.problem = []
         """
-        Why there is no newer one; empty where nothing is wrong.
+        Why there is no newer image; empty if nothing is wrong.
         LCM Type: string[num_cameras]
         """
 
         self.camera_position = []
         """
-        The camera in the world: z ahead, y down [m; w, x, y, z].
+        Pose of the camera in the world: z forward, y down [m; w, x, y, z].
         LCM Type: double[num_cameras][3]
         """
 
@@ -131,7 +131,7 @@ class mover_list(object):
         """ LCM Type: double[num_cameras][4] """
         self.least_tangent = []
         """
-        What it sees at depth 1: the least x and y, and the greatest.
+        Its field of view at depth 1: the least x and y, and the greatest.
         LCM Type: double[num_cameras][2]
         """
 

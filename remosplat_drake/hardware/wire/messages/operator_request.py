@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class operator_request(object):
-    """ A person asks for motion: arms a session, or releases its latched stop. """
+    """ A person's request for motion: arms a session, or releases its latched stop. """
 
     __slots__ = ["utime", "session", "operator"]
 
@@ -31,7 +31,7 @@ class operator_request(object):
 
         self.operator = ""
         """
-        The person that asks, for the record.
+        Name of the person, for the record.
         LCM Type: string
         """
 

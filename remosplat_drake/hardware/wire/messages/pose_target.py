@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class pose_target(object):
-    """ A pose that another program wishes for the end effector. """
+    """ A target pose of the end effector, from another program. """
 
     __slots__ = ["utime", "position", "quaternion"]
 
@@ -19,7 +19,7 @@ class pose_target(object):
     def __init__(self):
         self.utime = 0
         """
-        Wall clock when it was sent: microseconds of the Unix epoch.
+        Wall clock at which it was sent: microseconds of the Unix epoch.
         LCM Type: int64_t
         """
 
@@ -31,7 +31,7 @@ class pose_target(object):
 
         self.quaternion = [ 0.0 for dim0 in range(4) ]
         """
-        Its rotation in the world: w, x, y, z, of any length but zero.
+        Its rotation in the world: quaternion w, x, y, z, of any nonzero length.
         LCM Type: double[4]
         """
 

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class session_lease(object):
-    """ The session that commands a robot, sent ten times a second beside the commands. """
+    """ The session that commands a robot, sent ten times a second. """
 
     __slots__ = ["utime", "session", "pid", "host", "name", "sent", "mode", "reason", "num_drivers", "drivers"]
 
@@ -31,7 +31,7 @@ class session_lease(object):
 
         self.pid = 0
         """
-        Process and computer of the sender, and what it calls itself.
+        Process number, computer and name of the sender.
         LCM Type: int64_t
         """
 
@@ -47,7 +47,7 @@ class session_lease(object):
 
         self.mode = ""
         """
-        What the supervisor does, and why.
+        Mode of the supervisor, and its reason.
         LCM Type: string
         """
 
@@ -55,7 +55,7 @@ class session_lease(object):
         """ LCM Type: string """
         self.num_drivers = 0
         """
-        Sessions of the drivers that shall obey, and no others.
+        Sessions of the drivers that shall follow this session.
         LCM Type: int32_t
         """
 

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class velocity_target(object):
-    """ A velocity that another program wishes for the end effector. """
+    """ A target velocity of the end effector, from another program. """
 
     __slots__ = ["utime", "angular", "linear"]
 
@@ -19,7 +19,7 @@ class velocity_target(object):
     def __init__(self):
         self.utime = 0
         """
-        Wall clock when it was sent: microseconds of the Unix epoch.
+        Wall clock at which it was sent: microseconds of the Unix epoch.
         LCM Type: int64_t
         """
 
