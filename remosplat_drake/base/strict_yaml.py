@@ -245,7 +245,7 @@ def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
     if value is None:
         hint = ""
         if base in (float, int, bool) and node.style:
-            hint = "  (remove the quotes: a value in quotes is text)"
+            hint = " (remove the quotes: a value in quotes is text)"
         elif base is str and not is_null(node):
             hint = " (put it in quotes)"
         fail(node, field, f"expected {name}, got {shown(node.value)}{hint}")

@@ -1,1 +1,1 @@
-"""Controllers compared in many scenes: trials, their metrics and tables."""
+"""Compares controllers in many scenes: trials, metrics, tables."""

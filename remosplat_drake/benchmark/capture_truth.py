@@ -1,4 +1,4 @@
-"""The truth about a real scene, as far as its capture contains it."""
+"""Makes the true distances of a real scene from the depth of its capture."""
 
 import hashlib
 from functools import lru_cache
@@ -15,15 +15,15 @@ from remosplat_drake.reconstruction.measured_space import measured_points
 from remosplat_drake.signals.distance_field import DistanceField
 
 SURFACES_VERSION = 1
-"""Version of the surface extraction, raised whenever a capture would give
-other surfaces; it is part of the name of the cache file."""
+"""Version of the surface extraction. Increase it whenever the same capture
+would give other surfaces; it is part of the cache file's name."""
 
 
 @lru_cache(maxsize=1)
 def capture_field(
     folder: Path, X_WG: tuple[float, ...], max_depth: float
 ) -> DistanceField:
-    """Makes the field of distances to a capture's measured surfaces.
+    """Makes the distance field of a capture's measured surfaces.
 
     Args:
         folder: Folder of the capture.

@@ -1,4 +1,4 @@
-"""The numbers in a report's cells, each with its count and 95 % interval."""
+"""Formats the numbers in a report's cells, with counts and 95 % intervals."""
 
 import numpy as np
 from scipy.stats import binomtest, norm, sem
@@ -7,7 +7,8 @@ from scipy.stats import binomtest, norm, sem
 def rate_interval(successes: int, count: int) -> tuple[float, float]:
     """Returns the 95 % interval of a rate (Wilson's score interval).
 
-    It stays inside [0, 1] and is meaningful at 0 and at `count` successes.
+    The interval lies in [0, 1], and is meaningful even if no trial or every
+    trial succeeded.
     """
     interval = binomtest(successes, count).proportion_ci(method="wilson")
     return interval.low, interval.high
@@ -25,7 +26,7 @@ def format_rate(successes: int, count: int) -> str:
 
 
 def format_rare(successes: int, count: int) -> str:
-    """Formats counts of rare events, and the upper bound of their rate."""
+    """Formats the count of a rare event, and the upper bound of its rate."""
     _, high = rate_interval(successes, count)
     return f"{successes}/{count} (< {100 * high:.1f} %)"
 
@@ -33,7 +34,7 @@ def format_rare(successes: int, count: int) -> str:
 def format_mean(values: np.ndarray, decimals: int) -> str:
     """Formats a mean and half the width of its 95 % interval.
 
-    A dash replaces the mean of nothing; one value has no interval.
+    Without values, the text is a dash. A single value has no interval.
     """
     if not len(values):
         return "–"
@@ -44,5 +45,5 @@ def format_mean(values: np.ndarray, decimals: int) -> str:
 
 
 def format_median(values: np.ndarray, decimals: int) -> str:
-    """Formats a median; a dash replaces the median of nothing."""
+    """Formats a median; without values, the text is a dash."""
     return f"{np.median(values):.{decimals}f}" if len(values) else "–"

@@ -1,4 +1,4 @@
-"""A user's controller in the benchmark: a function from q to u.
+"""Runs a user's own controller, a function from q to u, in the benchmark.
 
 The user's module contains a function that makes a controller:
 
@@ -35,7 +35,8 @@ Control = Callable[[np.ndarray, np.ndarray], np.ndarray]
 MakeControl = Callable[[RobotModel, DistanceField, np.ndarray, float], Control]
 
 LIMIT_TOLERANCE = 1e-6
-"""Relative tolerance by which a command may exceed the velocity limits."""
+"""Factor by which a command may exceed the velocity limits, for rounding
+errors."""
 
 
 def load_controller(name: str) -> MakeControl:
@@ -78,7 +79,7 @@ def drive(
     ticks: int,
     until: Callable[[PoseError], bool],
 ) -> Trajectory:
-    """Runs the closed loop with an ideal robot, like the kinematic station.
+    """Runs the closed loop with an ideal robot, as the kinematic station does.
 
     Args:
         control: The controller, a function from (q, u_previous) to u.
@@ -127,6 +128,6 @@ def _check_command(u: np.ndarray, robot: RobotModel, tick: int) -> None:
     excess = np.abs(u) / robot.velocity_limit
     if excess.max() > 1.0 + LIMIT_TOLERANCE:
         raise RemoSplatError(
-            f"tick {tick}: command {int(excess.argmax())} is"
-            f" {excess.max():.2f} times the robot's limit"
+            f"tick {tick}: entry {int(excess.argmax())} of the command is "
+            f"{excess.max():.2f} times the robot's limit"
         )

@@ -1,20 +1,20 @@
-"""Drake's own differential inverse kinematics as a controller to compare with.
+"""A baseline for comparison: Drake's own differential inverse kinematics.
 
-`DifferentialInverseKinematicsSystem` supports neither splats nor a base that
-cannot move sideways. It is used where the comparison is fair:
+Drake's `DifferentialInverseKinematicsSystem` supports neither splats nor a base
+that cannot move sideways. This module adapts it as follows, so that the
+comparison is fair:
 
-- It gets the scene's true solids, as `sdf-hard` does, so its results are
-comparable with that method's. The robot has the same spheres, the same stopping
-and
-  influence distance, velocity limits and joint-limit margins, and the desired
-  twist is the paper's servo with the paper's gains.
-- Its plant's world frame is the robot's base frame B. The base's joints stay
-  at zero, the scene is what moves, and of the base only x and yaw are active:
-  sideways motion is not a degree of freedom, exactly and without projection.
-- Costs, constraints and the fallback to standing still are Drake's: least
-  squares on the twist, the home posture in the null space, and collision rows
-  that let a distance shrink to the stopping distance within one tick (the
-  paper's let it shrink by a tenth of its margin).
+- It gets the scene's true solids, as the method `sdf-hard` does, so its results
+are comparable with those of `sdf-hard`. Both have the same spheres, stopping
+and influence distances, velocity limits and joint-limit margins. The desired
+twist is that of the paper's servo with the paper's gains. - The plant's world
+frame is the robot's base frame B: the base's joints remain at zero, and the
+scene moves. Only the joints x and yaw of the base are active. So sideways
+motion is excluded exactly. - Costs, constraints and the fallback to standing
+still are Drake's: least squares on the twist, the home posture in the null
+space, and collision constraints. These allow a distance to decrease to the
+stopping distance within one tick. The paper's constraints allow only a tenth of
+the remaining margin per tick.
 """
 
 import os
@@ -46,10 +46,12 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 GAINS = gain_set("paper")
-"""Gain set of the servo, the distances and the margins: the paper's."""
+"""Gain set, the paper's, that defines the servo, the distances and the
+margins."""
 
 TWIST_WEIGHT = 100.0
-"""Weight of tracking relative to the posture, as in Drake's documentation."""
+"""Weight of tracking relative to the cost of the posture, as in Drake's
+documentation."""
 
 POSTURE_GAIN = 1.0
 """Gain towards the home posture, in the null space of tracking [1/s]."""
@@ -74,11 +76,11 @@ def make_control(
     """
     if not isinstance(field, SignedDistanceField):
         raise RemoSplatError(
-            "drake-ik: Drake's collision checker needs the scene's true"
-            " solids; a splat or a capture has none"
+            "drake-ik: Drake's collision checker needs a scene of true "
+            "solids, not a splat or a capture"
         )
     if not robot.n_base:
-        raise RemoSplatError("drake-ik: made for a robot with a mobile base")
+        raise RemoSplatError("drake-ik: needs a robot with a mobile base")
     model = make_collision_model(robot, field.scene)
     system = _make_system(robot, model, dt)
     context = system.CreateDefaultContext()
@@ -104,7 +106,7 @@ def make_control(
         )
         with _quiet():
             u = system.get_output_port_commanded_velocity().Eval(context)
-        # The solver keeps limits to its tolerance only.
+        # The solver may exceed limits by its tolerance.
         return u / max(1.0, np.max(np.abs(u) / robot.velocity_limit))
 
     return control
@@ -112,7 +114,7 @@ def make_control(
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Drops output of the solver that no switch of Drake's suppresses."""
+    """Suppresses output of the solver that no option of Drake suppresses."""
     sys.stdout.flush()
     stdout, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
@@ -152,7 +154,7 @@ def _make_system(robot: RobotModel, model: CollisionModel, dt: float) -> DiffIk:
 
 
 def _limits(robot: RobotModel) -> "DiffIk.JointVelocityLimitConstraint":
-    """Velocity limits that shrink before a joint limit, as the paper's do."""
+    """Returns velocity limits that decrease near joint limits (paper)."""
     config = DiffIk.JointVelocityLimitConstraint.Config()
     config.min_margin = np.radians(GAINS.joint_limits.stop)
     config.influence_margin = np.radians(GAINS.joint_limits.influence)

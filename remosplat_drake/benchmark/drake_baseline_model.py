@@ -1,9 +1,9 @@
-"""The collision model of `drake_baseline`: robot spheres in a moving scene.
+"""Builds `drake_baseline`'s collision model: spheres in a moving scene.
 
-The plant's world frame is the robot's base frame B, so the base stays at zero
-and the scene moves by a planar joint. The robot is rebuilt from its kinematic
-tree: its model file would add collision shapes, and a base that can move
-sideways.
+The plant's world frame is the robot's base frame B. So the base remains at
+zero, and a planar joint moves the scene. The plant is built from the robot's
+kinematic tree, since its model file would add further collision shapes, and a
+base that can move sideways.
 """
 
 import dataclasses as dc
@@ -32,8 +32,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SIDEWAYS = 1
-"""Index in q of the base's sideways position in its own frame, which a
-differential base cannot change."""
+"""Index, in the plant's positions, of the base's sideways motion, which a
+differential base cannot execute."""
 
 _FRICTION = CoulombFriction(0.0, 0.0)
 _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
@@ -41,11 +41,11 @@ _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
 
 @dc.dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """A collision checker whose plant's first positions follow the order of u.
+    """A collision checker; its plant's first positions are in the order of u.
 
     Attributes:
-        checker: Drake's checker of the distances of robot links to scene
-            bodies.
+        checker: Drake's checker, for the distances between robot links and the
+            scene.
         n_u: Number of the robot's degrees of freedom: forward, yaw, arm
             joints.
         end_effector: Scoped name of the end-effector frame E in the plant.
@@ -68,9 +68,9 @@ def make_collision_model(
 ) -> CollisionModel:
     """Builds the checker from the robot's spheres and the scene's solids.
 
-    Robot links are not checked against each other. Links that stand on the
-    floor are not checked against solids that lie wholly below the height
-    where the robot's spheres begin to see.
+    Robot links are not checked against each other. Links on the floor are not
+    checked against solids that are below the floor height, where their spheres
+    ignore the scene.
 
     Args:
         robot: Model of a robot with a differential base.
@@ -101,7 +101,7 @@ def make_collision_model(
 
 
 def _add_robot(plant: MultibodyPlant, robot: RobotModel) -> list[RigidBody]:
-    """Adds the links, their joints, spheres and the frame E."""
+    """Adds the robot: links, joints, spheres and the end-effector frame E."""
     tree = robot.tree
     instance = plant.AddModelInstance("robot")
     links = [plant.world_body()]
@@ -157,7 +157,7 @@ def _offset_frame(
 def _add_scene(
     plant: MultibodyPlant, scene: PrimitiveScene, floor_height: float
 ) -> RigidBody:
-    """Adds two bodies that move together; returns the one near the floor."""
+    """Adds the scene as two bodies; returns the body of low solids."""
     instance = plant.AddModelInstance("scene")
     solids = plant.AddRigidBody("solids", instance, _INERTIA)
     low = plant.AddRigidBody("low", instance, _INERTIA)
@@ -182,6 +182,6 @@ def _shape(primitive: Box | Cylinder) -> Shape:
 
 
 def _floor_height(robot: RobotModel) -> float:
-    """Returns the height below which spheres of floor links see nothing [m]."""
+    """Returns the height below which floor links ignore the scene [m]."""
     q = np.array([0.0, 0.0, 0.0, *robot.home])
     return float(robot.spheres_at(q).ignore_below.max())

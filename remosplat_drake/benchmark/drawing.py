@@ -1,4 +1,4 @@
-"""`Drawing`: progress of the random generation of scenes and targets."""
+"""`Drawing`: callback for the progress of drawing random scenes and targets."""
 
 from collections.abc import Callable
 
@@ -8,4 +8,4 @@ items."""
 
 
 def no_drawing(what: str, found: int, count: int) -> None:
-    """A `Drawing` that shows nothing."""
+    """A `Drawing` that does nothing."""

@@ -1,4 +1,4 @@
-"""`LineFile`: a file of results, one per line, that survives a kill."""
+"""`LineFile`: a file of results, one per line, that a kill does not damage."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from remosplat_drake.base.errors import FileError
 
 
 class LineFile:
-    """Appends whole lines that are on disk when `append` returns.
+    """A file to which whole lines are appended; `append` waits for the disk.
 
     Args:
         path: Path of the file, which is created if it does not exist.
@@ -33,7 +33,7 @@ class LineFile:
         os.close(self._handle)
 
     def append(self, text: str):
-        """Appends one line, given without its line end."""
+        """Appends one line, which is given without its line end."""
         line = (text + "\n").encode()
         try:
             written = os.write(self._handle, line)
@@ -44,6 +44,6 @@ class LineFile:
             raise FileError(self._path, "the disk is full")
 
     def _cut_torn_line(self):
-        """Removes an incomplete line after a kill in the middle of writing."""
+        """Removes an incomplete last line, which a killed program has left."""
         data = self._path.read_bytes()
         os.ftruncate(self._handle, data.rfind(b"\n") + 1)

@@ -1,4 +1,4 @@
-"""The controllers that are compared: named scenarios without a scene."""
+"""Loads the methods that are compared: controllers and their settings."""
 
 import dataclasses as dc
 import hashlib
@@ -33,14 +33,14 @@ METHODS_FILE = Path(__file__).with_suffix(".yaml")
 SHIPPED_CONTROLLERS = {
     "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
 }
-"""Short names for other projects' controllers that the package contains."""
+"""Short names of the controllers of other projects that this package adapts."""
 
 BASE_METHOD = "sdf-hard"
-"""Method whose oracle, control period and limits a custom controller gets by
+"""Method whose oracle, control period and time limit a custom controller has by
 default."""
 
 CONTROL_PERIOD = 0.05
-"""Control period of the paper's benchmark, which runs at 20 Hz [s]."""
+"""Control period of the paper's benchmark (20 Hz) [s]."""
 
 GROUPS = {
     "paper": (
@@ -72,7 +72,7 @@ GROUPS = {
         "ellipsoid-active-any-opacity",
     ),
 }
-"""Short names for several methods."""
+"""Names that stand for groups of methods."""
 
 
 @dc.dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Method:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of all settings, from any file."""
+        """Digest of all settings, independent of their file."""
         settings = repr(dc.replace(self.scenario, source=""))
         for extension in extensions_in(self.scenario):
             name = extension_name(type(extension))
@@ -118,7 +118,7 @@ def load_methods(
     spheres: str | None = None,
     robot: str = "",
 ) -> list[Method]:
-    """Loads methods by name, in the order given and each once.
+    """Loads methods by name, each once, in the given order.
 
     Args:
         names: Shipped names, names of `GROUPS` or `SHIPPED_CONTROLLERS`,
@@ -151,14 +151,14 @@ def load_methods(
             earlier = found.setdefault(method.name, method)
             if earlier.fingerprint != method.fingerprint:
                 raise RemoSplatError(
-                    "--methods: two different methods are called"
-                    f" {method.name!r}"
+                    "--methods: two different methods have the name "
+                    f"{method.name!r}"
                 )
     return list(found.values())
 
 
 def _split_controller(name: str) -> tuple[str, str]:
-    """The user's controller, if any, and the method with its settings."""
+    """Splits a name into the user's controller, if any, and a method's name."""
     first, *rest = name.split(":")
     name = ":".join([SHIPPED_CONTROLLERS.get(first, first), *rest])
     module, *rest = name.split(":")
@@ -172,7 +172,8 @@ def _with_controller(method: Method, controller: str) -> Method:
     load_controller(controller)
     if not isinstance(method.scenario.station, KinematicStation):
         raise RemoSplatError(
-            f"--methods: {controller}: needs the kinematic station"
+            f"--methods: {controller}: a custom controller needs the "
+            "kinematic station"
         )
     aliases = {path: alias for alias, path in SHIPPED_CONTROLLERS.items()}
     name = aliases.get(controller, controller)
@@ -191,7 +192,7 @@ def _find(name: str) -> list[tuple[Path, str]]:
     valid = entries(path)
     for wanted in names:
         if wanted not in valid:
-            # Groups exist only for the shipped file.
+            # Names of groups are valid only for the file of shipped methods.
             groups = GROUPS if path == METHODS_FILE else ()
             others = (*groups, *SHIPPED_CONTROLLERS) if groups else ()
             problem = unknown_name("method", wanted, [*valid, *others])
@@ -210,19 +211,21 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
         ("targets", scenario.targets),
     ):
         if given:
-            raise FieldError(where, field, "is set by the benchmark")
+            raise FieldError(
+                where, field, ("must be absent, since the benchmark sets it")
+            )
     check_scenario(scenario)
-    # The benchmark uses maps without a measured error, which only stopping
-    # distances below the usual one require.
+    # A measured map error is required only for stopping distances below the
+    # usual one, which the benchmark's maps do not have.
     errors = map_error_gates(scenario, find_map_error(scenario))
     open_gates(errors, (), hardware=False, where=where)
     return scenario
 
 
 def _check_robot(scenario: Scenario, loaded: set[tuple]) -> None:
-    """Fails before anything runs if the robot cannot be loaded.
+    """Raises an error, before any trial, if the robot cannot be loaded.
 
-    Many methods have one robot, which is loaded once.
+    The result is cached, since many methods have the same robot.
     """
     model, spheres = robot_file(scenario), scenario.robot.spheres
     robot = model, spheres, scenario.scene.floor_height

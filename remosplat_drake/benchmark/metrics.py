@@ -1,7 +1,7 @@
-"""The metrics of the paper's section V, and two that do not depend on rates.
+"""Computes metrics of motion: the paper's (section V), and further ones.
 
-Pure functions of a trajectory: configurations q of shape (T + 1, n_q) at the
-control ticks and at the end, and the commands u (T, n_u) between them.
+The functions take a trajectory: configurations q, shape (T + 1, n_q), at the
+control ticks and at the end, and commands u, shape (T, n_u), between these.
 """
 
 import numpy as np
@@ -16,16 +16,17 @@ RESAMPLING_PERIOD = 0.05
 """Sampling period of `resampled_acceleration` [s]."""
 
 FAR = 0.1
-"""Self-distance beyond which larger values are not distinguished [m]."""
+"""Largest distance of the robot from itself that is measured [m]; larger ones
+count as this one."""
 
 JACOBIAN_STEP = 1e-5
-"""Half step of the central difference of a Jacobian in time [s]."""
+"""Half of the time step with which a Jacobian is differentiated [s]."""
 
 
 def target_errors(
     robot: RobotModel, q: np.ndarray, X_WTs: np.ndarray
 ) -> list[PoseError]:
-    """Returns the error to the target at each q, the worst of each kind.
+    """Returns the largest error of any end effector at each configuration.
 
     Args:
         robot: The robot.
@@ -46,7 +47,7 @@ def target_errors(
 
 
 def _worst(errors: list[PoseError]) -> PoseError:
-    """The largest distance, angle and L1 norm of several errors."""
+    """Returns the largest distance, angle and L1 norm of several errors."""
     return PoseError(
         max(errors, key=lambda error: error.distance).p_ET_W,
         max(errors, key=lambda error: error.angle).rotation_W,
@@ -71,7 +72,7 @@ def arrival_tick(errors: list[PoseError], rule: ArrivalConfig) -> int | None:
 def minimum_clearances(
     robot: RobotModel, q: np.ndarray, truth: DistanceField
 ) -> np.ndarray:
-    """Returns the smallest true clearance at each q, shape (T + 1,) [m]."""
+    """Returns the robot's smallest true clearance at each q, (T + 1,) [m]."""
     return np.array(
         [truth.clearances(robot.spheres_at(q_t)).minimum() for q_t in q]
     )
@@ -80,16 +81,17 @@ def minimum_clearances(
 def self_distance(robot: RobotModel, q: np.ndarray) -> float | None:
     """Returns the smallest distance of the robot from itself, up to `FAR` [m].
 
-    It is measured between hulls of links, over the pairs that the robot avoids
-    and that do not overlap at home.
+    It is the distance between the convex hulls of two links, over the pairs of
+    links that the robot keeps apart and that do not overlap in its home
+    posture.
 
     Args:
         robot: The robot.
         q: Configurations, shape (T + 1, n_q).
 
     Returns:
-        The distance, negative where links overlap; None if the robot avoids no
-        pair of links.
+        The distance, negative if links overlap; None if the robot keeps no pair
+        of links apart.
     """
     pairs = self_collision_pairs(robot, 0.0)
     apart = pairs.allowance == 0.0
@@ -122,13 +124,14 @@ def end_effector_positions(robot: RobotModel, q: np.ndarray) -> np.ndarray:
 def mean_acceleration(
     robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
 ) -> float:
-    """Returns the authors' gracefulness: mean |a_EE| [m/s^2].
+    """Returns the paper's gracefulness, the mean of |a_EE| [m/s^2].
 
     a = J du/dt + dJ/dt u, where du/dt is the central difference of the commands
     at the control rate (one-sided at both ends). |a| is averaged over the ticks
-    (paper section V, "Gracefulness"; as defined in the authors' code). The jump
-    from rest and the stop do not count, and the result grows with the control
-    rate; `resampled_acceleration` does not have these defects.
+    (paper section V, "Gracefulness"; as defined in the authors' code). This
+    metric has two defects: it does not count the acceleration at start and
+    stop, and it grows with the control rate. `resampled_acceleration` has
+    neither.
 
     Args:
         robot: Model of the robot, for its Jacobians.
@@ -155,9 +158,10 @@ def mean_acceleration(
 
 
 def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
-    """Returns the largest jerk as a share of the arm's limits.
+    """Returns the largest jerk, relative to the arm's limits.
 
-    The jerk is the second difference of the commands, from rest on.
+    The jerk is the second difference of the commands; before the first one, the
+    robot is at rest.
 
     Args:
         robot: Model of the robot, for its limits.
@@ -165,7 +169,7 @@ def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
         dt: Control period [s].
 
     Returns:
-        The share; None if the robot's description states no limits.
+        The ratio; None if the robot's description states no limits.
     """
     if not np.isfinite(robot.jerk_limit).any():
         return None
@@ -176,10 +180,10 @@ def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
 def torque_share(
     robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
 ) -> float | None:
-    """Returns the largest torque of the arm as a share of its motors' limits.
+    """Returns the largest torque of the arm, relative to its motors' limits.
 
-    These are the torques of the commands, by inverse dynamics with the masses
-    of the model file and an empty hand; see `ArmDynamics`.
+    The torques that the commands require are computed by inverse dynamics, with
+    the masses of the model file and an empty hand; see `ArmDynamics`.
 
     Args:
         robot: Model of the robot.
@@ -188,7 +192,7 @@ def torque_share(
         dt: Control period [s].
 
     Returns:
-        The share; None where the model file states no limits.
+        The ratio; None if the model file states no limits.
     """
     dynamics = robot.dynamics
     if not np.isfinite(dynamics.limit).any():
@@ -207,13 +211,13 @@ def resampled_acceleration(
 ) -> float:
     """Returns the end effector's mean |a| from rest to rest [m/s^2].
 
-    Positions are resampled to a fixed period, so that the number hardly depends
-    on the control rate; a zero velocity is added at both ends, so that starting
-    and stopping count, too.
+    Positions are resampled to a fixed period, so that the result hardly depends
+    on the control rate. Zero velocities are added at both ends, so that
+    starting and stopping count, too.
 
     Args:
-        p_WE: Positions of the end effector in W, one every dt, shape
-            (T + 1, 3) [m].
+        p_WE: Positions of the end effector in W at intervals of dt, shape (T +
+            1, 3) [m].
         dt: Period of the positions [s].
         period: Period to which the positions are resampled [s].
 
@@ -221,7 +225,7 @@ def resampled_acceleration(
         The mean; 0 if the motion is shorter than one period.
     """
     end = (len(p_WE) - 1) * dt
-    # Rounding must not lose the last sample.
+    # The small constant prevents that rounding omits the last sample.
     wanted = period * np.arange(np.floor(end / period + 1e-9) + 1)
     if len(wanted) < 2:
         return 0.0
@@ -243,7 +247,8 @@ def is_stalled(
         q: Configurations at the control ticks, shape (T + 1, n_q).
         dt: Control period [s].
         window: Length of the evaluated time before the end [s].
-        reach: Path length up to which a point counts as at rest [m].
+        reach: Largest path length in this time with which a point counts as at
+            rest [m].
     """
     last = q[-1 - round(window / dt) :]
     if len(last) < 2:

@@ -1,12 +1,13 @@
 """MotionBenchMaker's problems as a suite: scenes, starts and goals of an arm.
 
-A family is a folder of pairs `sceneNNNN.yaml` and `requestNNNN.yaml` (Chamzas
-et al., "MotionBenchMaker", RA-L 2022). The scene is placed around the arm's
-mount. The goal is the pose of the end effector at one given configuration;
-other configurations that reach this pose count, too.
+A family of problems is a folder of pairs of files, `sceneNNNN.yaml` and
+`requestNNNN.yaml` (Chamzas et al., "MotionBenchMaker", RA-L 2022). The scene is
+placed around the arm's mount. The request contains a goal configuration. The
+task here is to reach the pose of the end effector at that configuration, with
+any configuration.
 
-At the goal the hand encloses an object that is to be grasped. It is left out of
-the scene, or the hand alone may touch it.
+In many problems the hand encloses an object at the goal, to grasp it. This
+object is either left out of the scene, or only the hand may touch it.
 """
 
 import dataclasses as dc
@@ -31,40 +32,44 @@ from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SUITE = "MotionBenchMaker"
-"""Name of the suite; in titles, the robot follows."""
+"""Name of the suite. In titles, the name of the robot follows."""
 
 GRASP_SUITE = f"{SUITE} with the object"
-"""Name of the suite with the object to be grasped."""
+"""Name of the suite whose scenes contain the object to be grasped."""
 
 ROBOT = "panda"
 """Default robot of the problems."""
 
 GRASP_DISTANCE = 0.021
-"""Distance to the hand's spheres within which an object is grasped [m]."""
+"""Distance from the hand's spheres within which an object counts as grasped
+[m]."""
 
 GRASP_SIZE = 0.3
 """Largest side length of an object that a hand grasps [m]."""
 
 GRASP_SPHERES = ("paper", "covering")
-"""Sphere sets that determine the grasped object: the first that the robot
-has."""
+"""Sphere sets for finding the grasped object; the first one that the robot has
+is used."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
-"""Smallest clearance of a displaced base [m], and number of random attempts."""
+"""Smallest clearance of a robot at a displaced base pose [m], and largest
+number of random poses that are tried."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which floor links see nothing, as in scenarios [m]."""
+"""Height below which links on the floor ignore the scene, as in scenarios
+[m]."""
 
 
 @dc.dataclass(frozen=True)
 class MotionProblem(SceneCase):
     """One problem: a scene, a start and a goal, for one robot.
 
-    Its `file` is the request; the scene is in the same folder.
+    The attribute `file` is the request's file; the scene's file is in the same
+    folder.
 
     Attributes:
-        robot: Name or file of the robot. An arm on a fixed base has the
-            problem's pose; a mobile one starts at a displaced pose, which is
+        robot: Name or file of the robot. An arm on a fixed base stands at the
+            problem's pose. A mobile robot starts at a displaced pose, which is
             the same in every run.
         with_object: Whether the scene contains the object to be grasped.
     """
@@ -73,7 +78,7 @@ class MotionProblem(SceneCase):
     with_object: bool = False
 
     def grasping(self) -> "MotionProblem":
-        """Returns the same problem, with the object to be grasped."""
+        """Returns the same problem in a scene with the object to be grasped."""
         suite = self.suite.replace(SUITE, GRASP_SUITE, 1)
         return dc.replace(self, suite=suite, with_object=True)
 
@@ -99,11 +104,11 @@ class MotionProblem(SceneCase):
 def motion_problems(
     folder: Path, count: int, robot: str = ROBOT
 ) -> list[MotionProblem]:
-    """Lists the first problems of each family in a folder.
+    """Returns the first problems of each family in a folder.
 
     Args:
         folder: Folder of families, or a family itself.
-        count: Number of problems of each family.
+        count: Largest number of problems of each family.
         robot: Name or file of the robot.
 
     Raises:
@@ -127,20 +132,24 @@ def motion_problems(
     ]
     if not problems:
         archives = sorted(p.name for p in folder.glob("*.tar*"))
-        hint = f"; unpack {archives[0]} with `tar xf`" if archives else ""
-        raise FileError(folder, f"holds no requestNNNN.yaml{hint}")
+        hint = (
+            f"; unpack its archive {archives[0]} with `tar xf`"
+            if archives
+            else ""
+        )
+        raise FileError(folder, f"contains no requestNNNN.yaml{hint}")
     return problems
 
 
 def _family(folder: Path) -> str:
-    """The name of a family; its folder's name also contains a robot."""
+    """Returns a family's name, without the robot in its folder's name."""
     return folder.resolve().name.removesuffix(f"_{ROBOT}")
 
 
 def _numbers(folder: Path) -> list[str]:
-    """The numbers of the problems in a folder, as they are written.
+    """Returns the numbers of the problems in a folder, as written.
 
-    A number with only one file of a pair counts: it is an unusable problem.
+    A number of which one file is missing is included, as an unusable problem.
     """
     return sorted(
         {
@@ -209,7 +218,8 @@ def read_request(
 
     Args:
         path: The YAML file.
-        joints: Names of the arm's joints; others, as of fingers, are ignored.
+        joints: Names of the arm's joints. Other joints in the file, such as
+            those of fingers, are ignored.
 
     Returns:
         Joint positions at the start and at the goal, shape (n,) each [rad].
@@ -235,7 +245,7 @@ def read_request(
     for joint in joints:
         for place, given in ((positions, start), (wanted, goal)):
             if joint not in given:
-                place.fail(f"has no position of {joint}")
+                place.fail(f"has no position of joint {joint}")
     return (
         np.array([start[joint] for joint in joints]),
         np.array([goal[joint] for joint in joints]),
@@ -247,8 +257,8 @@ def grasped_object(
 ) -> str | None:
     """Finds the object that the hand encloses.
 
-    It is the nearest small one within `GRASP_DISTANCE` of a sphere that moves
-    with the arm's last joint.
+    It is the nearest object that is small enough and within `GRASP_DISTANCE` of
+    a sphere that moves with the arm's last joint.
 
     Args:
         robot: The robot, with its spheres.
@@ -271,7 +281,7 @@ def grasped_object(
 def _objects(
     name: str | None, placed: dict[str, PrimitiveScene]
 ) -> tuple[SceneObject, ...]:
-    """The solids of the object to be grasped; none where there is none."""
+    """Returns the solids of the object to be grasped; empty without one."""
     solids = placed[name].primitives if name else ()
     return tuple(
         SceneObject(f"{name} {i + 1}", solid) for i, solid in enumerate(solids)
@@ -279,14 +289,14 @@ def _objects(
 
 
 def _size(scene: PrimitiveScene) -> float:
-    """The largest side length of a scene's primitives [m]."""
+    """Returns the largest side length of a scene's solids [m]."""
     boxes = [2 * float(box.half_extents.max()) for box in scene.boxes]
     cylinders = [2 * max(c.radius, c.half_height) for c in scene.cylinders]
     return max([*boxes, *cylinders], default=0.0)
 
 
 def _placed(X_WS: RigidTransform, scene: PrimitiveScene) -> PrimitiveScene:
-    """A scene moved from its frame S into W."""
+    """Returns a scene that is moved from its frame S into W."""
 
     def moved(primitive: Box | Cylinder) -> Box | Cylinder:
         return dc.replace(primitive, X_WP=X_WS @ primitive.X_WP)
@@ -301,7 +311,7 @@ def _placed(X_WS: RigidTransform, scene: PrimitiveScene) -> PrimitiveScene:
 def _displaced(
     robot: RobotModel, scene: PrimitiveScene, arm: np.ndarray, file: str
 ) -> tuple[float, float, float]:
-    """Draws a collision-free start of a base; the scene's name is the seed."""
+    """Draws a collision-free start pose; the scene's name is the seed."""
     digest = hashlib.sha256(scene.name.encode()).digest()
     rng = np.random.default_rng(list(digest[:8]))
     field = SignedDistanceField(scene)

@@ -1,4 +1,4 @@
-"""The table of MotionBenchMaker's problems: a row per method and family."""
+"""Makes the table of MotionBenchMaker's problems, by method and family."""
 
 import numpy as np
 
@@ -44,21 +44,21 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             for row in comparison.rows
             for family in (*families, ALL)
         ),
-        "The object that the hand encloses at the goal is left out of the"
-        " scene: neither the map nor the true scene contains it. In"
-        " problems with the object, the hand alone may touch it."
-        " Collisions are judged by the true geometry, at ticks and at four"
-        " points between. Motion times are those of the problems that the row"
-        " itself reaches. Motion / joint path is their ratio to the time of the"
-        " straight path in joint space to the given goal configuration, at the"
-        " velocity limits and through all obstacles. Jerk is the second"
-        " difference of the commands, and torque that of the commands with an"
-        " empty hand, both relative to the limits in the robot's description"
-        " and model file. The columns of paths contain the number of problems"
-        " in which a path was found, the time of the searches until then, with"
-        " other load on the computer, and the number of configurations and"
-        " motions that they checked."
-        " Errors are problems that cannot be used; they count as not reached.",
+        "Neither the map nor the true scene contains the object that the "
+        "hand encloses at the goal. In problems with the object, the hand "
+        "alone may touch it. Collisions are judged by the true geometry, at "
+        "ticks and at four points between. Motion times are computed over "
+        "the problems that the row itself reaches. Motion / joint path is "
+        "the ratio of the motion time to the time of a straight path in "
+        "joint space to the given goal configuration, which is at the "
+        "velocity limits and ignores all obstacles. Jerk is the second "
+        "difference of the commands. Torque is the torque that the commands "
+        "require with an empty hand. Both are relative to the limits in the "
+        "robot's description and model file. The columns of paths contain "
+        "the number of problems in which a path was found, the search time "
+        "until then, with other load on the computer, and the number of "
+        "configurations and motions that were checked. Errors are problems "
+        "that cannot be used; they count as not reached.",
         texts=2,
     )
 

@@ -1,4 +1,4 @@
-"""`MovingCase`: a scene of solids with movers."""
+"""`MovingCase`: a scene of solids with movers (moving obstacles)."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from remosplat_drake.scene.moving.person import Person
 from remosplat_drake.scene.moving.track import Track
 
 MOVING = "moving"
-"""Kind of the suite of scenes with movers."""
+"""Name of the kind of suite whose scenes have movers."""
 
 
 @dc.dataclass(frozen=True)
 class MovingCase(SceneCase):
-    """A scene with random movers; the seed is the scene's name."""
+    """A scene with random movers, which the scene's name determines."""
 
     @staticmethod
     def of(case: SceneCase) -> "MovingCase":
@@ -33,7 +33,7 @@ class MovingCase(SceneCase):
         return MovingCase(**{**fields, "suite": suite})
 
     def movers(self) -> Sequence[MoverConfig | Person]:
-        """Draws movers.
+        """Draws the scene's movers.
 
         Raises:
             RemoSplatError: The scene's file cannot be used.
@@ -41,5 +41,5 @@ class MovingCase(SceneCase):
         return draw_movers(self.truth(), self.seed)
 
     def tracks(self) -> list[Track]:
-        """Returns the tracks of the movers."""
+        """Returns the motions of the movers over time."""
         return [mover.make(Path()) for mover in self.movers()]

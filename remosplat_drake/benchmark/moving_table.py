@@ -1,4 +1,4 @@
-"""The table of a study with movers: contacts, and which side caused them."""
+"""Makes the table of trials with movers: contacts, and their causes."""
 
 import numpy as np
 
@@ -20,16 +20,16 @@ RULE = "text"
 """The success rule of the table."""
 
 NOTES = (
-    "Numbers of scenes by the worst contact with a mover, at and between ticks."
-    " Towards: the touching link moved towards the mover, so the robot caused"
-    " the contact. Out of unseen space: the link moved towards the mover, but"
-    " the robot's cameras had not seen the mover all the time since it was the"
-    " protective separation distance away. Retreating: the mover caught up with"
-    " a link that moved away or sideways. At rest: the link did not move."
-    " Reached: the robot arrived without the first two kinds of contact, and"
-    " without a collision with the scene. Reachable: some method of the table"
-    " arrived, with or without contacts. Waited, time: medians over the scenes"
-    " that were reached."
+    "Numbers of scenes by the worst contact with a mover, at and between "
+    "ticks. Towards: the touching link moved towards the mover, so the robot "
+    "caused the contact. Out of unseen space: the link moved towards the "
+    "mover, but at some time after the mover came nearer than the protective "
+    "separation distance, no camera saw it. Retreating: the mover caught up "
+    "with a link that moved away or sideways. At rest: the link did not "
+    "move. Reached: the robot arrived without the first two kinds of "
+    "contact, and without a collision with the scene. Reachable: some method "
+    "of the table arrived, with or without contacts. Waited, time: medians "
+    "over the scenes that were reached."
 )
 
 
@@ -61,7 +61,7 @@ def moving_table(comparison: Comparison) -> Table:
 
 
 def reached(row: Row) -> np.ndarray:
-    """Returns which trials arrived without contacts that the robot caused."""
+    """Returns whether each trial arrived without causing a contact."""
     faults = np.isin(worst_contacts(row), (TOWARDS, UNSEEN))
     return row.successes(RULE) & ~faults
 
@@ -107,7 +107,7 @@ def _row(row: Row, reachable: np.ndarray) -> tuple[str, ...]:
 
 
 def moving_document(row: Row) -> dict:
-    """Gathers a method's numbers for `benchmark --json`.
+    """Collects a method's results with movers for `benchmark --json`.
 
     Args:
         row: The trials of a method, with movers.

@@ -1,4 +1,4 @@
-"""A comparison at a glance: one table, one sentence, one JSON document."""
+"""Summarises a comparison: as a table, a sentence, and a JSON document."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ from remosplat_drake.benchmark.result import RULES
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 RULE = RULES[0]
-"""The success rule of the overview: the paper's text."""
+"""The success rule of the overview: the rule in the paper's text."""
 
 
 def overview_table(comparison: Comparison) -> Table:
@@ -51,7 +51,8 @@ def overview_table(comparison: Comparison) -> Table:
         comparison.title,
         (*header, "least clearance [mm]", "tick [ms]"),
         tuple(rows),
-        "Reached by the paper's text, with 95 % intervals; ticks: median.",
+        "Reached: by the rule in the paper's text, with 95 % intervals. "
+        "Ticks: median.",
     )
 
 
@@ -68,10 +69,10 @@ def headline(comparison: Comparison) -> str:
     collisions = sum(row.collisions() for row in best)
     touched = "never" if not collisions else f"{collisions} times"
     text = (
-        f"{', '.join(row.method for row in best)}"
-        f" {'reach' if several else 'reaches'} most: {most} of {count} scenes"
-        f" ({100 * low:.0f} to {100 * high:.0f} % with 95 % confidence),"
-        f" colliding {touched}."
+        f"{', '.join(row.method for row in best)} "
+        f"{'reach' if several else 'reaches'} the most targets: {most} of "
+        f"{count} ({100 * low:.0f} to {100 * high:.0f} % with 95 % "
+        f"confidence), colliding {touched}."
     )
     run = [row for row in comparison.rows if row.method in comparison.paper]
     if not run:
@@ -79,14 +80,14 @@ def headline(comparison: Comparison) -> str:
     papers = max(run, key=lambda row: comparison.paper[row.method].successes)
     theirs = comparison.paper[papers.method].successes / PAPER_TRIALS
     return (
-        f"{text} Of the paper's methods that were run, {papers.method} is the"
-        f" best by its numbers: {_successes(papers)} of {len(papers)} here, and"
-        f" {100 * theirs:.1f} % in the paper."
+        f"{text} Of the paper's methods in this comparison, {papers.method} "
+        f"has the highest success in the paper, {100 * theirs:.1f} %; here it "
+        f"reaches {_successes(papers)} of {len(papers)}."
     )
 
 
 def document(trials: Sequence) -> dict:
-    """Gathers results into the document of `benchmark --json`.
+    """Collects results into the document of `benchmark --json`.
 
     Args:
         trials: The results of all trials.

@@ -1,4 +1,4 @@
-"""The paper's results, to stand beside our own numbers."""
+"""The results of the paper, which tables show beside our own."""
 
 import dataclasses as dc
 
@@ -13,14 +13,14 @@ class PaperRow:
     Attributes:
         label: Name of the method in the paper's table.
         successes: Number of successful trials out of `PAPER_TRIALS`.
-        average_distance: Mean clearance over commonly solved trials (the paper
-            stars it) [m].
-        gracefulness: Mean acceleration over commonly solved trials [m/s^2].
-        path_length: Path length of the end effector over commonly solved
-            trials [m].
+        average_distance: Mean clearance over the trials that all methods of the
+            paper's table solve (marked by a star in the paper) [m].
+        gracefulness: Mean acceleration of the end effector over these trials
+            [m/s^2].
+        path_length: Path length of the end effector over these trials [m].
         collisions: Number of trials with a collision out of `PAPER_TRIALS`.
         solve: Mean and standard deviation of the solver's time [ms].
-        rate: Control rate [Hz]; None where the paper gives none.
+        rate: Control rate [Hz]; None if the paper does not state it.
     """
 
     label: str
@@ -84,7 +84,8 @@ PAPER_TABLE_I = {
 """The rows of the paper's Table I, by the name of our corresponding method."""
 
 SCAN, NOISY_SCAN = "scan", "noisy scan"
-"""Families of cases that repeat the paper's experiments 2 and 3."""
+"""Names of the families of cases that repeat the paper's experiments 2 and
+3."""
 
 
 @dc.dataclass(frozen=True)
@@ -94,10 +95,10 @@ class PaperScanRow:
     Attributes:
         label: Name of the method in the paper's table.
         successes: Number of targets reached out of `PAPER_TARGETS`.
-        gracefulness: Mean acceleration over the successes [m/s^2]; None
-            without any.
+        gracefulness: Mean acceleration over the successful trials [m/s^2]; None
+            if there are none.
         collisions: Number of trials with a collision out of `PAPER_TARGETS`;
-            None where the paper gives none.
+            None if the paper does not state it.
     """
 
     label: str
@@ -107,7 +108,8 @@ class PaperScanRow:
 
 
 PAPER_TARGETS = 7
-"""Number of targets in the paper's scan, one of which no method can reach."""
+"""Number of targets in the paper's scanned scene. No method can reach one of
+them."""
 
 PAPER_SCANS = {
     SCAN: (

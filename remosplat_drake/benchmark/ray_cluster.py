@@ -8,15 +8,15 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.base.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
-"""Longest time that a cluster may take to answer [s]."""
+"""Longest time that is waited for a cluster's answer [s]."""
 
 
 def on_ray(jobs: Iterable[Job], address: str) -> Results:
-    """Runs jobs on a cluster; jobs of a lost worker or node are run again.
+    """Runs jobs on a cluster, and repeats the jobs of lost workers or nodes.
 
     Args:
-        jobs: Jobs to run. Scene files must have the same path on all nodes,
-            which must be able to import the functions.
+        jobs: Jobs to run. Scene files must have the same path on all nodes, and
+            all nodes must be able to import the jobs' functions.
         address: Address of the cluster, as `ray.init` takes it.
 
     Raises:
@@ -44,8 +44,8 @@ def on_ray(jobs: Iterable[Job], address: str) -> Results:
         run = ray.remote(num_cpus=1, max_retries=MAX_ATTEMPTS - 1)(Job.run)
         queue, running = iter(jobs), dict[object, Job]()
         while True:
-            # The number of nodes may change. Some jobs are queued, so that no
-            # node idles.
+            # The number of nodes may change. Some jobs are always queued, so
+            # that no node is idle.
             cores = ray.cluster_resources().get("CPU", 1)
             while len(running) < 2 * cores:
                 if (job := next(queue, None)) is None:
@@ -66,7 +66,10 @@ def on_ray(jobs: Iterable[Job], address: str) -> Results:
 
 
 def _check_reachable(address: str) -> None:
-    """Raises an error soon if no cluster listens; Ray would try for minutes."""
+    """Raises an error if no cluster listens.
+
+    Ray itself would try to connect for minutes.
+    """
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if not host:
         return

@@ -20,7 +20,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
-"""Origins of a splat, by their names in tables."""
+"""Names in tables of the origins of a splat."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,19 +31,20 @@ class ReachingTask:
         X_WE_target: Target pose of the end effector in W.
         X_WB_start: Start pose of the base in W as (x, y, yaw) [m, m, rad].
         content_hash: Digest of the true geometry.
-        measure_truth: Makes the distance field with which collisions are
-            detected.
+        measure_truth: Function that makes the distance field for the detection
+            of collisions.
         solids: The true geometry as solids; None if it is not made of known
             solids.
-        arm_start: Joint positions at which the arm starts [rad]; None: at its
-            home.
+        arm_start: Joint positions at which the arm starts [rad]; None takes its
+            home posture.
         start_field: Name of the start in the scene's file, for errors.
-        arm_goal: Joint positions of an arm on a fixed base at the target [rad];
-            None if they are not given.
-        grasped: The object that the hand encloses at the target, and that the
-            hand alone may touch; empty if there is none, or if it is left out.
-        further_targets: Target poses in W of the robot's further end effectors,
-            in their order; empty if they have none.
+        arm_goal: Joint positions at the target, of an arm on a fixed base
+            [rad]; None if they are not given.
+        grasped: Solids of the object that the hand encloses at the target and
+            that only the hand may touch. Empty if there is no such object, or
+            if the scene does not contain it.
+        further_targets: Target poses in W of the robot's other end effectors,
+            in order; empty if only the first one has a target.
     """
 
     X_WE_target: RigidTransform
@@ -59,7 +60,7 @@ class ReachingTask:
 
     @property
     def X_WTs(self) -> np.ndarray:
-        """Target poses of the first end effectors, shape (e, 4, 4)."""
+        """Target poses of the e end effectors with targets, (e, 4, 4)."""
         targets = (self.X_WE_target, *self.further_targets)
         return np.array([X_WT.GetAsMatrix4() for X_WT in targets])
 
@@ -71,7 +72,7 @@ class ReachingTask:
     def with_grasped(
         self, field: DistanceField, robot: RobotModel
     ) -> DistanceField:
-        """Adds the object to a field, for all links except the hand's.
+        """Adds the object to grasp to a field, for all links except the hand's.
 
         Args:
             field: Distances to all other surfaces.
@@ -107,7 +108,7 @@ class BenchmarkCase(Protocol):
 
     @property
     def file(self) -> str:
-        """Path of the file that the case was read from; empty without one."""
+        """Path of the case's file; empty if it has none."""
         ...
 
     @property
@@ -121,19 +122,19 @@ class BenchmarkCase(Protocol):
         ...
 
     def task(self) -> ReachingTask:
-        """Returns the target and the truth about the scene.
+        """Returns the target, and the true geometry of the scene.
 
         Raises:
-            RemoSplatError: A file cannot be used, or there is no task.
+            RemoSplatError: A file cannot be used, or contains no task.
         """
         ...
 
     def splat_key(self) -> str:
-        """Returns a key of the splat's content, without making the splat."""
+        """Returns a key that identifies the splat, without making the splat."""
         ...
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """Returns the map, expressed in W, and its origin's name in tables."""
+        """Returns the map in W, and the name of its origin for tables."""
         ...
 
 

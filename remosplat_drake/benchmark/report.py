@@ -1,4 +1,4 @@
-"""The tables of a benchmark, with the paper's numbers."""
+"""Makes the tables of a benchmark, with the paper's results for comparison."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 KINEMATIC = "kinematic"
-"""Name of the station with which the dynamic one is compared."""
+"""Name of the station that the dynamic station is compared with."""
 
 COMMON = (
     ("average_distance", 3),
@@ -30,8 +30,8 @@ COMMON = (
     ("acceleration", 3),
     ("duration", 2),
 )
-"""Fields of `Judgement` averaged over commonly solved trials, and their
-decimals."""
+"""Fields of `Judgement` that are averaged over the trials that all methods
+solve, with their number of decimals."""
 
 
 def report_tables(results: Sequence[TrialResult]) -> list[Table]:
@@ -66,7 +66,7 @@ def to_markdown(tables: Sequence[Table], heading: str) -> str:
 
 
 def main_table(comparison: Comparison, rule: str) -> Table:
-    """Makes our counterpart of the paper's Table I, with the paper's rows.
+    """Makes a table like the paper's Table I; the paper's rows are included.
 
     Args:
         comparison: The methods to show, one a row.
@@ -169,7 +169,7 @@ def family_table(comparison: Comparison) -> Table:
 
 
 def outcome_table(comparison: Comparison) -> Table:
-    """Makes the table of how trials failed, by the paper's success rule."""
+    """Makes the table of reasons of failures, by the paper's success rule."""
     outcomes = comparison.outcomes()
     return Table(
         f"{comparison.title}: why trials failed (text)",
@@ -184,14 +184,14 @@ def outcome_table(comparison: Comparison) -> Table:
             )
             for row in comparison.rows
         ),
-        "local minimum: at rest at the time limit; timeout: still moving;"
-        " infeasible: the last program had no solution; error: the"
-        " scene cannot be used.",
+        "local minimum: the robot is at rest at the time limit; timeout: it "
+        "still moves; infeasible: the last quadratic program has no "
+        "solution; error: the scene cannot be used.",
     )
 
 
 def timing_table(comparison: Comparison) -> Table:
-    """Makes the table of the time of a tick, and the control rate it allows."""
+    """Makes the table of tick durations and achievable control rates."""
     rows = []
     for row in comparison.rows:
         p50, p99 = 1e3 * row.times("tick_p50"), 1e3 * row.times("tick_p99")
@@ -220,13 +220,13 @@ def timing_table(comparison: Comparison) -> Table:
             "trial [s]",
         ),
         tuple(rows),
-        "Medians over the trials, several of which ran at once.",
+        "Medians over the trials; several trials ran at the same time.",
         texts=2,
     )
 
 
 def paired_table(comparison: Comparison) -> Table:
-    """Makes the table that compares each method with the first, by scene."""
+    """Makes the table that compares each method with the first, in pairs."""
     first, *others = comparison.rows
     rows = []
     for row in others:
@@ -248,7 +248,7 @@ def paired_table(comparison: Comparison) -> Table:
 
 
 def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
-    """Compares the dynamic station with the kinematic one, by method."""
+    """Makes the tables that compare the two stations for each method."""
     rows: dict[tuple, Row] = {
         (
             row.method,
@@ -297,7 +297,7 @@ def _mcnemar(a: np.ndarray, b: np.ndarray) -> tuple[str, str, str]:
     """Applies McNemar's exact test to the success of two methods.
 
     Args:
-        a: Success of the first method, shape (n,) bool.
+        a: Success of the first method in each scene, shape (n,) bool.
         b: Success of the second method in the same scenes, shape (n,) bool.
 
     Returns:

@@ -1,4 +1,4 @@
-"""The report as one page of HTML with tables and plots."""
+"""Writes the report as one page of HTML, with tables and plots."""
 
 import dataclasses as dc
 import html
@@ -28,7 +28,7 @@ _WIDTH = 6.4
 def to_html(
     results: Sequence[TrialResult], tables: Sequence[Table], heading: str
 ) -> str:
-    """Makes one self-contained HTML page of plots and the report's tables."""
+    """Makes a self-contained HTML page with plots and the report's tables."""
     parts = [_overview(comparison) for comparison in gather(results)]
     if tables:
         parts.append("<h2>All tables</h2>")
@@ -37,7 +37,7 @@ def to_html(
 
 
 def _overview(comparison: Comparison) -> str:
-    """The overview of one comparison: sentence, cards, table, plots."""
+    """Makes the overview of a comparison: sentence, cards, table and plots."""
     table = overview_table(comparison)
     rows, common = comparison.rows, comparison.common("text")
     numbers = {
@@ -79,7 +79,7 @@ def _figures(comparison: Comparison) -> str:
 
 
 def _success_plot(comparison: Comparison) -> str:
-    """Plots success by method with 95 % intervals, beside the paper's."""
+    """Plots the success of each method, beside the paper's results."""
 
     def draw(axes):
         for place, row in enumerate(comparison.rows):
@@ -108,14 +108,14 @@ def _box_plot(comparison: Comparison, field: str, label: str) -> str:
 
 
 def _timing_plot(comparison: Comparison) -> str:
-    """Plots the distribution of the trials' median tick."""
+    """Plots the distribution of the median tick duration of the trials."""
     return _values_plot(
         comparison, lambda row: 1e3 * row.times("tick_p50"), "tick [ms]", True
     )
 
 
 def _rate_plot(comparison: Comparison) -> str:
-    """Plots the control rate against the number of splats, if there are any."""
+    """Plots the control rate over the number of splats, if there are any."""
     rows = [row for row in comparison.rows if row.splat != "none"]
     if not rows:
         return ""
@@ -138,7 +138,8 @@ def _rate_plot(comparison: Comparison) -> str:
 def _draw_rate(axes, y: float, successes: int, count: int, color: str):
     low, high = rate_interval(successes, count)
     rate = successes / count
-    # At rates of 0 and 1, rounding may put an end of the interval beyond them.
+    # At a rate of 0 or 1, a rounding error may put an end of the interval on
+    # the wrong side of the rate.
     below, above = max(rate - low, 0.0), max(high - rate, 0.0)
     axes.errorbar(
         100 * rate,
@@ -171,7 +172,7 @@ def _values_plot(
 
 
 def _methods_plot(comparison: Comparison, draw: Callable) -> str:
-    """Makes a plot with one line a method, the first on top."""
+    """Makes a plot with one line per method; the first is on top."""
     names = [row.method for row in comparison.rows]
     axes, figure = new_plot(_WIDTH, 1 + 0.4 * len(names))
     draw(axes)

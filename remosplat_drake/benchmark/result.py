@@ -27,9 +27,9 @@ OUTCOMES = (
 )
 """Outcomes of a trial: success, or the reason of its failure.
 
-`timeout`: still moving when the time limit was reached. `local minimum`:
-standing still by then. `infeasible`: the last quadratic program had no
-solution. `error`: the scene cannot be used, because of its file or because the
+`timeout`: the robot was still moving at the time limit. `local minimum`: it
+stood still at the time limit. `infeasible`: the last quadratic program had no
+solution. `error`: the scene cannot be used, because its file is invalid or the
 robot would start inside an obstacle. `crash`: an error in the software.
 """
 
@@ -48,18 +48,20 @@ class Judgement:
 
     Attributes:
         outcome: One of `OUTCOMES`.
-        duration: Time to the arrival, or to the end of the run [s].
-        average_distance: Time mean of the smallest true clearance, D_avg [m].
+        duration: Time until the arrival, or else until the end of the run [s].
+        average_distance: Mean over time of the smallest true clearance, D_avg
+            in the paper [m].
         minimum_distance: Smallest true clearance at and between ticks [m].
-        gracefulness: Mean |a_EE| by the authors' definition [m/s^2].
-        acceleration: Mean |a_EE| that does not depend on the control rate
-            [m/s^2].
+        gracefulness: Mean acceleration of the end effector by the paper's
+            definition [m/s^2].
+        acceleration: Mean acceleration of the end effector, by a definition
+            that hardly depends on the control rate [m/s^2].
         path_length: Path length of the end effector [m].
         base_path_length: Path length of the base [m].
-        jerk: Largest jerk of the commands, as a share of the arm's limits; None
-            if the robot's description states none.
-        torque: Largest torque that the commands require, as a share of the
-            motors' limits; None if the model file states none.
+        jerk: Largest jerk of the commands, relative to the arm's limits; None
+            if the robot's description states no limits.
+        torque: Largest torque that the commands require, relative to the
+            motors' limits; None if the model file states no limits.
     """
 
     outcome: str
@@ -81,13 +83,13 @@ class Judgement:
 
 @dc.dataclass(frozen=True)
 class MovingResult:
-    """The motion of the robot and of the movers around it, by the truth.
+    """Contacts and distances between the robot and movers, by ground truth.
 
     Attributes:
         movers: Number of movers; each moving part counts.
         contacts: Number of contacts of a link and a mover, by their kind
             (`recording.mover_contacts`).
-        distance: Least distance of the robot to any mover [m].
+        distance: Smallest distance of the robot from any mover [m].
         waited: Time in which no part of the robot moved [s].
     """
 
@@ -98,20 +100,21 @@ class MovingResult:
 
     @property
     def worst(self) -> str:
-        """The worst kind of contact; empty without any."""
+        """The worst kind of contact; empty if there was no contact."""
         return next((kind for kind in KINDS if self.contacts.get(kind)), "")
 
 
 @dc.dataclass(frozen=True)
 class WallTimes:
-    """Wall-clock times of a trial, which are not repeatable.
+    """Wall-clock times of a trial, which differ from run to run.
 
     Attributes:
-        solve_mean: Mean time to solve the quadratic program [s], of ticks that
-            ran step by step; 0 if each tick was one compiled call.
-        solve_std: Standard deviation of that time [s].
-        tick_p50: Median of a whole control tick [s].
-        tick_p99: 99th percentile of a whole control tick [s].
+        solve_mean: Mean time to solve the quadratic program [s]. It is measured
+            only if ticks run step by step, and is 0 if each tick is one
+            compiled call.
+        solve_std: Standard deviation of the time to solve the program [s].
+        tick_p50: Median duration of a whole control tick [s].
+        tick_p99: 99th percentile of the duration of a whole control tick [s].
         trial: Duration of the whole trial [s].
         first_path: Search time until the first path was found [s]; None if none
             was searched or found.
@@ -130,8 +133,8 @@ class TrialResult:
     """The result of one method in one scene.
 
     Attributes:
-        key: Key of the method, the scene and all settings; trials of equal
-            keys are equal.
+        key: Digest of the method, the scene and all settings. Trials with the
+            same key have the same result.
         method: Name of the method.
         scene: Name of the scene.
         family: Family of the scene.
@@ -151,15 +154,18 @@ class TrialResult:
         times: Wall-clock times; None after a crash.
         suite: Name of the suite.
         error: Error text of a crash; empty otherwise.
-        problem: Why the scene cannot be used, in one line; empty otherwise.
-        joint_time: Time that the straight path of the joints to the given
-            goal takes at the velocity limits; None without such a goal [s].
-        first_checks: Number of configurations and motions that were checked
-            until the first path was found; None if none was searched or found.
+        problem: Reason why the scene cannot be used, in one line; empty if it
+            can.
+        joint_time: Time of a straight path in joint space to the given goal, at
+            the velocity limits [s]; None if no goal configuration is given.
+        first_checks: Number of configurations and motions that were checked for
+            collisions until the first path was found; None if no path was
+            found.
         self_distance: Smallest distance between the hulls of two links that the
             robot keeps apart, at ticks [m]; negative if they overlap, and None
             if the robot keeps no links apart.
-        moving: Contacts with movers and their distances; None without movers.
+        moving: Contacts with movers, and distances from them; None without
+            movers.
     """
 
     key: str
@@ -191,14 +197,14 @@ class TrialResult:
         return getattr(self, rule)
 
     def outcome(self, rule: str) -> str:
-        """Returns which of `OUTCOMES` the trial has by one of `RULES`."""
+        """Returns the trial's outcome by one of `RULES`, one of `OUTCOMES`."""
         judgement = self.judged(rule)
         if judgement is None:
             return ERROR if self.problem else CRASH
         return judgement.outcome
 
     def success(self, rule: str) -> bool:
-        """Whether the robot arrived by one of `RULES` and touched nothing."""
+        """Returns whether the robot arrived by a rule, without a collision."""
         return self.outcome(rule) == SUCCESS
 
     def repeatable(self) -> "TrialResult":
@@ -219,7 +225,7 @@ def from_line(line: str, where: str) -> TrialResult:
         where: The file and line number, for errors.
 
     Raises:
-        FileError: The line does not hold a result.
+        FileError: The line does not contain a result.
     """
     try:
         fields = parse_json(line, where)
@@ -238,10 +244,9 @@ def from_line(line: str, where: str) -> TrialResult:
 
 
 def read_results(path: Path) -> list[TrialResult]:
-    """Reads the results in a file, the latest of each key.
+    """Reads the results in a file; for each key, the latest one counts.
 
-    A last line without a line end was cut off while it was written; it is
-    ignored.
+    A last line without a line end is ignored: its writing was interrupted.
 
     Returns:
         The results; none if the file does not exist.

@@ -1,9 +1,9 @@
-"""Any robot, at random targets in generated scenes and in a trained one.
+"""A benchmark suite for any robot: random targets in several scenes.
 
-Targets are poses of hands that the robot can reach and hold. They belong to
-random configurations that keep distances from the scene, from the robot itself
-and from joint limits, with a hand near the scene or in a piece of furniture. If
-the robot has several hands, each has its own target.
+A target is the pose of a hand in a random configuration. In this configuration
+the robot keeps distances from the scene, from itself and from joint limits, and
+a hand is near the scene or inside a piece of furniture. So the robot can reach
+and hold every target. If the robot has several hands, each has its own target.
 """
 
 import dataclasses as dc
@@ -45,46 +45,50 @@ SUITE = "robots"
 """Kind of the suite, and prefix of its names."""
 
 GENERATED = "clutter"
-"""Name of the generated scene, which is made for each robot."""
+"""Name of the random scene that is generated for each robot."""
 
 TRAINED_SCENES = {True: "table", False: "workbench"}
-"""Shipped scenes with a trained splat, for robots with a base and without."""
+"""Names of the shipped scenes with a trained splat: for robots with a mobile
+base, and for robots without."""
 
 _SHIPPED = "trained"
-"""Name for the one of these scenes that fits a robot."""
+"""Name that stands for the shipped scene that fits a robot."""
 
 SCENES = (GENERATED, _SHIPPED, *KINDS)
-"""Names of all scenes that a suite may name."""
+"""Names of all scenes that a suite may contain."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which floor links see nothing, as in scenarios [m]."""
+"""Height below which links on the floor ignore the scene, as in scenarios
+[m]."""
 
 _SPARE = 0.009
-"""Distance of goals beyond the controller's stopping distance, for errors of
-the map and room to arrive [m]."""
+"""Distance from obstacles that a goal keeps in addition to the controller's
+stopping distance [m], because of map errors and for the approach."""
 
 _INSIDE = 0.1
-"""Distance of goals from joint limits, as a share of the range."""
+"""Distance of a goal's joint positions from joint limits, as a fraction of the
+joint's range."""
 
 _NEAR = 0.3
-"""Largest distance of the hand from the scene at a goal [m]."""
+"""Largest distance between the hand and the scene at a goal [m]."""
 
 _AROUND = 1.2
-"""Largest distance of a mobile robot's goals from its start, along each axis
+"""Largest distance of the base at a goal from its start, along each axis
 [m]."""
 
 _DRAWS = 20_000
 """Number of random configurations after which the search in a scene fails."""
 
 _DRAWS_INSIDE = 50_000
-"""The same number in furniture, where few hands are inside; then another piece
-of furniture is drawn."""
+"""Number of random configurations after which the search in a piece of
+furniture ends and another piece is drawn. It is larger, since in few
+configurations the hand is inside the furniture."""
 
 _PIECES = 40
-"""Number of pieces of furniture of a kind after which the search fails."""
+"""Number of drawn pieces of furniture after which the search fails."""
 
 _DISCS = 40_000
-"""Number of discs of a generated scene's splat."""
+"""Number of discs in a generated scene's splat."""
 
 
 @dc.dataclass(frozen=True)
@@ -125,11 +129,11 @@ class RobotCase:
 
     @property
     def file(self) -> str:
-        """Empty: a random target has no file."""
+        """Empty, since a random target has no file."""
         return ""
 
     def task(self) -> ReachingTask:
-        """Returns the target, and the truth about the scene."""
+        """Returns the target, and the true geometry of the scene."""
         scene, q = self._solids, np.array(self.goal)
         X_WEs = _robot(self.robot).end_effector_poses(q)
         first, *further = map(RigidTransform, X_WEs)
@@ -137,7 +141,7 @@ class RobotCase:
         return dc.replace(task, further_targets=tuple(further))
 
     def splat_key(self) -> str:
-        """Returns a key of the splat's content."""
+        """Returns a key that identifies the splat's content."""
         if self._is_generated:
             return f"{self._solids.content_hash}-{_DISCS}"
         return self.scene
@@ -159,7 +163,7 @@ class RobotCase:
 
 @dc.dataclass(frozen=True)
 class _Wish:
-    """Description of a target that is to be drawn; see `RobotCase`."""
+    """Description of a target that will be drawn; see `RobotCase`."""
 
     robot: str
     scene: str
@@ -178,15 +182,15 @@ def robot_cases(
     Args:
         robots: Names or files of the robots.
         count: Number of targets in each scene.
-        scenes: Some of `SCENES`, joined by commas; empty for a cluttered and a
-            trained one.
-        jobs: Number of worker processes; 0 draws in this one. The targets do
-            not depend on it.
-        drawing: Callback for the number of targets that are drawn.
+        scenes: Names from `SCENES`, joined by commas; empty for a cluttered
+            scene and a scene with a trained splat.
+        jobs: Number of worker processes; 0 draws in this process. The targets
+            do not depend on this number.
+        drawing: Callback that reports the number of drawn targets.
 
     Raises:
-        RemoSplatError: A robot cannot be loaded, there is no such scene, or a
-            robot can hold no goal in one.
+        RemoSplatError: A robot cannot be loaded, there is no such scene, or no
+            goal is found for a robot in a scene.
     """
     chosen = scenes.split(",") if scenes else [GENERATED, _SHIPPED]
     for scene in chosen:
@@ -217,7 +221,7 @@ def _draw(wish: _Wish) -> RobotCase:
     """Draws a target, and the furniture if the scene is a kind of furniture.
 
     Raises:
-        RemoSplatError: The robot can hold no goal there.
+        RemoSplatError: No goal is found that the robot can reach and hold.
     """
     robot = _robot(wish.robot)
     name, scene, number = robot.description.name, wish.scene, wish.number
@@ -250,7 +254,7 @@ def _folder(scene: str) -> Path:
 
 @lru_cache(maxsize=16)
 def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
-    """The scene, with a start pose of the robot."""
+    """Returns the scene, with a start pose of the robot."""
     if scene in KINDS:
         found = furniture(_robot(robot), scene, piece).scene
     elif scene == GENERATED:
@@ -261,7 +265,7 @@ def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
 
 
 def _goal_space(robot: RobotModel, solids: PrimitiveScene) -> FreeSpace:
-    """The distances that a goal must keep: more than the controller's."""
+    """Makes the check of a goal's distances, which exceed the controller's."""
     law = ReactiveLaw.make(ReactiveControllerConfig(), robot, 0.01)
     planner = MotionPlanner(
         robot, law.self_clearance, ReactiveControllerConfig().guidance.planning
@@ -287,10 +291,11 @@ def _held(
 ) -> np.ndarray | None:
     """Draws a configuration that keeps all distances; None if none is found.
 
-    Its hand is inside a piece of furniture, or near the scene if none is given.
+    Its hand is inside the given piece of furniture, or else near the scene.
     """
     space, start = _goal_space(robot, solids), _start(robot, solids)
-    # Joint angles beyond half a turn would add a needless turn.
+    # Angles beyond half a turn are equivalent to smaller ones, with a needless
+    # turn in between.
     lower = np.maximum(robot.position_lower, -np.pi)
     upper = np.minimum(robot.position_upper, np.pi)
     spread = _INSIDE * (upper - lower)

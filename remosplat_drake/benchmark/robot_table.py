@@ -1,4 +1,4 @@
-"""The table of random targets: a row per robot and scene."""
+"""Makes the table of random targets, with a row per robot and scene."""
 
 import numpy as np
 
@@ -35,11 +35,12 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
             for row in comparison.rows
             for family in comparison.families()
         ),
-        "Targets are poses of configurations drawn at random that keep 30 mm"
-        " from the scene, a tenth of their ranges from joint limits, and the"
-        " required distances between links. Collisions with the scene are"
-        " measured with the spheres, which enclose all hulls, at ticks and at"
-        " four points between; distances between links with hulls, at ticks.",
+        "Targets are hand poses of random configurations that keep 30 mm "
+        "from the scene, a tenth of their ranges from joint limits, and the "
+        "required distances between links. Collisions with the scene are "
+        "measured at ticks and at four points between, with spheres that "
+        "enclose all links. Distances between links are measured at ticks, "
+        "with convex hulls.",
         texts=2,
     )
 

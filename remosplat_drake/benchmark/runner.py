@@ -1,8 +1,8 @@
 """Runs a benchmark: makes missing splats of scenes, then runs the trials.
 
-Each trial is a pure function of its description, so results do not depend on
-how many run at once or in which order. A result is one line, written at once
-when its trial ends; trials with a result in the file are not run again.
+The result of a trial depends only on its description, and not on the order of
+trials or the number of parallel ones. When a trial ends, its result is written
+to a file as one line. Trials with a result in the file are not run again.
 """
 
 import dataclasses as dc
@@ -35,7 +35,7 @@ from remosplat_drake.capture.rendering.synthetic import (
 from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
 
 _WARM_UP = 2
-"""Number of control ticks that compile everything a method needs."""
+"""Number of control ticks in which a method uses all of its kernels."""
 
 
 @dc.dataclass(frozen=True)
@@ -44,7 +44,7 @@ class SplatMaking:
 
     Attributes:
         recipe: Settings of the capture and the training.
-        workers: Number of worker processes; 0 makes the splats in this one.
+        workers: Number of worker processes; 0 makes the splats in this process.
         gpus: GPUs that the workers share, as the driver names them.
     """
 
@@ -56,7 +56,7 @@ class SplatMaking:
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
     """Compiles the kernels of trials, so that workers need not compile them.
 
-    A failure here occurs again in a worker, and is recorded there.
+    An error here is ignored: it occurs again in a worker, which records it.
 
     Args:
         trials: The trials; the first of each method is run for some ticks.
@@ -83,10 +83,10 @@ def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
 def missing_splats(
     trials: Sequence[Trial], recipe: SplatRecipe
 ) -> list[SplatOrder]:
-    """Returns orders of the missing splats of trials.
+    """Returns orders for the splats that trials need and that are missing.
 
-    Scenes without a method that uses a splat, and scenes with unknown solids,
-    get none.
+    There are no orders for scenes in which no method uses a splat, and for
+    scenes with unknown solids.
 
     Args:
         trials: The trials, scene by scene.
@@ -109,13 +109,13 @@ def make_splats(
     on_record: Callable[[SplatRecord], None] = lambda record: None,
     function: Callable[[SplatOrder], SplatRecord] = make_splat,
 ) -> list[SplatRecord]:
-    """Makes splats, which are kept in the recipe's folder.
+    """Makes splats, and stores them in the recipe's folder.
 
     Args:
-        orders: Orders of the splats, one a scene.
+        orders: Orders of the splats, one per scene.
         making: Recipe, workers and GPUs.
-        is_over: Predicate that is called before each splat; once it is true, no
-            further splat is started.
+        is_over: Function that is called before each splat. When it returns
+            True, no further splat is started.
         on_record: Callback for every new record.
         function: Function that makes a splat; workers must be able to import
             it.
@@ -145,26 +145,26 @@ def run_trials(
     on_result: Callable[[TrialResult], None] = lambda result: None,
     function: Callable[[Trial], TrialResult] = run_trial,
 ) -> list[TrialResult]:
-    """Runs the trials that a result file does not hold, and crashed ones again.
+    """Runs the trials that have no result in a file, or a crash as result.
 
     Args:
         trials: Trials to run, scene by scene.
         path: Path of the result file, which is created if it does not exist.
         jobs: Number of worker processes; 0 runs everything in this one.
         gpus: GPUs that the workers share.
-        ray_address: Address of a Ray cluster that runs the trials instead;
-            "auto" is the one of this machine, "local" a new one. None uses
+        ray_address: Address of a Ray cluster that runs the trials: "auto" is
+            this machine's cluster, "local" a new one. None uses local
             processes.
-        is_over: Predicate that is called before each scene; once it is true, no
-            further scene is started.
+        is_over: Function that is called before each scene. When it returns
+            True, no further scene is started.
         on_start: Called with the number of trials that will be run.
         on_result: Callback for every new result.
         function: Function that runs a trial; workers must be able to import
             it.
 
     Returns:
-        The results of all trials, old and new, in their order; without those
-        that were not started in time.
+        The results of all trials, old and new, in the order of `trials`. Trials
+        that were not started are omitted.
 
     Raises:
         FileError: The result file cannot be read or written.

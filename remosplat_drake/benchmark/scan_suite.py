@@ -1,4 +1,4 @@
-"""Reaching targets in scanned scenes: the paper's experiments 2 and 3."""
+"""A suite of targets in scanned scenes, as the paper's experiments 2 and 3."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -32,14 +32,14 @@ SCANS_DIR = Path(__file__).parent / "scans"
 
 @dc.dataclass
 class SolidsTruth(Config):
-    """Known solids of the scene: an RMMI file, whose task is ignored."""
+    """Ground truth as known solids: an RMMI file, whose task is ignored."""
 
     file: str = ""
 
 
 @dc.dataclass
 class CaptureTruth(Config):
-    """Truth for unknown solids: the depth of the capture itself."""
+    """Ground truth for unknown solids: the depth of the capture."""
 
     # A capture in a format that `remosplat capture-info` reads.
     folder: str = ""
@@ -56,22 +56,23 @@ class MapConfig(Config):
     splat: str = ""
     # Pose of the splat's frame in W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Faint discs to add in free space, and their seed; see `with_floaters`.
+    # Number of faint discs that are added in free space, and their seed; see
+    # `with_floaters`.
     floaters: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     seed: Seed = 0
-    # Whether it is compared with the paper's experiment 3 instead of 2; implied
-    # by `floaters`.
+    # Whether results are compared with the paper's experiment 3 instead of 2;
+    # `floaters` implies it.
     noisy: bool = False
 
 
 @dc.dataclass
 class ScannedScene(Config):
-    """A scanned scene: every target is a trial on every map."""
+    """A scanned scene; each target is tried on each map."""
 
-    # Folder of the data files of the following fields, relative to this file.
+    # Folder of the files that the fields below name, relative to this file.
     data: str = "."
     truth: SolidsTruth | CaptureTruth = dc.field(default_factory=SolidsTruth)
-    # Base pose to start from: x, y, yaw [m, m, rad].
+    # Pose of the base at the start: x, y, yaw in W [m, m, rad].
     start: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # End-effector poses in W, by name.
     targets: dict[str, PoseConfig] = dc.field(default_factory=dict)
@@ -104,7 +105,7 @@ class ScanCase:
 
     @property
     def family(self) -> str:
-        """Family of the case: which of the paper's experiments it repeats."""
+        """Family of the case: the paper's experiment that it repeats."""
         entry = self._map()
         return NOISY_SCAN if entry.noisy or entry.floaters else SCAN
 
@@ -157,8 +158,8 @@ class ScanCase:
     def check(self) -> None:
         """Checks, before any trial, that the case's files can be used.
 
-        It also fills the cache of a capture's surfaces, which workers then
-        read.
+        It also computes and caches a capture's surfaces, so that workers only
+        read them.
         """
         self._splat_path()
         self.task().measure_truth()
@@ -195,8 +196,8 @@ def scan_cases(name: str) -> list[ScanCase]:
     """Returns all cases of a suite, map by map.
 
     Args:
-        name: Name of a shipped suite or path of a YAML file; after a colon, the
-            folder of its data files, if it differs from the suite's.
+        name: Name of a shipped suite, or path of a YAML file. A colon and the
+            folder of the data files may follow, if it differs from the suite's.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.

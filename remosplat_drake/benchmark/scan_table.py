@@ -1,4 +1,4 @@
-"""Our counterpart of the paper's Tables II and III, with the paper's rows."""
+"""Makes tables like the paper's Tables II and III, with the paper's rows."""
 
 from collections import defaultdict
 
@@ -14,7 +14,7 @@ from remosplat_drake.benchmark.summary import Comparison, Row
 
 
 def scan_table(comparison: Comparison, rule: str) -> Table:
-    """Makes our counterpart of the paper's Tables II and III.
+    """Makes a table like the paper's Tables II and III.
 
     Args:
         comparison: The methods to show, one a row, above the paper's rows.
@@ -38,11 +38,11 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
             "not reached",
         ),
         tuple(rows),
-        "Accelerations: mean ± 95 % over the targets that the row itself"
-        " reaches, as in the paper's Tables II and III. Collisions and"
-        " clearances are judged by the true solids or, where these are"
-        " unknown, by the capture's own depth, at ticks and at four points"
-        " between. The paper used another scene and other targets.",
+        "Accelerations: mean ± 95 % over the targets that the method of the "
+        "row reaches, as in the paper's Tables II and III. Collisions and "
+        "clearances are measured at ticks and at four points between, with "
+        "the true solids or, if these are unknown, with the capture's depth. "
+        "The paper used another scene and other targets.",
         quoted=frozenset(range(ours, len(rows))),
     )
 

@@ -34,9 +34,9 @@ class SceneCase:
         suite: Name of the suite in titles of tables.
         file: Path of the scene's RMMI file; empty for a generated scene.
         seed: Seed of a generated scene.
-        splat_folders: Folders in which trained splats are sought: as NAME.ply,
-            as FAMILY_NUMBER.ply with the number that ends the name, or as
-            HASH.ply with the hash of the scene's content.
+        splat_folders: Folders that are searched for a trained splat, in a file
+            NAME.ply, FAMILY_NUMBER.ply (with the number at the end of the
+            name), or HASH.ply (with the hash of the scene's content).
     """
 
     name: str
@@ -50,17 +50,18 @@ class SceneCase:
         """Reads or generates the scene, with its task.
 
         Raises:
-            RemoSplatError: Its file cannot be used, or it has no task.
+            RemoSplatError: The scene's file cannot be used, or contains no
+                task.
         """
         if not self.file:
             return generate(self.family, self.seed)
         scene = read_scene(self.file)
         if scene.X_WE_target is None or scene.X_WB_start is None:
-            raise FileError(self.file, "has no target or no robot_base")
+            raise FileError(self.file, "needs a target and a robot_base")
         return scene
 
     def trained_splat(self, truth: PrimitiveScene) -> Path | None:
-        """Returns the file of the scene's trained splat; None without one."""
+        """Returns the file of the scene's trained splat, or None."""
         for folder in self.splat_folders:
             number = self.name.rpartition("_")[2]
             short = f"{self.family}_{number}"
@@ -79,7 +80,7 @@ class SceneCase:
         return solid_task(self.truth())
 
     def splat_key(self) -> str:
-        """Returns the trained splat's digest; "surfel" if there is none."""
+        """Returns the trained splat's name and digest, or "surfel"."""
         path = self.trained_splat(self.truth())
         if path is None:
             return SURFEL
@@ -89,7 +90,8 @@ class SceneCase:
     def splat(self) -> tuple[GaussianSplat, str]:
         """Returns the scene's splat in W, and its origin's name in tables.
 
-        Without a trained splat, it consists of surfels on the true geometry.
+        If there is no trained splat, it consists of surfels on the true
+        geometry.
         """
         truth = self.truth()
         path = self.trained_splat(truth)
@@ -101,6 +103,6 @@ class SceneCase:
 
 @cache
 def _digest(path: Path, modified: int) -> str:
-    """Returns a file's digest, cached until its modification time changes."""
+    """Returns a file's digest; cached for the same modification time."""
     del modified
     return hashlib.sha256(path.read_bytes()).hexdigest()

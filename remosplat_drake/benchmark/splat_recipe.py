@@ -1,8 +1,8 @@
 """Makes a scene's splat, and keeps it in the user's cache.
 
-Every recipe has its own folder in the user's cache, so recipes never use each
-other's splats. In it, splats are named by the content of their scenes. Scenes
-that differ only in their target share a splat.
+Each recipe, a set of settings, has its own folder in the user's cache. A splat
+in this folder is named by the content of its scene. Scenes that differ only in
+their target share a splat.
 """
 
 import dataclasses as dc
@@ -20,38 +20,39 @@ from remosplat_drake.benchmark.reaching_task import TRAINED
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 RECIPE_VERSION = 3
-"""Version of the recipe, raised whenever the same settings would give other
-splats."""
+"""Version of the recipe. Increase it whenever the same settings would give
+other splats."""
 
 REFINED = "refined"
-"""Origin in tables of a splat that was fitted on the CPU, without
+"""Name in tables of the origin of a splat that was fitted on the CPU, without
 gradients."""
 
 ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
-"""Origins of splats in tables, by the device that makes them."""
+"""Names in tables of the origins of splats, by the device that makes them."""
 
 
 @dc.dataclass
 class SplatRecipe(Config):
     """Settings of rendered views, and of the splats that are made from them."""
 
-    # `cpu` refines; `cuda` refines and then trains.
+    # Device: `cpu` refines the discs; `cuda` refines and then trains them.
     device: Annotated[str, OneOf(tuple(ORIGINS), "device")] = "cuda"
     # Number of rendered views.
     views: Annotated[int, Interval(ge=1, le=10_000)] = 100
     # Size of a view [pixels].
     width: Annotated[int, Interval(ge=1, le=8192)] = 480
     height: Annotated[int, Interval(ge=1, le=8192)] = 360
-    # Largest number of splats, which are finest around the target.
+    # Largest number of splats. They are smallest around the target.
     count: Annotated[int, Interval(ge=1, le=100_000_000)] = 60_000
-    # Number of optimisation steps of a training; refinement ends by itself.
+    # Number of optimisation steps of a training. Refinement has no fixed number
+    # of steps.
     steps: Annotated[int, Interval(ge=1, le=1_000_000)] = 300
     # Seed of all random numbers.
     seed: Seed = 0
 
     @property
     def origin(self) -> str:
-        """Name of the recipe's splats in tables, by their origin."""
+        """Name in tables of the origin of the recipe's splats."""
         return ORIGINS[self.device]
 
     @property
@@ -62,7 +63,7 @@ class SplatRecipe(Config):
         return resources.cache_dir() / "splats" / f"{self.origin}-{digest}"
 
     def splat_file(self, truth: PrimitiveScene) -> Path:
-        """Returns the path of the splat of a scene, which need not exist."""
+        """Returns the path of a scene's splat; the file may not exist."""
         return self.folder / f"{truth.content_hash}.ply"
 
 
@@ -81,7 +82,11 @@ def load_recipe(device: str, override: str = "") -> SplatRecipe:
     if override:
         recipe = load_text(SplatRecipe, override, "--recipe", recipe)
     if recipe.device != device:
-        raise FieldError("--recipe", "device", f"is chosen by --train {device}")
+        raise FieldError(
+            "--recipe",
+            "device",
+            (f"must be absent, since --train {device} sets it"),
+        )
     return recipe
 
 

@@ -1,4 +1,4 @@
-"""`SplatRecord`: facts on a splat that was made for a scene."""
+"""`SplatRecord`: a record of how a scene's splat was made."""
 
 import dataclasses as dc
 import json
@@ -13,7 +13,7 @@ from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 @dc.dataclass(frozen=True)
 class SplatRecord:
-    """A description of how a scene's splat was made, with its distance errors.
+    """A record of how a scene's splat was made, with its distance errors.
 
     Attributes:
         scene: Name of the scene.
@@ -26,8 +26,8 @@ class SplatRecord:
         capture_seconds: Time to render the views and place the initial discs
             [s].
         fit_seconds: Time to train or refine the discs [s].
-        quality: Distance errors by the name of the oracle.
-        error: Error text if there is no splat; empty otherwise.
+        quality: Errors of measured distances, by the name of the oracle.
+        error: Error text if making the splat failed; empty otherwise.
     """
 
     scene: str
@@ -52,7 +52,7 @@ def write_record(splat_file: Path, record: SplatRecord) -> None:
 
 
 def read_record(splat_file: Path) -> SplatRecord | None:
-    """Reads the record beside a splat; None for a splat from elsewhere.
+    """Reads the record beside a splat; None if there is no record.
 
     Raises:
         FileError: The file exists but does not hold a record.
@@ -61,7 +61,7 @@ def read_record(splat_file: Path) -> SplatRecord | None:
 
 
 def write_records(path: Path, records: Iterable[SplatRecord]) -> None:
-    """Writes records to a file, one line of JSON each.
+    """Writes records to a file, each as one line of JSON.
 
     Raises:
         FileError: The file cannot be written.
@@ -71,7 +71,7 @@ def write_records(path: Path, records: Iterable[SplatRecord]) -> None:
 
 
 def read_records(path: Path) -> list[SplatRecord]:
-    """Reads the records that `write_records` wrote; none without a file.
+    """Reads the records that `write_records` wrote; empty without a file.
 
     Raises:
         FileError: The file exists but does not hold records.

@@ -1,4 +1,4 @@
-"""A table of the quality of a benchmark's splats."""
+"""Makes the table of the quality of a benchmark's splats."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -51,17 +51,18 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
             *errors,
         ),
         rows,
-        "Seconds and discs: medians, several of which were made at once."
-        " Errors of measured distances at free points between 3 and 50 cm"
-        " from the scene, around start and target: the medians over the"
-        " scenes of each scene's median and 99th percentile, and the worst"
-        " over- and underestimate of all.",
+        "Seconds and numbers of discs are medians over the scenes; several "
+        "splats were made at the same time. Errors are those of distances "
+        "from free points between 3 and 50 cm from the scene, around start "
+        "and target. Each scene has a median error and a 99th percentile; "
+        "the columns contain the medians of these over the scenes, and the "
+        "largest over- and underestimate of all.",
         texts=3,
     )
 
 
 def _recipe(record: SplatRecord) -> str:
-    """The settings that matter most, in words."""
+    """Describes the most important settings of a recipe."""
     recipe = SplatRecipe(**record.recipe)
     steps = f", {recipe.steps} steps" if record.origin == TRAINED else ""
     size = f"{recipe.width} x {recipe.height}"

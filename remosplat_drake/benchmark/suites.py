@@ -1,4 +1,4 @@
-"""The scenes of benchmarks, as small picklable descriptions."""
+"""Loads the scenes of benchmarks, as small picklable descriptions."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -32,17 +32,19 @@ PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 
 METHODS = "paper,sdf-guided,ellipsoid-guided"
 """Methods that are compared by default: the paper's, and guided control with
-true distances and on splats."""
+true distances and with splats."""
 
 ROBOTS_METHOD = "robots-guided"
 """Default method for random targets of any robot."""
 
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
-"""Default methods with movers: ours, and Drake's, which ignores movers."""
+"""Default methods in scenes with movers: ours, and Drake's, which ignores
+movers."""
 
 MBM, MBM_GRASP = "mbm", "mbm-grasp"
-"""Kinds of suites of MotionBenchMaker's problems: without the object that the
-hand encloses at the goal, and with it, for the hand alone to touch."""
+"""Kinds of suites of MotionBenchMaker's problems. In the first, the scene lacks
+the object that the hand encloses at the goal. In the second, the scene contains
+this object, and only the hand may touch it."""
 
 
 def default_methods(name: str) -> str:
@@ -62,7 +64,8 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
     Args:
         name: Name of the suite.
         robot: Names or files of robots, joined by commas; empty for the suite's
-            default robots. An empty name stands for the methods' own robots.
+            default robots. An empty name in the list stands for the robot of
+            each method.
 
     Raises:
         RemoSplatError: The suite takes one robot only.
@@ -72,7 +75,7 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
         return robot.split(",")
     if robot:
         raise RemoSplatError(
-            f"--robot: takes one robot with --suite {name}, got {robot}"
+            f"--robot: --suite {name} takes one robot, got {robot}"
         )
     if kind == ROBOTS:
         return shipped_robots()
@@ -85,7 +88,8 @@ def interleave_families(
 ) -> list[BenchmarkCase]:
     """Orders cases: the first of each family, then the second of each, ...
 
-    Then the results of an interrupted run contain all families equally.
+    With this order, the results of an interrupted run contain all families
+    equally.
     """
     by_family = [
         list(group) for _, group in groupby(cases, key=lambda c: c.family)
@@ -106,17 +110,18 @@ def load_cases(
     """Returns the cases of any suite.
 
     Args:
-        name: "robots" or "robots:SCENE,..." for random targets
-            (`robot_cases`), "scan:NAME" for
-            scanned scenes (`scan_cases`), "mbm:DIR" or "mbm-grasp:DIR" for
-            MotionBenchMaker's problems (`motion_problems`), "moving" or
-            "moving:NAME" for the generated scenes or others that `load_suite`
-            takes, with movers, else such a name.
-        count: Number of scenes of each family; of scanned scenes, all are used.
-        splat_folders: Folders of trained splats; scanned scenes use those
-            that their suite names.
-        trained_only: Whether scenes without a trained splat are left out; of
-            MotionBenchMaker's problems, all are used.
+        name: "robots" or "robots:SCENE,..." for random targets (`robot_cases`),
+            "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR" or
+            "mbm-grasp:DIR" for MotionBenchMaker's problems (`motion_problems`),
+            or a name that `load_suite` takes. "moving" and "moving:NAME" add
+            movers to the generated scenes, or to those of a name for
+            `load_suite`.
+        count: Number of scenes of each family. For scanned scenes it is
+            ignored, and all are used.
+        splat_folders: Folders of trained splats. Scanned scenes ignore them,
+            since their suite names the splats.
+        trained_only: Whether scenes without a trained splat are left out.
+            MotionBenchMaker's problems ignore it.
         robot: Name or file of the robot; empty for the methods' own.
         jobs: Number of processes that draw scenes; 0: this one.
         drawing: Callback for the number of scenes that are drawn.

@@ -1,4 +1,4 @@
-"""Results of many trials, gathered into comparable rows."""
+"""Sorts the results of many trials into comparable rows."""
 
 import dataclasses as dc
 from collections import defaultdict
@@ -25,7 +25,7 @@ from remosplat_drake.benchmark.result import (
 
 @dc.dataclass(frozen=True, eq=False)
 class Row:
-    """All trials of one method with one configuration: one row of a table.
+    """All trials of one method with the same settings: one row of a table.
 
     Attributes:
         method: Name of the method.
@@ -65,11 +65,11 @@ class Row:
         return np.array([t.success(rule) for t in self.trials], bool)
 
     def count(self, outcome: str, rule: str) -> int:
-        """Counts the trials with an outcome, as one of `RULES` defines it."""
+        """Returns the number of trials with an outcome, by one of `RULES`."""
         return sum(t.outcome(rule) == outcome for t in self.trials)
 
     def collisions(self) -> int:
-        """Returns how many trials collide by at least one of `RULES`."""
+        """Returns the number of trials that collide by any of `RULES`."""
         return sum(
             any(t.outcome(rule) == COLLISION for rule in RULES)
             for t in self.trials
@@ -99,7 +99,7 @@ class Row:
 
 @dc.dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows over exactly the same scenes of a suite, spheres and station.
+    """Rows with exactly the same scenes, sphere set and station.
 
     Attributes:
         rows: Rows of the methods, in the order of `gather`.
@@ -124,17 +124,17 @@ class Comparison:
 
     @property
     def is_robots(self) -> bool:
-        """Whether the scenes are random targets of robots."""
+        """Whether the scenes are of the suite of random targets (`robots`)."""
         return self.suite == robot_suite.SUITE
 
     @property
     def paper(self) -> dict[str, PaperRow]:
-        """Rows of the paper's Table I for these methods, by method."""
+        """Rows of the paper's Table I for these methods, by our names."""
         ours = self.is_scan or self.is_motion or self.is_robots
         return {} if ours or self.is_moving else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
-        """Returns which scenes are solved in every row, shape (n,) bool."""
+        """Returns whether each scene is solved in all rows, (n,) bool."""
         return np.logical_and.reduce([r.successes(rule) for r in self.rows])
 
     @property
@@ -144,7 +144,7 @@ class Comparison:
 
     @property
     def title(self) -> str:
-        """Title: the number of scenes, their families, and the set-up."""
+        """Title with the numbers of scenes, spheres and the station."""
         first = self.rows[0]
         families = ", ".join(
             f"{sum(t.family == family for t in first.trials)} {family}"
@@ -160,7 +160,7 @@ class Comparison:
         return sorted({t.family for t in self.rows[0].trials})
 
     def outcomes(self) -> list[str]:
-        """Returns the outcomes that occur, other than success and collision."""
+        """Returns the outcomes that occur, except success and collision."""
         seen = {
             t.outcome(rule)
             for row in self.rows
@@ -173,9 +173,9 @@ class Comparison:
 def gather(results: Sequence[TrialResult]) -> list[Comparison]:
     """Sorts results into rows, and rows into comparisons.
 
-    If a scene has several results for one set-up, for example from different
-    splats, the last one counts. Otherwise the order does not matter: methods
-    are in the order of the shipped file, then others by name.
+    If a scene has several results with the same method, spheres and station,
+    for example with different splats, the last one counts. The rows are in the
+    order of the shipped file of methods, followed by other methods by name.
     """
     by_setup = defaultdict(dict)
     for result in results:

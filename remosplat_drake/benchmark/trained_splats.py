@@ -1,7 +1,7 @@
 """Makes the splats of scenes: renders views, fits discs, measures errors.
 
 A splat and its record are files in the recipe's folder. The splat is written
-last: if it exists, so does the record.
+last, so each splat there has a record.
 """
 
 import dataclasses as dc
@@ -54,17 +54,17 @@ ORACLES: dict[str, OracleConfig] = {
 """Oracles with which a splat's distance errors are measured, by name."""
 
 QUALITY_POINTS = 4000
-"""Number of points drawn in the space of the task; only those near the scene
-count."""
+"""Number of random points, in the space around start and target, at which
+distances are measured. Only points near the scene count."""
 
 MARGIN, FLOOR_MARGIN, HEIGHT = 0.6, 0.05, 1.4
-"""Extent of that space [m]: the distance beyond start and target, and the least
-and the largest height."""
+"""Extent of the space around start and target in which distance errors are
+measured [m]: horizontal margin, smallest height, largest height."""
 
 
 @dc.dataclass(frozen=True)
 class SplatOrder:
-    """A scene that needs a splat; small enough to be sent to a worker.
+    """An order for a scene's splat; small enough to be sent to a worker.
 
     Attributes:
         case: The scene that needs a splat.
@@ -76,7 +76,7 @@ class SplatOrder:
 
 
 def failed_record(order: SplatOrder, error: str) -> SplatRecord:
-    """Returns the record of an order that failed with an error."""
+    """Makes the record of an order that failed with an error."""
     return dc.replace(_head(order), error=error)
 
 
@@ -140,14 +140,14 @@ def stored_records(
 def splat_quality(
     splat_W: GaussianSplat, truth: PrimitiveScene
 ) -> dict[str, DistanceQuality]:
-    """Measures a splat's distance errors in the space of the scene's task.
+    """Measures a splat's distance errors in the space around start and target.
 
     Args:
         splat_W: The splat, expressed in W.
         truth: The scene's solids, with its task.
 
     Returns:
-        The errors, by the name of the oracle.
+        Statistics of the errors, by the name of the oracle.
     """
     assert truth.X_WE_target is not None and truth.X_WB_start is not None
     way = np.array([truth.X_WE_target.translation()[:2], truth.X_WB_start[:2]])
@@ -179,7 +179,7 @@ def _head(order: SplatOrder) -> SplatRecord:
 def _train(
     capture: Capture, surfels: Surfels, recipe: SplatRecipe
 ) -> GaussianSplat:
-    # Imported here: the extra `gpu` need not be installed.
+    # Imported here, since the extra `gpu` may not be installed.
     from remosplat_drake.reconstruction.training import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)
@@ -195,4 +195,4 @@ def _refine(
 
 
 FITS: dict[str, Fit] = {"cuda": _train, "cpu": _refine}
-"""Functions that fit splats, by the device they run on."""
+"""Functions that fit splats, by the device that they run on."""

@@ -1,4 +1,4 @@
-"""One trial: a method in a scene, from its start to its result."""
+"""Runs one trial: a method in a scene, from its start to its result."""
 
 import dataclasses as dc
 import hashlib
@@ -49,13 +49,13 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import has_arrived
 
 TRIAL_VERSION = 6
-"""Version of trials, raised whenever results of equal trials would change; part
-of the key."""
+"""Version of trials, a part of the key. Increase it whenever the results of
+equal trials change."""
 
 
 @dc.dataclass(frozen=True)
 class Trial:
-    """One method in one scene; small enough to be sent to a worker.
+    """A method in a scene; small enough to be sent to a worker.
 
     Attributes:
         method: Method that is tried.
@@ -70,7 +70,8 @@ class Trial:
     def key(self) -> str:
         """Returns a digest of everything that the result depends on.
 
-        If the scene cannot be used, the reason replaces it in the digest.
+        If the scene cannot be used, the digest contains the reason instead of
+        the scene.
         """
         parts = (
             TRIAL_VERSION,
@@ -99,7 +100,7 @@ class Trial:
 
 
 def _moving_parts(case: BenchmarkCase) -> tuple:
-    """The movers of a case; none if its scene cannot be used."""
+    """Returns the movers of a case; empty if its scene cannot be used."""
     if not isinstance(case, MovingCase):
         return ()
     try:
@@ -109,7 +110,7 @@ def _moving_parts(case: BenchmarkCase) -> tuple:
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
-    """Returns a trial's result before the run, with its description only.
+    """Makes a result that contains only the description of its trial.
 
     Args:
         trial: The trial.
@@ -135,7 +136,7 @@ def describe(trial: Trial, error: str = "") -> TrialResult:
 
 
 def run_trial(trial: Trial) -> TrialResult:
-    """Runs a trial; equal trials give equal results, except for wall times.
+    """Runs a trial; equal trials give equal results, except wall-clock times.
 
     Raises:
         Exception: Any error of the trial.
@@ -177,7 +178,7 @@ def run_trial(trial: Trial) -> TrialResult:
 def _contacts(
     trial: Trial, scenario: Scenario, world: World, trajectory: Trajectory
 ) -> MovingResult | None:
-    """Evaluates a run with movers; None without movers."""
+    """Evaluates the contacts of a run with movers; None without movers."""
     if not isinstance(trial.case, MovingCase):
         return None
     return judge_contacts(
@@ -209,7 +210,7 @@ def start_problem(
 
 
 def _joint_time(world: World, task: ReachingTask) -> float | None:
-    """The time of the straight joint path at full speed [s]."""
+    """Returns the time of a straight path in joint space at full speed [s]."""
     if task.arm_goal is None:
         return None
     way = np.abs(np.array(task.arm_goal) - world.q0)
@@ -223,7 +224,8 @@ def _make_world(
     splat_W: GaussianSplat | None,
 ) -> World:
     robot = load_scenario_robot(scenario)
-    # A measured truth has no solids, so it is used as a map.
+    # Ground truth that was measured has no solids, so its distance field is
+    # used as the map.
     if task.solids is None and not method.needs_splat:
         field = task.truth_field
     else:
@@ -240,7 +242,7 @@ def _make_world(
 def _drive(
     method: Method, scenario: Scenario, world: World, task: ReachingTask
 ) -> tuple[Trajectory, SearchEffort]:
-    """Runs the closed loop until arrival by every rule, or the time limit."""
+    """Runs the closed loop until the robot has arrived by every rule."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         targets = [
@@ -278,7 +280,10 @@ def _pose(X: RigidTransform, effector: str) -> TargetConfig:
 
 
 class _ArrivedByEveryRule:
-    """Returns whether each rule has been met once: one run serves all."""
+    """Whether the robot has arrived by each success rule during the run.
+
+    One run is then judged by all rules.
+    """
 
     def __init__(self, scenario: Scenario):
         self._open = [arrival_rule(scenario, rule) for rule in RULES]

@@ -1,4 +1,4 @@
-"""Judges a benchmark's run: its arrival, and its contacts."""
+"""Judges a benchmark's run: arrival, collisions, contacts with movers."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -31,16 +31,15 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.task.arrival import ArrivalConfig
 
 CHECKS_A_TICK = 5
-"""Number of collision checks per tick: at the tick and at four points after
-it."""
+"""Number of collision checks per tick: at the tick and at four later points."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""Time at the end of a run [s], and path length in this time below which the
-robot counts as at rest [m]."""
+"""Duration at the end of a run [s], and path length in it below which the robot
+counts as at rest [m]."""
 
 
 def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
-    """Returns a scenario's arrival tolerances, judged by another rule.
+    """Returns a scenario's arrival tolerances with another success rule.
 
     Args:
         scenario: The scenario.
@@ -54,7 +53,7 @@ class RunJudge:
 
     Args:
         robot: The robot.
-        scenario: Its control period and its arrival tolerances.
+        scenario: Scenario with the control period and the arrival tolerances.
         trajectory: Its motion.
         task: The target, and the true scene.
     """
@@ -140,7 +139,7 @@ def judge_contacts(
     """Evaluates a run with movers.
 
     Args:
-        scenario: The robot's perception of movers.
+        scenario: Scenario, which defines the robot's perception of movers.
         world: The robot and the true scene.
         trajectory: The robot's motion.
         tracks: Motions of the movers over time.

@@ -1,9 +1,9 @@
-"""`WatchedRun`: causes of contacts if cameras detect the movers.
+"""`WatchedRun`: finds the causes of contacts if cameras detect the movers.
 
-A robot cannot avoid a mover that comes out of space that no camera sees. So a
-contact with a link that moves towards the mover is the robot's fault only if
-cameras have seen the mover for long enough: since its distance was at least the
-protective separation distance, or since the start.
+A robot cannot avoid a mover that comes out of space that no camera sees. So if
+a link moves towards a mover and touches it, this is the robot's fault only if
+cameras have seen the mover for long enough: from a time at which its distance
+was at least the protective separation distance, or from the start.
 """
 
 import dataclasses as dc
@@ -29,17 +29,18 @@ from remosplat_drake.sight.simulated.simulated_sight import PlacedCamera
 
 @dc.dataclass(frozen=True, eq=False)
 class WatchedRun:
-    """A run, and the cameras that detected the movers for its robot.
+    """A run, and the cameras that detected movers in it.
 
     Attributes:
         robot: The robot.
         trajectory: Its motion.
-        movers: Function that returns the true movers at a time [s]; in the same
-            order each time.
+        movers: Function that returns the true movers at a time [s], always in
+            the same order.
         cameras: The cameras.
-        least_pixels: Least number of pixels that show a mover which counts as
-            in a camera's view.
-        separation: The additional distance C that the robot keeps [m].
+        least_pixels: Least number of pixels that must show a mover so that it
+            counts as seen.
+        separation: The additional distance C of the protective separation
+            distance [m].
         dt: Control period [s].
     """
 
@@ -52,7 +53,7 @@ class WatchedRun:
     dt: float
 
     def judged(self, judgement: MoverJudgement) -> MoverJudgement:
-        """Separates contacts out of unseen space from the robot's faults.
+        """Reclassifies contacts with movers that the cameras saw too late.
 
         Args:
             judgement: The contacts, by the motion of the links.
@@ -66,7 +67,7 @@ class WatchedRun:
         return dc.replace(judgement, contacts=tuple(contacts))
 
     def was_seen(self, contact: Contact) -> bool:
-        """Whether a camera saw the mover from distance S_p until the contact.
+        """Returns whether cameras saw the mover from distance S_p on.
 
         Args:
             contact: A link and a mover that touched.
@@ -81,7 +82,7 @@ class WatchedRun:
         return True
 
     def _is_in_view(self, k: int, mover: str) -> bool:
-        """Whether any camera sees a mover at a tick."""
+        """Returns whether any camera sees a mover at a tick."""
         q, time = self.trajectory.q[k], float(self.trajectory.time[k])
         truth, spheres = self.movers(time), self.robot.spheres_at(q)
         names = [m.name for m in truth]
@@ -93,10 +94,11 @@ class WatchedRun:
         return any(s.pixels[which] >= self.least_pixels for s in shots)
 
     def _is_apart(self, k: int, contact: Contact) -> bool:
-        """Whether link and mover are S_p apart, as known at that time.
+        """Returns whether the robot may regard link and mover as S_p apart.
 
-        The state is the true one at the newest image that can have arrived,
-        extrapolated with the mover's motion and bounds.
+        S_p is the protective separation distance. The mover's state is the true
+        one at the newest image that can have arrived by then, extrapolated with
+        the mover's motion and bounds.
         """
         time, u = float(self.trajectory.time[k]), self.trajectory.u[k]
         late = max(c.period + c.latency for c in self.cameras)

@@ -200,7 +200,7 @@ def test_recipes_have_folders_of_their_own():
     assert trained.name.startswith(TRAINED)
     assert refined.name.startswith(REFINED)
     assert load_recipe("cuda", "{steps: 3}") == SplatRecipe(steps=3)
-    with pytest.raises(FieldError, match="chosen by --train cuda"):
+    with pytest.raises(FieldError, match="since --train cuda sets it"):
         load_recipe("cuda", "{device: cpu}")
     with pytest.raises(FieldError, match=r"--recipe:1: views: .*\[1, 10000\]"):
         load_recipe("cuda", "{views: 0}")

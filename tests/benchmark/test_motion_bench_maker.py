@@ -174,7 +174,7 @@ def test_half_a_pair_is_counted(family):
 def test_folders_without_problems_are_refused(tmp_path):
     with pytest.raises(RemoSplatError, match="no such folder"):
         motion_problems(tmp_path / "absent", 1)
-    with pytest.raises(RemoSplatError, match=r"holds no requestNNNN\.yaml$"):
+    with pytest.raises(RemoSplatError, match=r"contains no requestNNNN\.yaml$"):
         motion_problems(tmp_path, 1)
     (tmp_path / "box_panda.tar.bz2").touch()
     with pytest.raises(RemoSplatError, match=r"box_panda\.tar\.bz2 with `tar"):

@@ -36,13 +36,15 @@ def test_the_table_has_the_papers_rate_beside_ours(results):
 def test_the_headline_names_the_best(results):
     (comparison,) = gather(results)
     text = headline(comparison)
-    assert text.startswith("mine reaches most: 2 of 2 scenes (34 to 100 %")
+    assert text.startswith("mine reaches the most targets: 2 of 2 (34 to 100 %")
     assert "colliding never." in text
-    assert "sdf-hard is the best by its numbers: 1 of 2 here, and 77.8 %" in (
+    assert "sdf-hard has the highest success in the paper, 77.8 %; here" in (
         text
     )
     (comparison,) = gather(results[:1])
-    assert headline(comparison).startswith("sdf-hard reaches most: 1 of 1")
+    assert headline(comparison).startswith(
+        "sdf-hard reaches the most targets: 1 of 1"
+    )
 
 
 def test_several_may_be_best(results):
@@ -50,7 +52,7 @@ def test_several_may_be_best(results):
     assert "colliding 2 times." in headline(comparison)
     (comparison,) = gather([results[0], results[2]])
     text = headline(comparison)
-    assert text.startswith("sdf-hard, mine reach most: 1 of 1 scenes")
+    assert text.startswith("sdf-hard, mine reach the most targets: 1 of 1")
 
 
 def test_the_page_begins_with_it(results):
