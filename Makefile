@@ -1,6 +1,5 @@
-# Everything works from a bare checkout: each target first makes .venv. Another
-# Python has an environment of its own, as in
-# `make test PYTHON=python3.13 VENV=.venv-3.13`.
+# No setup is needed: each target first makes .venv. For another Python, use
+# another environment: `make test PYTHON=python3.13 VENV=.venv-3.13`.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
@@ -22,7 +21,7 @@ test: $(DEV) ## Run the default test suite.
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder \
 	  -m "not slow and not gpu" $(ARGS)
 
-test-all: $(DEV) ## Run the slow tests, too, all of them with more examples.
+test-all: $(DEV) ## Run all tests, also slow ones, with more examples.
 	THOROUGH=1 $(BIN)/pytest $(ARGS)
 
 smoke: $(DEV) ## Run the few tests that CI runs on every Python.
@@ -31,36 +30,36 @@ smoke: $(DEV) ## Run the few tests that CI runs on every Python.
 browser: $(DEV) ## Run the page's tests, which need chromium.
 	$(BIN)/pytest -m browser $(ARGS)
 
-fuzz: $(DEV) ## Mutate files for hours: ARGS="--hours 2 --seed 7".
+fuzz: $(DEV) ## Test the readers with mutated files: ARGS="--hours 2 --seed 7".
 	$(BIN)/python -m tests.fuzz $(ARGS)
 
-check: lint types test ## What CI runs: lint, format, types, tests.
+check: lint types test ## Check style, formatting and types, and run the tests.
 
 lint: $(DEV) ## Check style and formatting.
 	$(BIN)/ruff check $(SOURCES)
 	$(BIN)/ruff format --check $(SOURCES)
 
-format: $(DEV) ## Mend style and formatting.
+format: $(DEV) ## Correct style and formatting.
 	$(BIN)/ruff check --fix $(SOURCES)
 	$(BIN)/ruff format $(SOURCES)
 
 types: $(DEV) ## Check types.
 	$(BIN)/pyright
 
-# Not with --quiet: it hides warnings from the count that strict builds end with.
-docs: $(DOCS) ## Build the documentation into site/; a warning is an error.
+# No --quiet: with it, a strict build does not count the warnings.
+docs: $(DOCS) ## Build the documentation in site/; fails on warnings.
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build $(ARGS)
 
-bench: $(DEV) ## Time the control tick and print one table.
+bench: $(DEV) ## Measure the control tick, and print a table.
 	$(BIN)/remosplat bench $(ARGS)
 
-kernels: $(DEV) ## List anew which kernels runs need.
+kernels: $(DEV) ## Update the list of the kernels that runs need.
 	$(BIN)/python -m apps.packaging.kernel_list
 
 wheel: $(DEV) ## Build a wheel with compiled kernels for this Python.
 	$(BIN)/python -m apps.packaging.wheel $(ARGS)
 
-clean: ## Remove the environment and what was built.
+clean: ## Remove the environments and all built files.
 	rm -rf .venv .venv-* build dist site *.egg-info
 
 $(VENV)/pyvenv.cfg:

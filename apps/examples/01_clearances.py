@@ -1,6 +1,6 @@
 """The oracle alone: the distance of each link of a robot from a splat.
 
-No Drake diagram, no scenario: a robot, a map and one query.
+It needs no Drake diagram and no scenario, only a robot, a map and one query.
 """
 
 import remosplat_drake as rs

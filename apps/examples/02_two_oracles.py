@@ -1,7 +1,8 @@
 """Three oracles for the same distance, and their results.
 
-Ellipsoids give the exact distance to the splats; depth views take opacity into
-account, so floaters do not matter; known geometry is the reference for both.
+The first oracle computes the exact distance to the splats' ellipsoids. The
+second one renders depth views and takes opacity into account, so it ignores
+floaters. Known geometry is the reference for both.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ TABLE = "package://remosplat_drake/models/scenes/table"
 
 
 def main() -> None:
-    """Drives the hand over the table and prints the three clearances."""
+    """Moves the hand over the table, and prints the three clearances."""
     robot = rs.load_robot("frankie", floor_height=0.03)
     splat = rs.read_splat(f"{TABLE}/splat.ply")
     truth = rs.read_scene(f"{TABLE}/scene.json")

@@ -1,7 +1,7 @@
-"""A cost of your own: it makes motion of the base expensive.
+"""A cost of your own, which makes motion of the base expensive.
 
-The class is sufficient: nothing else is edited, and rollouts use the cost, too.
-In a scenario: `controller: {extra: [!my_module:StandStill {weight: 5}]}`.
+You only need to write the class; rollouts use the cost, too. In a scenario, you
+add it by `controller: {extra: [!my_module:StandStill {weight: 5}]}`.
 """
 
 import dataclasses as dc
@@ -28,7 +28,7 @@ class StandStill(rs.Config):
 
 
 def main() -> None:
-    """Prints how far the base travels with and without the cost."""
+    """Prints the distance that the base travels with and without the cost."""
     for weight in (0.0, 1.0):
         scenario = rs.load_scenario("TableReach")
         cost = StandStill(weight)

@@ -1,4 +1,4 @@
-"""The controller in a diagram of your own, around a plant of your own."""
+"""The controller in a diagram of your own, with a plant of your own."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -21,14 +21,14 @@ class Integrator(LeafSystem):
         self.DeclareStateOutputPort("q", self.DeclareContinuousState(robot.n_q))
 
     def DoCalcTimeDerivatives(self, context, derivatives) -> None:
-        """Velocities of wheels and joints become rates of q."""
+        """Converts velocities of wheels and joints to rates of q."""
         q = context.get_continuous_state_vector().CopyToVector()
         u = self._u.Eval(context)
         derivatives.SetFromVector(self._robot.velocity_map(q) @ u)
 
 
 def main() -> None:
-    """Reaches over the table and prints where the hand ends."""
+    """Reaches over the table, and prints the final position of the hand."""
     robot = rs.load_robot("frankie", floor_height=0.03)
     field = rs.SphereToEllipsoid().make(rs.read_splat(SPLAT))
     X_WT = RigidTransform(RollPitchYaw(np.pi, 0, 0), [0.9, 0.45, 0.95])

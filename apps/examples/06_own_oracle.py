@@ -1,8 +1,8 @@
-"""A map of your own: here a wall that is in no capture.
+"""A distance oracle of your own, here a wall that is not in the splat.
 
-An oracle is a `Config` whose `make` returns a `DistanceField`; a field computes
-distances of all spheres at once and never changes. In a scenario, it is
-`oracle: !my_module:Wall {x: 1.2}`.
+An oracle is a `Config` with a method `make` that returns a `DistanceField`. A
+field is immutable, and computes the distances of all spheres in one call. In a
+scenario, you select it by `oracle: !my_module:Wall {x: 1.2}`.
 """
 
 import dataclasses as dc
@@ -15,15 +15,15 @@ import remosplat_drake as rs
 
 
 class HalfSpace(rs.DistanceField):
-    """Everything beyond a plane x = constant is solid."""
+    """A distance field: everything beyond a plane x = constant is solid."""
 
     def __init__(self, x: float):
-        """Puts the plane at x [m]."""
+        """Stores the plane's position x [m]."""
         self._x = x
         self.revision = f"half-space-{x}"
 
     def clearances(self, spheres, max_distance=np.inf) -> rs.Clearances:
-        """One row for each sphere that is near enough."""
+        """Returns one row for each sphere within `max_distance`."""
         distance = self._x - spheres.p_WS[:, 0] - spheres.radius
         near = np.flatnonzero(distance < max_distance)
         p_WC = spheres.p_WS[near].copy()
@@ -34,7 +34,7 @@ class HalfSpace(rs.DistanceField):
 
 @dc.dataclass
 class Wall(rs.Config):
-    """An upright wall across the robot's way."""
+    """Settings of a vertical wall in front of the robot."""
 
     # Position of the wall along x [m].
     x: Annotated[float, Interval(ge=-100, le=100)] = 1.2

@@ -1,7 +1,7 @@
 """A robot of your own, defined by three small files.
 
-`planar_arm/` holds a URDF, the spheres that cover its links (`remosplat
-fit-spheres` makes them from meshes) and a description with the roles and speed
+`planar_arm/` contains a URDF, the spheres that cover its links (`remosplat
+fit-spheres` makes them from meshes), and a description with the roles and speed
 limits of the joints.
 """
 
@@ -17,7 +17,7 @@ SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
 
 
 def main() -> None:
-    """Prints the arm's clearances; then moves it over the table."""
+    """Prints the arm's clearances, and moves it over the table."""
     robot = rs.load_robot(FILE)
     truth = rs.GroundTruth().make(truth=rs.read_scene(SCENE))
     for elbow in (-2.0, -1.0, 0.0):

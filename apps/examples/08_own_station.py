@@ -1,8 +1,9 @@
-"""A station of your own: a robot whose drives follow with a lag.
+"""A station of your own, here a robot with drives that follow with a lag.
 
-A station is a diagram with the ports that every station has; here the
-kinematic one, with a low-pass filter before its command ports. In YAML it is
-`station: !my_module:LaggingStation {time_constant: 0.1}`.
+A station is a diagram with ports that all stations have. This one is the
+kinematic station with a low-pass filter before its command ports. In a
+scenario, you select it by `station: !my_module:LaggingStation {time_constant:
+0.1}`.
 """
 
 import dataclasses as dc
@@ -19,9 +20,9 @@ from remosplat_drake.station.station_config import KinematicStation
 
 @dc.dataclass
 class LaggingStation(rs.Config):
-    """The kinematic station behind slow drives."""
+    """The kinematic station, with slow drives."""
 
-    # Time in which a velocity error falls to 1/e [s].
+    # Time constant of the velocity error [s].
     time_constant: Annotated[float, Interval(gt=0, le=1)] = 0.05
 
     def make(self, robot, scene, q0, camera) -> Diagram:
@@ -47,7 +48,7 @@ class LaggingStation(rs.Config):
 
 
 def main() -> None:
-    """Prints the robot's least distance with quick and with slow drives."""
+    """Prints the robot's least distance with fast and with slow drives."""
     for time_constant in (0.01, 0.05):
         scenario = rs.load_scenario("TableReach")
         scenario.station = LaggingStation(time_constant)

@@ -1,7 +1,7 @@
-"""Watch a run in the browser, and keep it as one file.
+"""Shows a run in the browser, and saves it as one file.
 
-Drake's Meshcat server draws the splat, the robot and its clearances; the
-saved page plays the run again without Python.
+Drake's Meshcat server draws the splat, the robot and its clearances. The saved
+page replays the run without Python.
 """
 
 import argparse

@@ -100,8 +100,8 @@ _EPSILON = 2.0**-52
 """Relative spacing of double-precision numbers."""
 
 LOOK, ROWS = 0, 1
-"""Indices among the map's `PythonCalls` of the function for clearances of
-spheres, and of that for all rows."""
+"""Indices of two functions in a map's `PythonCalls`: one for clearances of
+spheres, one for all rows."""
 
 
 def ask(compiled, question, answer) -> None:

@@ -59,8 +59,8 @@ CERTAIN = np.zeros(2)
 
 
 _CLOCK_STEP = 0.1
-"""Change of a message's delay that means that the base's clock has been set, or
-that the network has stalled [s]."""
+"""Least change of the delay between two messages that means a set clock or a
+stalled network [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
