@@ -57,7 +57,7 @@ def test_several_may_be_best(results):
 
 def test_the_page_begins_with_it(results):
     page = to_html(results, [], "x")
-    assert '<p class="trust">mine reaches most' in page
+    assert '<p class="trust">mine reaches the most targets' in page
     assert "*" not in page.partition("<body>")[2].partition("<svg")[0]
 
 
