@@ -42,6 +42,11 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 )
 from remosplat_drake.reconstruction.alignment.refinement import AlignmentConfig
 from remosplat_drake.reconstruction.alignment.residual_table import is_better
+from remosplat_drake.reconstruction.alignment.solver import (
+    Equations,
+    Posterior,
+    posterior,
+)
 from remosplat_drake.reconstruction.alignment.summary import (
     summarize_alignment,
 )
@@ -448,6 +453,76 @@ def test_the_gradient_of_the_evidence_equals_differences():
         ]
         numeric = (ends[0] - ends[1]) / 2e-5
         assert gradient[kind] == pytest.approx(numeric, rel=1e-5, abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_unknowns_are_conditioned_on_errors_that_are_zero(seed):
+    """The reference solves the equations without these errors.
+
+    Two errors have nearly the same effect, and some directions of the poses
+    are 1e8 times as certain as others.
+    """
+    views, rng = 20, np.random.default_rng(seed)
+    own = 6 * views
+    J = 300 * rng.standard_normal((400, own + COUNT))
+    J[:, own + 1] = J[:, own] + 3 * rng.standard_normal(400)
+    truth = 0.01 * rng.standard_normal(own + COUNT)
+    noise = OdometryNoise(1e-6, 0.003, 0.003, 0.005, 1e-4, 0.02, 0.01, 0.08)
+    H, pairs = J.T @ J, np.zeros((1, 1))
+    data = Equations(H, -H @ truth, pairs, pairs, pairs, pairs)
+    known = np.zeros_like(H), np.zeros(len(H))
+    known[0][own:, own:] = np.eye(COUNT) / 0.02**2
+    found = posterior(data, np.zeros(len(H)), views, noise, known)
+    none = rng.random(COUNT) < 0.5
+    errors, spread = found.camera_without(none, np.zeros(COUNT))
+    assert (errors[none] == 0).all() and (spread[none] == 0).all()
+    free = np.append(np.ones(own, bool), ~none)
+    whole = H + known[0]
+    whole[:own, :own] += noise.precision(views)
+    part = whole[np.ix_(free, free)]
+    scale = 1 / np.sqrt(np.diag(part))
+    scale = np.outer(scale, scale)
+    inverse = scale * np.linalg.inv(scale * part)
+    expected = inverse @ (H @ truth)[free]
+    np.testing.assert_allclose(errors[~none], expected[own:], 1e-4, 1e-6)
+    deviation = np.sqrt(np.diag(inverse)[own:])
+    np.testing.assert_allclose(spread[~none], deviation, 1e-3)
+    poses = found.poses_with(errors).ravel()
+    np.testing.assert_allclose(poses, expected[:own], 1e-3, 1e-6)
+
+
+def test_a_bias_is_not_explained_by_errors_that_are_hardly_known():
+    """A focal error of 0.1 % is 100 deviations from zero, but only a bias.
+
+    The scale is known to 2 % alone, and nearly certain with the focal length:
+    their correlation is 0.99. Given an unbiased estimate of zero, it would
+    have to move by 0.99 * 0.02 * 100.
+    """
+    C = np.zeros((COUNT, COUNT))
+    C[SCALE, SCALE], C[FOCAL, FOCAL] = 0.02**2, 1e-5**2
+    C[SCALE, FOCAL] = C[FOCAL, SCALE] = 0.99 * 0.02 * 1e-5
+    mean, none = np.zeros(COUNT), np.zeros(COUNT, bool)
+    mean[SCALE], mean[FOCAL] = -0.012, 1e-3
+    none[FOCAL] = True
+    noise, no_poses = OdometryNoise(), np.zeros((0, COUNT))
+    found = Posterior(mean, C, noise, no_poses)
+    far, _ = found.camera_without(none, np.zeros(COUNT))
+    assert far[SCALE] == pytest.approx(-0.012 - 0.99 * 0.02 * 100)
+    errors, spread = found.camera_without(none, np.full(COUNT, 1e-3))
+    assert errors[SCALE] == pytest.approx(-0.012, abs=2.1e-4)
+    assert errors[FOCAL] == 0
+    assert spread[SCALE] == pytest.approx(0.02, rel=1e-3)
+
+
+def test_errors_beyond_the_prior_are_implausible():
+    """A depth sensor of 2 % may err by 10 %, and a known camera by nothing."""
+    errors = np.zeros(COUNT)
+    errors[SCALE] = 0.099
+    assert alignment.is_plausible(errors, CameraPrior())
+    errors[SCALE] = -0.205
+    assert not alignment.is_plausible(errors, CameraPrior())
+    errors[SCALE], errors[FOCAL] = 0, 0.01
+    assert not alignment.is_plausible(errors, CameraPrior.exact(0.02))
 
 
 def test_one_view_finds_its_place_among_others(orbit):

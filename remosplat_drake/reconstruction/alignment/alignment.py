@@ -19,6 +19,7 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
     OFFSET,
     SCALE,
+    CameraPrior,
 )
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
@@ -37,6 +38,10 @@ from remosplat_drake.reconstruction.alignment.residual_table import (
 from remosplat_drake.reconstruction.alignment.solver import (
     State,
 )
+
+_IMPLAUSIBLE = 5.0
+"""An error of the camera beyond this number of its prior's standard deviations
+is implausible."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -62,7 +67,7 @@ class Alignment:
             of the views; equal if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
         accepted: Whether the refinement was accepted, since held-out pairs of
-            views agree better after it.
+            views agree better after it, and the camera's errors are plausible.
     """
 
     capture: Capture
@@ -129,7 +134,10 @@ def align(
     old = distances_of_pairs(before, start, pairs)
     state = refinement.freed(state)
     new = distances_of_pairs(refinement.stack, state, pairs)
-    accepted = bool(config.lengths) or is_better(old[judging], new[judging])
+    accepted = bool(config.lengths) or (
+        is_plausible(state.errors, config.camera)
+        and is_better(old[judging], new[judging])
+    )
     error = result.mean
     if accepted:
         error = result.mean - state.unknowns(refinement.given)
@@ -145,6 +153,19 @@ def align(
         groups=_groups(len(capture), pairs),
         accepted=accepted,
     )
+
+
+def is_plausible(errors: np.ndarray, prior: CameraPrior) -> bool:
+    """Returns whether a camera may have some errors, by their prior.
+
+    If poses drift, the data can hardly determine the scale of the scene: all
+    views agree better in a smaller scene, whose distances are all smaller.
+
+    Args:
+        errors: The errors, in the order of `camera_errors`, shape (k,).
+        prior: The camera's prior.
+    """
+    return bool((np.abs(errors) <= _IMPLAUSIBLE * prior.deviations()).all())
 
 
 def _groups(n: int, pairs: np.ndarray) -> int:

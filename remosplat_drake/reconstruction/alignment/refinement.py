@@ -230,30 +230,25 @@ class Refinement:
         """Returns the state with insignificant camera errors set to zero.
 
         The other unknowns are conditioned on these being zero, by the joint
-        normal distribution.
+        normal distribution; see `Posterior.camera_without`.
         """
         if self.config.lengths:
             return state
-        C, shared = result.covariance.copy(), POSE * len(self.given)
-        mean, none = result.mean.copy(), np.zeros(COUNT, bool)
+        none, bias = np.zeros(COUNT, bool), np.zeros(COUNT)
         while True:
-            deviation = np.sqrt(np.maximum(np.diag(C)[shared:], 0))
-            limit = np.maximum(_UNTOLD, _SIGNIFICANT * deviation)
-            ratio = np.where(none, np.inf, np.abs(mean[shared:]) / limit)
+            errors, deviation = result.camera_without(none, bias)
+            noise = _SIGNIFICANT * deviation
+            limit = np.maximum(_UNTOLD, noise)
+            ratio = np.where(none, np.inf, np.abs(errors) / limit)
             least = int(ratio.argmin())
             if ratio[least] >= 1:
                 break
             none[least] = True
-            at = shared + least
-            gain = C[:, at] / C[at, at]
-            mean -= gain * mean[at]
-            C -= np.outer(gain, C[at])
-            mean[at] = 0
-        return State(
-            perturbed(self.given, mean[:shared].reshape(-1, POSE)),
-            mean[shared:],
-            state.undone,
-        )
+            # The part of a zero's estimate that noise cannot explain.
+            square = errors[least] ** 2 - noise[least] ** 2
+            bias[least] = np.sqrt(max(square, 0.0))
+        poses = result.poses_with(errors)
+        return State(perturbed(self.given, poses), errors, state.undone)
 
     def _doubted(
         self, result: Posterior, state: State, level: Level

@@ -3,7 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import cho_solve, solve_triangular
 
 from remosplat_drake.reconstruction.alignment.camera_errors import NO_ERRORS
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
@@ -215,11 +215,53 @@ class Posterior:
         mean: Mean errors of the given poses and of the camera, (6n + k,).
         covariance: Covariance of these errors, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
+        response: Change of the poses' mean errors per error of the camera,
+            shape (6n, k).
     """
 
     mean: np.ndarray
     covariance: np.ndarray
     noise: OdometryNoise
+    response: np.ndarray
+
+    def camera_without(
+        self, none: np.ndarray, bias: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Computes the camera's errors if some of them are zero.
+
+        The estimate of a zero error is noise plus a bias of the model. Without
+        the bias, other errors would have to explain an estimate that exceeds
+        its noise, and those that the data hardly determine would become
+        arbitrarily large.
+
+        Args:
+            none: Whether each error is zero, shape (k,).
+            bias: Standard deviation of the bias of each estimate, shape (k,).
+
+        Returns:
+            Mean and standard deviation of each error, shape (k,) each.
+        """
+        poses = len(self.response)
+        own = self.mean[poses:]
+        C = self.covariance[poses:, poses:]
+        estimates = C[np.ix_(none, none)] + np.diag(bias[none] ** 2)
+        gain = np.linalg.solve(estimates, C[none]).T
+        mean = np.where(none, 0.0, own - gain @ own[none])
+        variance = np.diag(C) - (gain * C[:, none]).sum(axis=1)
+        return mean, np.where(none, 0.0, np.sqrt(np.maximum(variance, 0)))
+
+    def poses_with(self, errors: np.ndarray) -> np.ndarray:
+        """Returns the poses' mean errors if the camera's errors are known.
+
+        Args:
+            errors: The camera's errors, shape (k,).
+
+        Returns:
+            theta_W and t_W of each view, shape (n, 6) [rad, m].
+        """
+        poses = len(self.response)
+        moved = self.response @ (errors - self.mean[poses:])
+        return (self.mean[:poses] + moved).reshape(-1, POSE)
 
 
 def posterior(
@@ -242,9 +284,16 @@ def posterior(
     h = H @ x - data.g - known[1]
     poses = POSE * views
     H[:poses, :poses] += noise.precision(views)
-    factor = lower_factor(H), True
-    covariance = cho_solve(factor, np.eye(len(H)), check_finite=False)
-    return Posterior(covariance @ h, covariance, noise)
+    L = lower_factor(H)
+    covariance = cho_solve((L, True), np.eye(len(H)), check_finite=False)
+    return Posterior(
+        mean=cho_solve((L, True), h, check_finite=False),
+        covariance=covariance,
+        noise=noise,
+        response=-solve_triangular(
+            L[:poses, :poses], L[poses:, :poses].T, lower=True, trans=1
+        ),
+    )
 
 
 def estimate_correlation(

@@ -53,7 +53,8 @@ def _words(alignment: Alignment, moved: float, turned: float) -> str:
     else:
         sentences = [
             "The given poses are kept: pairs of views that the refinement did"
-            " not use agree no better with it."
+            " not use agree no better with it, or the errors of the camera"
+            " that it estimates are larger than a camera's."
         ]
     if alignment.groups > 1:
         sentences.append(
