@@ -7,7 +7,8 @@ task here is to reach the pose of the end effector at that configuration, with
 any configuration.
 
 In many problems the hand encloses an object at the goal, to grasp it. This
-object is either left out of the scene, or only the hand may touch it.
+object is either left out of the scene, or only the hand may touch it. The robot
+may then carry it to the pose of the hand at the start.
 """
 
 import dataclasses as dc
@@ -28,6 +29,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.scene.objects.solid_distances import SolidDistances
 from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
@@ -36,6 +38,12 @@ SUITE = "MotionBenchMaker"
 
 GRASP_SUITE = f"{SUITE} with the object"
 """Name of the suite whose scenes contain the object to be grasped."""
+
+CARRY_SUITE = f"{SUITE} with the object, carried back"
+"""Name of the suite in which the object is carried to the start's pose."""
+
+SUPPORT = "support"
+"""Name of the solid under an object that is carried."""
 
 ROBOT = "panda"
 """Default robot of the problems."""
@@ -72,15 +80,22 @@ class MotionProblem(SceneCase):
             problem's pose. A mobile robot starts at a displaced pose, which is
             the same in every run.
         with_object: Whether the scene contains the object to be grasped.
+        carried: Whether it is carried to the start's pose afterwards.
     """
 
     robot: str = ROBOT
     with_object: bool = False
+    carried: bool = False
 
-    def grasping(self) -> "MotionProblem":
-        """Returns the same problem in a scene with the object to be grasped."""
-        suite = self.suite.replace(SUITE, GRASP_SUITE, 1)
-        return dc.replace(self, suite=suite, with_object=True)
+    def grasping(self, carried: bool = False) -> "MotionProblem":
+        """Returns the same problem in a scene with the object to be grasped.
+
+        Args:
+            carried: Whether it is carried to the start's pose afterwards.
+        """
+        name = CARRY_SUITE if carried else GRASP_SUITE
+        suite = self.suite.replace(SUITE, name, 1)
+        return dc.replace(self, suite=suite, with_object=True, carried=carried)
 
     def truth(self) -> PrimitiveScene:
         """Reads the scene without the object to be grasped, in W.
@@ -98,7 +113,9 @@ class MotionProblem(SceneCase):
         Raises:
             RemoSplatError: A file cannot be used, or does not fit the robot.
         """
-        return _read_problem(self.file, self.name, self.robot, self.with_object)
+        return _read_problem(
+            self.file, self.name, self.robot, self.with_object, self.carried
+        )
 
 
 def motion_problems(
@@ -167,7 +184,11 @@ def _load_robot(name: str, spheres: str) -> RobotModel:
 
 @lru_cache(maxsize=16)
 def _read_problem(
-    file: str, name: str, robot_name: str, with_object: bool = False
+    file: str,
+    name: str,
+    robot_name: str,
+    with_object: bool = False,
+    carried: bool = False,
 ) -> ReachingTask:
     sets = load_robot_description(robot_name).spheres
     known = next((s for s in GRASP_SPHERES if s in sets), next(iter(sets)))
@@ -197,9 +218,12 @@ def _read_problem(
         scene = dc.replace(
             scene, X_WB_start=_displaced(robot, scene, start, file)
         )
-    task = solid_task(scene)
     things = _objects(grasped, placed) if with_object else ()
-    named = "".join(f"+{thing.name}" for thing in things)
+    named, support = "".join(f"+{thing.name}" for thing in things), None
+    if carried:
+        scene, support = _with_support(scene, things, scene_file)
+        named += ", carried"
+    task = solid_task(scene)
     return dc.replace(
         task,
         content_hash=task.content_hash + named,
@@ -207,6 +231,7 @@ def _read_problem(
         start_field="start_state.joint_state.position",
         arm_goal=None if robot.n_base else tuple(goal.tolist()),
         grasped=things,
+        support=support,
     )
 
 
@@ -286,6 +311,29 @@ def _objects(
     return tuple(
         SceneObject(f"{name} {i + 1}", solid) for i, solid in enumerate(solids)
     )
+
+
+def _with_support(
+    scene: PrimitiveScene, things: tuple[SceneObject, ...], file: Path
+) -> tuple[PrimitiveScene, SceneObject]:
+    """Names the solid that is nearest to the object, and returns it, too."""
+    solids = scene.primitives
+    if len(things) != 1 or not solids:
+        problem = "the hand encloses no single solid above another at the goal"
+        raise FieldError(str(file), "world.collision_objects", problem)
+    (thing,) = things
+    distances = SolidDistances(thing.solid, solids).at(thing.X_WO)
+    nearest = solids[int(np.argmin(distances))]
+    named = [
+        dc.replace(x, name=SUPPORT if x is nearest else x.name) for x in solids
+    ]
+    scene = dc.replace(
+        scene,
+        boxes=tuple(x for x in named if isinstance(x, Box)),
+        cylinders=tuple(x for x in named if isinstance(x, Cylinder)),
+    )
+    (support,) = (x for x in scene.primitives if x.name == SUPPORT)
+    return scene, SceneObject(SUPPORT, support)
 
 
 def _size(scene: PrimitiveScene) -> float:

@@ -5,6 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.carrying_table import (
+    carrying_document,
+    carrying_table,
+)
 from remosplat_drake.benchmark.cells import (
     format_median,
     format_rate,
@@ -30,6 +34,8 @@ def overview_table(comparison: Comparison) -> Table:
     """
     if comparison.is_moving:
         return moving_table(comparison)
+    if comparison.is_carrying:
+        return carrying_table(comparison)
     rows = []
     for row in comparison.rows:
         paper = comparison.paper.get(row.method)
@@ -124,6 +130,7 @@ def _method(row: Row, comparison: Comparison) -> dict:
             for name, times in ticks.items()
         },
         "moving": moving_document(row) if comparison.is_moving else None,
+        "carrying": carrying_document(row) if comparison.is_carrying else None,
         "paper": paper and {"trials": PAPER_TRIALS, "reached": paper.successes},
     }
 

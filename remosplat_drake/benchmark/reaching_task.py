@@ -43,6 +43,8 @@ class ReachingTask:
         grasped: Solids of the object that the hand encloses at the target and
             that only the hand may touch. Empty if there is no such object, or
             if the scene does not contain it.
+        support: The solid under the object, one of `solids`, if the robot shall
+            carry the object to the start's pose; None otherwise.
         further_targets: Target poses in W of the robot's other end effectors,
             in order; empty if only the first one has a target.
     """
@@ -56,6 +58,7 @@ class ReachingTask:
     start_field: str = "robot_base"
     arm_goal: tuple[float, ...] | None = None
     grasped: tuple[SceneObject, ...] = ()
+    support: SceneObject | None = None
     further_targets: tuple[RigidTransform, ...] = ()
 
     @property

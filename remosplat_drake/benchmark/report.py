@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from remosplat_drake.base.table import Table
+from remosplat_drake.benchmark.carrying_table import carrying_table
 from remosplat_drake.benchmark.cells import (
     format_mean,
     format_median,
@@ -46,6 +47,8 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
         if comparison.is_moving:
             tables.append(moving_table(comparison))
         tables += [first_table(comparison, rule) for rule in RULES]
+        if comparison.is_carrying:
+            tables.append(carrying_table(comparison))
         if comparison.is_motion:
             tables.append(motion_table(comparison, RULES[0]))
         else:

@@ -105,6 +105,28 @@ class MovingResult:
 
 
 @dc.dataclass(frozen=True)
+class CarryingResult:
+    """A run in which the robot carries the object to the start's pose.
+
+    Attributes:
+        taken: Whether the robot took the object at the target.
+        outcome: `SUCCESS` if the end effector is at the start's pose with the
+            object, and nothing has touched at or between ticks; `COLLISION`;
+            else `TIMEOUT`.
+        reason: Why the run ended before the start's pose; empty if it did not.
+        duration: Time since the object was taken [s].
+        minimum_distance: Least true distance of robot and object from all that
+            they must not touch, over the whole run [m].
+    """
+
+    taken: bool
+    outcome: str
+    reason: str
+    duration: float
+    minimum_distance: float
+
+
+@dc.dataclass(frozen=True)
 class WallTimes:
     """Wall-clock times of a trial, which differ from run to run.
 
@@ -166,6 +188,7 @@ class TrialResult:
             if the robot keeps no links apart.
         moving: Contacts with movers, and distances from them; None without
             movers.
+        carrying: The way back with the object; None without one.
     """
 
     key: str
@@ -191,6 +214,7 @@ class TrialResult:
     first_checks: int | None = None
     self_distance: float | None = None
     moving: MovingResult | None = None
+    carrying: CarryingResult | None = None
 
     def judged(self, rule: str) -> Judgement | None:
         """Returns the judgement by one of `RULES`; None after a crash."""
@@ -236,6 +260,8 @@ def from_line(line: str, where: str) -> TrialResult:
             fields["times"] = WallTimes(**fields["times"])
         if fields.get("moving") is not None:
             fields["moving"] = MovingResult(**fields["moving"])
+        if fields.get("carrying") is not None:
+            fields["carrying"] = CarryingResult(**fields["carrying"])
         return TrialResult(**fields)
     except (ValueError, KeyError, TypeError) as error:
         raise FileError(

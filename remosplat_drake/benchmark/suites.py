@@ -41,10 +41,13 @@ MOVING_METHODS = "moving,drake-ik:movers-unknown"
 """Default methods in scenes with movers: ours, and Drake's, which ignores
 movers."""
 
-MBM, MBM_GRASP = "mbm", "mbm-grasp"
+MBM, MBM_GRASP, MBM_CARRY = "mbm", "mbm-grasp", "mbm-carry"
 """Kinds of suites of MotionBenchMaker's problems. In the first, the scene lacks
 the object that the hand encloses at the goal. In the second, the scene contains
-this object, and only the hand may touch it."""
+this object, and only the hand may touch it. In the third, the robot then
+carries it to the start's pose."""
+
+_MBM = (MBM, MBM_GRASP, MBM_CARRY)
 
 
 def default_methods(name: str) -> str:
@@ -79,7 +82,7 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
         )
     if kind == ROBOTS:
         return shipped_robots()
-    is_mbm = kind in (MBM, MBM_GRASP)
+    is_mbm = kind in _MBM
     return [motion_bench_maker.ROBOT if is_mbm else ""]
 
 
@@ -111,9 +114,9 @@ def load_cases(
 
     Args:
         name: "robots" or "robots:SCENE,..." for random targets (`robot_cases`),
-            "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR" or
-            "mbm-grasp:DIR" for MotionBenchMaker's problems (`motion_problems`),
-            or a name that `load_suite` takes. "moving" and "moving:NAME" add
+            "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR",
+            "mbm-grasp:DIR" or "mbm-carry:DIR" for MotionBenchMaker's problems
+            (`motion_problems`), or a name that `load_suite` takes. "moving" and "moving:NAME" add
             movers to the generated scenes, or to those of a name for
             `load_suite`.
         count: Number of scenes of each family. For scanned scenes it is
@@ -144,12 +147,13 @@ def load_cases(
             drawing,
         )
         return [MovingCase.of(case) for case in cases]
-    if kind in (MBM, MBM_GRASP) and place:
+    if kind in _MBM and place:
         robot = robot or motion_bench_maker.ROBOT
         problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
-        if kind == MBM_GRASP:
-            problems = [problem.grasping() for problem in problems]
+        if kind != MBM:
+            carried = kind == MBM_CARRY
+            problems = [problem.grasping(carried) for problem in problems]
         return [dc.replace(p, splat_folders=folders) for p in problems]
     return load_suite(name, count, splat_folders, trained_only, jobs, drawing)
 
@@ -187,7 +191,8 @@ def load_suite(
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
             " generated:FAMILY,..., published:DIR, moving[:SUITE], mbm:DIR,"
-            " mbm-grasp:DIR, scan:NAME[:DATA], robots[:SCENE,...]"
+            " mbm-grasp:DIR, mbm-carry:DIR, scan:NAME[:DATA],"
+            " robots[:SCENE,...]"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []

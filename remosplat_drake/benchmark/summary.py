@@ -118,6 +118,11 @@ class Comparison:
         return any(t.moving for row in self.rows for t in row.trials)
 
     @property
+    def is_carrying(self) -> bool:
+        """Whether the robot carries an object back."""
+        return any(t.carrying for row in self.rows for t in row.trials)
+
+    @property
     def is_motion(self) -> bool:
         """Whether the scenes are MotionBenchMaker's problems."""
         return self.suite.startswith(motion_bench_maker.SUITE)

@@ -16,6 +16,11 @@ from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.version import __version__
 from remosplat_drake.benchmark import metrics as met
+from remosplat_drake.benchmark.carrying import (
+    carry,
+    judge_carrying,
+    until_taken,
+)
 from remosplat_drake.benchmark.custom_controller import (
     drive,
     load_controller,
@@ -29,6 +34,7 @@ from remosplat_drake.benchmark.reaching_task import (
 )
 from remosplat_drake.benchmark.result import (
     RULES,
+    CarryingResult,
     MovingResult,
     TrialResult,
     WallTimes,
@@ -152,13 +158,16 @@ def run_trial(trial: Trial) -> TrialResult:
         splat_W, origin = trial.case.splat()
     if isinstance(trial.case, MovingCase):
         scenario.movers = list(trial.case.movers())
+    if task.support is not None and trial.method.controller:
+        problem = f"{trial.method.name}: controllers of your own carry nothing"
+        return dc.replace(describe(trial), problem=problem)
     world = _make_world(trial.method, scenario, task, splat_W)
     truth = task.with_grasped(task.truth_field, world.robot)
     problem = start_problem(world.robot, world.q0, truth)
     if problem:
         where = f"{trial.case.file or trial.case.name}: {task.start_field}"
         return dc.replace(describe(trial), problem=f"{where}: {problem}")
-    trajectory, effort = _drive(trial.method, scenario, world, task)
+    trajectory, effort, carrying = _drive(trial.method, scenario, world, task)
     judge = RunJudge(world.robot, scenario, trajectory, task)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
     return dc.replace(
@@ -171,6 +180,7 @@ def run_trial(trial: Trial) -> TrialResult:
         first_checks=None if effort.first_path is None else effort.first_checks,
         self_distance=met.self_distance(world.robot, trajectory.q),
         moving=_contacts(trial, scenario, world, trajectory),
+        carrying=carrying,
         **judgements,
     )
 
@@ -241,8 +251,16 @@ def _make_world(
 
 def _drive(
     method: Method, scenario: Scenario, world: World, task: ReachingTask
-) -> tuple[Trajectory, SearchEffort]:
-    """Runs the closed loop until the robot has arrived by every rule."""
+) -> tuple[Trajectory, SearchEffort, CarryingResult | None]:
+    """Runs the closed loop until the robot has arrived by every rule.
+
+    If the object is carried back, the trajectory ends where it is taken.
+    """
+    if task.support is not None:
+        result, carried = carry(task, scenario, world)
+        carrying = judge_carrying(task, world.robot, result, carried)
+        way = until_taken(result.trajectory, carried)
+        return way, result.search_effort, carrying
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         targets = [
@@ -255,7 +273,7 @@ def _drive(
         ]
         scenario = dc.replace(scenario, targets=targets)
         result = run(build(scenario, world), until=until).uninterrupted()
-        return result.trajectory, result.search_effort
+        return result.trajectory, result.search_effort, None
     X_WT = task.X_WE_target.GetAsMatrix4()
     dt = scenario.control_period
     make = load_controller(method.controller)
@@ -268,7 +286,7 @@ def _drive(
         ticks=round(scenario.time_limit / dt),
         until=until,
     )
-    return trajectory, NO_EFFORT
+    return trajectory, NO_EFFORT, None
 
 
 def _pose(X: RigidTransform, effector: str) -> TargetConfig:

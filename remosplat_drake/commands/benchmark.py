@@ -90,10 +90,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         default="generated",
         metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|mbm-grasp:DIR"
-        "|scan:NAME|robots[:SCENE,...]",
+        "|mbm-carry:DIR|scan:NAME|robots[:SCENE,...]",
         help="our own scenes (default), the published ones in DIR, either with"
         " movers that cross the way, MotionBenchMaker's problems in DIR,"
-        " without or with the object to be grasped,"
+        " without or with the object to be grasped, or carried back as well,"
         " targets in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA,"
         " or random targets for any robot: in clutter and a trained scene, or"
         " in the SCENEs clutter, trained, shelf, box, under_table",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.benchmark.carrying import load_clearances
 from remosplat_drake.benchmark.methods import load_methods
 from remosplat_drake.benchmark.motion_bench_maker import (
     START_CLEARANCE,
@@ -15,13 +16,22 @@ from remosplat_drake.benchmark.motion_bench_maker import (
     read_request,
 )
 from remosplat_drake.benchmark.motion_table import motion_table
+from remosplat_drake.benchmark.overview import document
 from remosplat_drake.benchmark.report import report_tables
-from remosplat_drake.benchmark.result import COLLISION, ERROR, SUCCESS
+from remosplat_drake.benchmark.result import (
+    COLLISION,
+    ERROR,
+    SUCCESS,
+    from_line,
+    to_line,
+)
 from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.object_spheres import fit_object
 
 FOLDER = Path(__file__).resolve().parents[1] / "data" / "mbm"
 READY = [0, -0.785, 0, -2.356, 0, 1.571, 0.785]
@@ -228,3 +238,57 @@ def test_the_object_to_be_grasped_is_for_the_hand_alone():
     # Another link there would touch it.
     can = task.grasped[0].X_WO.translation()
     assert field.clearances(Spheres.at(can, 0.01)).minimum() < 0.0
+
+
+def carrying_problem(folder=FOLDER):
+    (problem,) = load_cases(f"mbm-carry:{folder}", 1)
+    return problem
+
+
+def test_the_object_is_carried_back():
+    problem = carrying_problem()
+    assert problem.suite.endswith("with the object, carried back, panda")
+    task = problem.task()
+    assert task.content_hash != problem.grasping().task().content_hash
+    # The board, whose upper side is where the can stands.
+    assert task.support.top == pytest.approx(0.4)
+    result = run_one(problem)
+    assert result.outcome("text") == SUCCESS
+    carrying = result.carrying
+    assert (carrying.taken, carrying.outcome) == (True, SUCCESS)
+    assert not carrying.reason
+    # Up, and back by 0.8 rad at 2.175 rad/s.
+    assert carrying.duration > 0.8 / 2.175
+    assert carrying.minimum_distance > 0.0
+    assert from_line(to_line(result), "here") == result
+    tables = report_tables([result])
+    (table,) = (t for t in tables if t.title.endswith("carried back"))
+    row = dict(zip(table.header, table.rows[-1], strict=True))
+    assert row["carried back [%]"].endswith("(1/1)")
+    (comparison,) = document([result])["comparisons"]
+    assert comparison["methods"][0]["carrying"] == {
+        "taken": 1,
+        "carried_back": 1,
+        "collisions": 0,
+    }
+
+
+def test_the_load_counts_where_it_is(family):
+    """The can turns with joint 1, up to where another one stands."""
+    edit(family / "scene0001.yaml", "[0.3, 0.45, 0.46]", "[0.0, 0.304, 0.46]")
+    task, robot = carrying_problem(family).task(), load_robot("panda")
+    q = np.array(task.arm_goal)
+    (thing,) = task.grasped
+    payload = make_payload(robot, thing, fit_object(thing), q)
+    turn = np.zeros(7)
+    turn[0] = np.pi / 2 - np.arctan2(0.22, 0.21)
+    between, into = q + turn / 2, q + turn
+    distances = load_clearances(
+        task, robot, np.array([q, between, into]), payload
+    )
+    # The board on which it stands does not count. The wrist, which turns with
+    # it, is the nearest until the other can is.
+    assert distances[0] == pytest.approx(distances[1], abs=1e-9)
+    assert 0.04 < distances[0] < np.hypot(0.21, 0.304 - 0.22) - 0.06
+    # By less than both radii, since the places are 0.1 mm apart.
+    assert -0.06 < distances[2] < -0.059

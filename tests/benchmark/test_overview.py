@@ -67,7 +67,7 @@ def test_the_document_is_whole(results):
     first, *_ = comparison["methods"]
     assert set(first) == set(
         "method gains splat trials reached collisions least_clearance"
-        " tick_p50 tick_p99 paper moving".split()
+        " tick_p50 tick_p99 paper moving carrying".split()
     )
     assert first["method"] == "sdf-hard"
     assert first["reached"] == {"text": 1, "authors": 2}

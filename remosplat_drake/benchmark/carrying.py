@@ -1,0 +1,256 @@
+"""Carries a grasped object to the start's pose, and judges the whole run.
+
+The robot reaches the target as in other trials, with the object for the hand
+alone to touch. There the object becomes part of the robot. A level hand draws
+it back; then it is lifted off its support, and brought to where the end
+effector was at the start.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.object_map import without_objects
+from remosplat_drake.app.run_result import REACHED, RunResult
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.world import World
+from remosplat_drake.benchmark import metrics as met
+from remosplat_drake.benchmark.reaching_task import ReachingTask
+from remosplat_drake.benchmark.result import (
+    COLLISION,
+    SUCCESS,
+    TIMEOUT,
+    CarryingResult,
+)
+from remosplat_drake.benchmark.trial_judge import CHECKS_A_TICK
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.oracle.oracle_config import make_field
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.hand_links import hand_links
+from remosplat_drake.robot.payload import Payload
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.solid_distances import SolidDistances
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.task.object_spheres import fit_object, overhang
+from remosplat_drake.task.step_configs import (
+    AnyStep,
+    Attach,
+    Lift,
+    ReachTo,
+    Touch,
+)
+
+BACK = 0.3
+"""How far a hand that is level goes back before it goes up [m]: its arm may be
+under a board."""
+
+LEVEL = 0.3
+"""Greatest vertical part of the direction of a hand that is level."""
+
+LEAST = 0.005
+"""Least length of the way up [m]."""
+
+_LEFT = 0.005
+"""Distance at which the object has left its support, with which it may overlap
+until then [m]."""
+
+Carried = tuple[float, Payload]
+"""The time at which the object was taken [s], and the object in the hand."""
+
+
+def carrying_steps(
+    task: ReachingTask, X_WE: np.ndarray, scenario: Scenario
+) -> list[AnyStep]:
+    """Makes the steps of a trial in which the object is carried.
+
+    Args:
+        task: The task, with an object and its support.
+        X_WE: Pose of the end effector at the start, shape (4, 4).
+        scenario: The arrival tolerances, and the time that each way may take.
+    """
+    (thing,), support = task.grasped, task.support
+    assert support is not None
+    leaving = [Touch(support.name, [thing.name])]
+    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
+    bulge = overhang(thing, fit_object(thing))
+    up = max(bulge + scenario.controller.collision.stopping - apart, LEAST)
+    common = {
+        "patience": scenario.time_limit,
+        "position": scenario.arrival.position,
+        "angle": scenario.arrival.angle,
+    }
+    straight = {"touch": leaving, "patience": scenario.time_limit}
+    X_WT = task.X_WE_target.GetAsMatrix4()
+    away_W = X_WT[:3, 2] * [1.0, 1.0, 0.0]
+    back = [Lift(by=(-BACK * away_W).tolist(), **straight)]
+    return [
+        _reach(X_WT, touch=[Touch(thing.name)], **common),
+        Attach(object=thing.name, touch=leaving),
+        *(back if abs(X_WT[2, 2]) < LEVEL else []),
+        Lift(by=[0.0, 0.0, float(up)], **straight),
+        _reach(X_WE, **common),
+    ]
+
+
+def carry(
+    task: ReachingTask, scenario: Scenario, world: World
+) -> tuple[RunResult, Carried | None]:
+    """Runs a trial in which the object is carried.
+
+    Args:
+        task: The task, with an object and its support.
+        scenario: The scenario of the method.
+        world: The world, in which object and support become objects.
+
+    Returns:
+        The run; when the object was taken, and how it was held: None if it was
+        not taken.
+
+    Raises:
+        RemoSplatError: The oracle has no use for solids.
+    """
+    assert task.solids is not None and task.support is not None
+    objects = (*task.grasped, task.support)
+    rest = without_objects(task.solids, objects)
+    scene_field = make_field(scenario.oracle, None, rest, scenario.source)
+    world = dc.replace(
+        world,
+        field=with_objects(scene_field, ObjectField(objects)),
+        scene_field=scene_field,
+        objects=objects,
+    )
+    X_WE = world.robot.end_effector_pose(world.q0)
+    scenario = dc.replace(
+        scenario,
+        tasks=carrying_steps(task, X_WE, scenario),
+        # Each of the motions fails after the method's time.
+        time_limit=4.0 * scenario.time_limit,
+    )
+    taken: list[Carried] = []
+
+    def watch(
+        time: float, standing: Standing, report: TickReport | None
+    ) -> None:
+        if report is None or report.payload is None or taken:
+            return
+        taken.append((report.time, report.payload))
+
+    result = run(build(scenario, world), on_progress=watch).uninterrupted()
+    return result, taken[0] if taken else None
+
+
+def until_taken(trajectory: Trajectory, carried: Carried | None) -> Trajectory:
+    """Returns the part of a run before the object was taken.
+
+    Args:
+        trajectory: The whole run.
+        carried: When the object was taken; None if it was not.
+    """
+    if carried is None:
+        return trajectory
+    n = _tick(trajectory, carried)
+    return Trajectory(
+        trajectory.time[:n],
+        trajectory.q[: n + 1],
+        trajectory.u[:n],
+        trajectory.status[:n],
+        trajectory.scale[:n],
+        trajectory.clearance[:n],
+        {name: each[:n] for name, each in trajectory.timings.items()},
+    )
+
+
+def _tick(trajectory: Trajectory, carried: Carried | None) -> int:
+    """The tick at which the object was taken; the end if it was not."""
+    if carried is None:
+        return len(trajectory)
+    return int(np.searchsorted(trajectory.time, carried[0] - 1e-9))
+
+
+def judge_carrying(
+    task: ReachingTask,
+    robot: RobotModel,
+    result: RunResult,
+    carried: Carried | None,
+) -> CarryingResult:
+    """Judges a run in which the object is carried, by the true shapes.
+
+    The object may touch the hand, and its support until it has left that.
+
+    Args:
+        task: The task.
+        robot: The robot, without a payload.
+        result: The run.
+        carried: When the object was taken, and how it is held.
+    """
+    trajectory = result.trajectory
+    count = CHECKS_A_TICK
+    between = met.between_ticks(trajectory.q, count)
+    q = np.concatenate([trajectory.q[:-1, None], between], axis=1)
+    start = _tick(trajectory, carried)
+    shape = (-1, trajectory.q.shape[1])
+    before, after = q[:start].reshape(shape), q[start:].reshape(shape)
+    standing = task.with_grasped(task.truth_field, robot)
+    least = [met.minimum_clearances(robot, before, standing)]
+    if carried is not None:
+        least.append(met.minimum_clearances(robot, after, task.truth_field))
+        least.append(load_clearances(task, robot, after, carried[1]))
+    distance = float(np.min(np.concatenate(least), initial=np.inf))
+    outcome = SUCCESS if result.outcome == REACHED else TIMEOUT
+    return CarryingResult(
+        taken=carried is not None,
+        outcome=COLLISION if distance <= 0.0 else outcome,
+        reason="" if result.outcome == REACHED else result.outcome,
+        duration=float(trajectory.time[-1] - trajectory.time[start])
+        if start < len(trajectory)
+        else 0.0,
+        minimum_distance=distance,
+    )
+
+
+def load_clearances(
+    task: ReachingTask, robot: RobotModel, q: np.ndarray, payload: Payload
+) -> np.ndarray:
+    """Computes the least true distance of the carried object from all else.
+
+    Args:
+        task: The task, whose object is carried.
+        robot: The robot, without a payload.
+        q: Configurations in their order, shape (n, n_q).
+        payload: The object in the hand.
+
+    Returns:
+        Distances to all solids of the scene, and to all links except the
+        hand's, shape (n,) [m]; those from the support count once the object has
+        left it.
+    """
+    (thing,), support = task.grasped, task.support
+    assert task.solids is not None and support is not None
+    others = without_objects(task.solids, [support]).primitives
+    shapes = SolidDistances(thing.solid, [support.solid, *others])
+    alone = ObjectField([thing.at(RigidTransform())])
+    links, hand = robot.spheres.links, hand_links(robot)
+    arm = np.array([link not in hand for link in links])
+    body, left, found = robot.tree.index(payload.link), False, []
+    for q_t in q:
+        X_WO = robot.body_poses(q_t)[body] @ payload.X_LO
+        distances = shapes.at(RigidTransform(X_WO))
+        left = left or bool(distances[0] > _LEFT)
+        spheres = robot.spheres_at(q_t).select(arm)
+        p_OS = (spheres.p_WS - X_WO[:3, 3]) @ X_WO[:3, :3]
+        own = alone.clearances(Spheres.at(p_OS, spheres.radius)).minimum()
+        found.append(min(own, *distances[0 if left else 1 :]))
+    return np.array(found)
+
+
+def _reach(X_WT: np.ndarray, **common) -> ReachTo:
+    return ReachTo(
+        translation=X_WT[:3, 3].tolist(),
+        rotation=X_WT[:3, :3].tolist(),
+        **common,
+    )
