@@ -218,6 +218,7 @@ def _AddWorldViews(
         selection=selector and selector.GetOutputPort("selection"),
         movers=loop.movers,
         objects=task_port(loop.targets, "objects"),
+        outline=task_port(loop.targets, "outline"),
     )
     if world.seen is not None and live_map is None:
         show_unseen_space(

@@ -116,9 +116,9 @@ def load_cases(
         name: "robots" or "robots:SCENE,..." for random targets (`robot_cases`),
             "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR",
             "mbm-grasp:DIR" or "mbm-carry:DIR" for MotionBenchMaker's problems
-            (`motion_problems`), or a name that `load_suite` takes. "moving" and "moving:NAME" add
-            movers to the generated scenes, or to those of a name for
-            `load_suite`.
+            (`motion_problems`), or a name that `load_suite` takes. "moving" and
+            "moving:NAME" add movers to the generated scenes, or to those of a
+            name for `load_suite`.
         count: Number of scenes of each family. For scanned scenes it is
             ignored, and all are used.
         splat_folders: Folders of trained splats. Scanned scenes ignore them,

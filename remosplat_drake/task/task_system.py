@@ -16,11 +16,13 @@ from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.load import EMPTY, Load
+from remosplat_drake.signals.task_outline import TaskOutline
 from remosplat_drake.task.advance_task import (
     Observation,
     advance_task,
     error_to,
 )
+from remosplat_drake.task.outline import outline
 from remosplat_drake.task.step import FORCE
 from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.target_sequence import TargetProgress
@@ -48,6 +50,7 @@ class TaskSystem(LeafSystem):
         - hold
         - objects
         - hand_command
+        - outline
         - task
 
     `advance_task` computes the progress once a period. `aim`, `target` and
@@ -57,7 +60,7 @@ class TaskSystem(LeafSystem):
     `objects` all objects at their poses. `hold` is true if the arm must stand
     still: map and payload change only then. `hand_command` is the width and
     force of each hand [m, N], `hand_state` the width, rate and force of each,
-    and `task` the `TaskState`.
+    `task` the `TaskState`, and `outline` the `TaskOutline` for display.
 
     Args:
         task: The task.
@@ -108,6 +111,7 @@ class TaskSystem(LeafSystem):
             ("payload", Value(EMPTY), self._calc_payload, present),
             ("objects", Value[object](), self._calc_objects, present),
             ("hold", Value(False), self._calc_hold, present),
+            ("outline", Value(TaskOutline()), self._calc_outline, present),
         ):
             self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
         self.DeclareVectorOutputPort(
@@ -173,6 +177,9 @@ class TaskSystem(LeafSystem):
         state = self.state(context)
         moves = state.begun and state.present(self._task).goal is not None
         output.set_value(not moves)
+
+    def _calc_outline(self, context: Context, output: AbstractValue):
+        output.set_value(outline(self._task, self.state(context)))
 
     def _calc_hands(self, context: Context, output: BasicVector):
         told = self.state(context).told

@@ -14,8 +14,6 @@ from remosplat_drake.visualization.scene_look import ROOT
 
 OBJECTS = f"{ROOT}/objects"
 
-_COLOR = Rgba(0.55, 0.35, 0.75, 0.6)
-
 
 class ObjectView(LeafSystem):
     """Draws the objects of a task.
@@ -34,7 +32,12 @@ class ObjectView(LeafSystem):
     Args:
         page: The page to draw on.
         robot: The robot that carries them.
+
+    Attributes:
+        COLOR: Their colour, which `web/task.js` also has.
     """
+
+    COLOR = Rgba(0.55, 0.35, 0.75, 0.6)
 
     def __init__(self, *, page: MeshcatPage, robot: RobotModel):
         super().__init__()
@@ -72,6 +75,8 @@ class ObjectView(LeafSystem):
                 X_WL = self._robot.body_poses(q)[body]
                 X_WO = RigidTransform(X_WL @ payload.X_LO)
             if thing.name not in self._drawn:
-                self._meshcat.SetObject(path, drake_shape(thing.solid), _COLOR)
+                self._meshcat.SetObject(
+                    path, drake_shape(thing.solid), self.COLOR
+                )
                 self._drawn.add(thing.name)
             self._scene.move(path, X_WO, context.get_time())

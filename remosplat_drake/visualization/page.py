@@ -11,6 +11,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.tcp_port import is_free
+from remosplat_drake.signals.task_outline import TaskOutline
 from remosplat_drake.visualization import page_style
 from remosplat_drake.visualization.live_page.live_scene import LiveScene
 from remosplat_drake.visualization.live_page.newest import Newest
@@ -229,6 +230,15 @@ class MeshcatPage:
         """
         self._newest.put(("legend",), list(entries))
 
+    def set_task(self, outline: TaskOutline, root: str):
+        """Lists the steps of a task with the present one marked, and objects.
+
+        Args:
+            outline: The task.
+            root: Path in the scene below which the objects are drawn.
+        """
+        self._newest.put(("task",), {**outline.document(), "root": root})
+
     def set_account(self, account: Account):
         """Shows the measurements in a run, and lets people play it again.
 
@@ -285,7 +295,7 @@ class MeshcatPage:
         self.scene.settle()
         lasting = {
             topic: self._newest.get((topic,))
-            for topic in ("bar", "badge", "scene", "legend", "account")
+            for topic in ("bar", "badge", "scene", "legend", "task", "account")
         }
         if account is not None:
             lasting["bar"] = account.state.document()

@@ -13,6 +13,7 @@ from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import SplatView
 from remosplat_drake.visualization.standing_view import StandingView
+from remosplat_drake.visualization.task_view import TaskView
 from remosplat_drake.visualization.truth_view import TruthView
 
 
@@ -29,6 +30,7 @@ def AddViews(
     selection: OutputPort | None = None,
     movers: OutputPort | None = None,
     objects: OutputPort | None = None,
+    outline: OutputPort | None = None,
 ) -> None:
     """Draws the scene, and adds the systems that draw robot and control.
 
@@ -45,6 +47,7 @@ def AddViews(
             without one.
         movers: Output port of the `Movers`; None if nothing moves.
         objects: Output port of the objects of a task; None without one.
+        outline: Output port of the `TaskOutline` of a task; None without one.
 
     Example:
         >>> import remosplat_drake as rs
@@ -72,6 +75,9 @@ def AddViews(
         builder.Connect(configuration, view.GetInputPort("configuration"))
         builder.Connect(report, view.GetInputPort("report"))
         builder.Connect(objects, view.GetInputPort("objects"))
+    if outline is not None:
+        task_view = TaskView.AddToBuilder(builder, page=page)
+        builder.Connect(outline, task_view.GetInputPort("outline"))
     robot_input = AddRobotView(builder, robot, page)
     builder.Connect(configuration, robot_input)
     if truth is not None:

@@ -53,7 +53,8 @@ def with_panel(page: str, *scripts: str) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{resource('page.css')}</style></head>"
     )
-    code = [resource("panel.js"), resource("player.js"), *scripts]
+    parts = ("panel.js", "task.js", "player.js")
+    code = [*map(resource, parts), *scripts]
     tags = "".join(f"<script>{text}</script>" for text in code)
     before = before.replace("</head>", head)
     return f"{before}{body}{resource('body.html')}{tags}{after}"

@@ -124,13 +124,15 @@ const panel = (() => {
     fill("plots");
   };
 
-  const show = (topic, ...value) =>
-    ({ bar, badge, notes, plot, legend, scene, account })[topic]?.(...value);
+  const show = (topic, ...value) => {
+    const drawn = { bar, badge, notes, plot, legend, scene, account };
+    ({ ...drawn, task: task.show })[topic]?.(...value);
+  };
 
   addEventListener("keydown", (press) => {
     if (press.target.matches?.("input[type=text]")) return;
     toggles.filter(({ key }) => key === press.key).forEach(step);
   });
 
-  return { show, apply: () => toggles.forEach(apply) };
+  return { show, make, fill, apply: () => toggles.forEach(apply) };
 })();

@@ -1,0 +1,87 @@
+// A task: its jobs, the steps of the present one, and its objects. A click on an
+// object, in the list or in the scene, marks it in both.
+const task = (() => {
+  // Colours with their opacity: as Python draws an object, and marked.
+  const PLAIN = ["#8c59bf", 0.6];
+  const MARKED = ["#ffb319", 0.9];
+  const STILL = 4; // A click moves the pointer less than that [px].
+  let told = null;
+  let chosen = "";
+
+  const path = (name) => [...told.root.split("/").slice(1), name];
+
+  const paint = (name, [color, opacity]) => {
+    if (!name || !window.viewer) return;
+    const { r, g, b } = new MeshCat.THREE.Color(color);
+    viewer.set_property(path(name), "color", [r, g, b, opacity]);
+    viewer.set_dirty();
+  };
+
+  const choose = (name) => {
+    paint(chosen, PLAIN);
+    chosen = name === chosen ? "" : name;
+    paint(chosen, MARKED);
+    show(told);
+  };
+
+  const line = ({ text, state, is_step }) => {
+    const item = panel.make("li", text);
+    item.dataset.state = state;
+    if (is_step) item.dataset.step = true;
+    if (state === "present") item.setAttribute("aria-current", "step");
+    return item;
+  };
+
+  const thing = ({ name, text, may_be_touched }) => {
+    const button = panel.make("button", name, [panel.make("output", text)]);
+    button.dataset.object = name;
+    button.dataset.touched = may_be_touched;
+    button.setAttribute("aria-pressed", name === chosen);
+    button.addEventListener("click", () => choose(name));
+    return button;
+  };
+
+  const show = (outline) => {
+    told = outline;
+    const { lines, objects, failures } = outline;
+    const parts = [panel.make("h2", "Task"), panel.make("ol", "", lines.map(line))];
+    failures.forEach((text) => parts.push(panel.make("em", text)));
+    if (objects.length) {
+      parts.push(panel.make("h2", "Objects"), ...objects.map(thing));
+    }
+    panel.fill("task", ...parts);
+  };
+
+  // The object at a place of the window; empty if there is none.
+  const at = (x, y) => {
+    const { Raycaster, Vector2 } = MeshCat.THREE;
+    const { left, top, width, height } =
+      viewer.renderer.domElement.getBoundingClientRect();
+    const place = new Vector2(
+      (2 * (x - left)) / width - 1,
+      1 - (2 * (y - top)) / height,
+    );
+    const ray = new Raycaster();
+    ray.setFromCamera(place, viewer.camera);
+    const hits = told.objects.flatMap(({ name }) =>
+      ray
+        .intersectObject(viewer.scene_tree.find(path(name)).object, true)
+        .map(({ distance }) => ({ name, distance })),
+    );
+    hits.sort((a, b) => a.distance - b.distance);
+    return hits[0]?.name ?? "";
+  };
+
+  let pressed = null;
+  addEventListener("pointerdown", (press) => (pressed = press));
+  addEventListener("pointerup", (release) => {
+    if (!told || !window.viewer || !pressed) return;
+    if (release.target !== viewer.renderer.domElement) return;
+    const [x, y] = [release.clientX, release.clientY];
+    if (Math.hypot(x - pressed.clientX, y - pressed.clientY) > STILL) return;
+    const name = at(x, y);
+    if (name) choose(name);
+  });
+
+  return { show };
+})();
