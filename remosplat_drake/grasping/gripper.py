@@ -79,7 +79,10 @@ class ParallelGripper:
         """
         robot, hand = robot.as_described, robot.description.hand
         if hand is None or len(hand.joints) != 2:
-            raise RemoSplatError("grasps need a hand of two fingers")
+            raise RemoSplatError(
+                "grasps need a hand of two fingers; add it to the description"
+                " of the robot"
+            )
         plant = MultibodyPlant(0.0)
         add_robot_model(robot.description, plant)
         plant.Finalize()
@@ -87,7 +90,10 @@ class ParallelGripper:
         tree = robot.tree
         fingers = [tree.index(j.child_body().name()) for j in joints]
         if any(tree.kind[finger] != PRISMATIC for finger in fingers):
-            raise RemoSplatError("grasps need fingers that slide")
+            raise RemoSplatError(
+                "grasps need fingers that slide; fingers that rotate are not"
+                " supported"
+            )
         X_WL, X_WE = robot.body_poses(robot.q_home), _tool(robot)
         first = fingers[0]
         X_WF = X_WL[tree.parent[first]] @ tree.X_PF[first]
@@ -100,7 +106,8 @@ class ParallelGripper:
         reach -= (reach @ close_E) * close_E
         if not np.linalg.norm(reach) > 1e-6:
             raise RemoSplatError(
-                "the end effector's frame is not between the fingertips"
+                "the end effector's frame is not between the fingertips; name"
+                " a frame that is"
             )
         efforts = motors(plant)
         return ParallelGripper(

@@ -32,7 +32,9 @@ class CompositeDistanceField(DistanceField):
 
     def __init__(self, parts: Sequence[DistanceField], rows: str = "all"):
         if not parts:
-            raise RemoSplatError("a composite distance field needs parts")
+            raise RemoSplatError(
+                "a composite distance field needs parts, at least one"
+            )
         if rows not in ROWS:
             raise RemoSplatError(unknown_name("rows", rows, ROWS))
         self.parts = tuple(parts)

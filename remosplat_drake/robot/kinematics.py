@@ -112,7 +112,9 @@ class KinematicTree:
             RemoSplatError: There is a body of that name.
         """
         if name in self.names:
-            raise RemoSplatError(f"the robot has a link {name!r} already")
+            raise RemoSplatError(
+                f"the robot has a link {name!r} already; choose another name"
+            )
         more = (parent, FIXED, np.zeros(3), X_PB, np.eye(4), -1, 0.0)
         arrays = {}
         for field, value in zip(TreeArrays._fields, more, strict=True):

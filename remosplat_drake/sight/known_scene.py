@@ -64,10 +64,9 @@ class KnownScene:
         return self
 
     def distances(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns the distances of the nodes nearest to points, shape (n,) [m].
+        """Returns the map's distances at the nodes nearest to points, (n,) [m].
 
-        These are distances from the map. Points outside the box get the largest
-        distance that a node can store.
+        Points outside the box get the largest distance that a node can store.
 
         Args:
             p_W: Points in W, shape (n, 3) [m].

@@ -47,5 +47,5 @@ def contradiction(
         return ""
     return (
         f"looks through {100 * share:.0f} % of the map's surfaces:"
-        " its pose or the map is wrong"
+        " its pose or the map is wrong; calibrate the camera, or map again"
     )

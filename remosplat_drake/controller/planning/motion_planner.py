@@ -124,7 +124,8 @@ class MotionPlanner:
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"
-                f" {space.checks} checks; more checks may find one"
+                f" {space.checks} checks; more checks may find one: raise"
+                " `planning.checks`"
             )
             return Plan(None, reason, space.checks, len(goals.q))
         corners = search.shortened(corners)

@@ -40,7 +40,8 @@ class Term:
     def __post_init__(self):
         if self.name in self.taken:
             raise NameTakenError(
-                f"there is a {self.kind} {self.name!r} already"
+                f"there is a {self.kind} {self.name!r} already; choose another"
+                " name"
             )
 
     def error(self, problem: str) -> TermError:

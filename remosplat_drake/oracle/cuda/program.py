@@ -143,7 +143,9 @@ def _driver() -> ctypes.CDLL:
     try:
         return ctypes.CDLL("libcuda.so.1")
     except OSError as error:
-        raise RemoSplatError(f"CUDA's driver is missing: {error}") from error
+        raise RemoSplatError(
+            f"CUDA's driver is missing: {error}; use the cpu backend"
+        ) from error
 
 
 def _compiled(source: str, capability: int, version: str) -> bytes:
@@ -180,7 +182,10 @@ def compile_source(
     """
     nvrtc = find_compiler()
     if nvrtc is None:
-        raise RemoSplatError("CUDA's run-time compiler, libnvrtc, is missing")
+        raise RemoSplatError(
+            "CUDA's run-time compiler, libnvrtc, is missing; install torch with"
+            " CUDA, or use the cpu backend"
+        )
     n = len(headers)
     program = _HANDLE()
     nvrtc.nvrtcCreateProgram(

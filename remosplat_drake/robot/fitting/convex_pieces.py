@@ -71,7 +71,8 @@ def convex_pieces(
     out = standing_out(surface, spheres)
     if out > 0:
         raise RemoSplatError(
-            f"the mesh protrudes from the spheres by {1e3 * out:.1f} mm"
+            f"the mesh protrudes from the spheres by {1e3 * out:.1f} mm; fit"
+            " spheres to this mesh"
         )
     parts = []
     for i in range(len(spheres.radius)):

@@ -18,7 +18,7 @@ _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
 
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)])
 _NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)
-"""Normals of the tried planes through points: axes and diagonals."""
+"""Normals of the candidate planes through a point: axes and diagonals."""
 
 _THROUGH = 4
 """Number of points through which planes are tried, the farthest out first."""

@@ -133,7 +133,8 @@ def fit_spheres(
     """
     if count is not None and count < len(surfaces):
         raise RemoSplatError(
-            f"{count} spheres are too few for {len(surfaces)} links"
+            f"{count} spheres are too few for {len(surfaces)} links; each link"
+            " needs at least one"
         )
     problems = {
         link: _CoverProblem(surface, margin, np.random.default_rng(seed))
@@ -280,7 +281,9 @@ def _share(
     while best is None:
         low, high = high, 2.0 * high
         if high > 1e6:
-            raise RemoSplatError(f"{count} spheres cannot cover the links")
+            raise RemoSplatError(
+                f"{count} spheres cannot cover the links; allow more"
+            )
         best = cover(high)
     while high - low > 0.01 * high:
         middle = 0.5 * (low + high)
