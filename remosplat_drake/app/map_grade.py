@@ -39,3 +39,12 @@ def grade_map(error: MapError) -> str:
     if error.warnings or least > CollisionDamperConfig().stopping:
         return FAIR
     return GOOD
+
+
+def wrong_by(largest: float) -> str:
+    """Formats the bound on a map's error, as "wrong by up to 9.0 mm".
+
+    Args:
+        largest: The bound [m].
+    """
+    return f"wrong by up to {1e3 * largest:.1f} mm"

@@ -17,7 +17,12 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
+from remosplat_drake.signals.standing import (
+    HELD,
+    MOVING,
+    NOT_STARTED,
+    Standing,
+)
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.signals.tick_report import TickReport
@@ -190,7 +195,7 @@ def look_at(
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
         held_link=standing.link if is_held else "",
-        cause=standing.cause if is_held else "",
+        cause=standing.cause if standing.kind in (HELD, MOVING) else "",
         p_WHeld=standing.p_W if is_held else None,
         target=does,
         map=status.text if status is not None else "",

@@ -11,23 +11,19 @@ from pydrake.geometry import (
     Convex,
     Cylinder,
     Ellipsoid,
-    IllustrationProperties,
     Mesh,
-    Role,
-    SceneGraph,
     Shape,
     Sphere,
 )
 from pydrake.math import RigidTransform
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.visualization.robot_view import make_drawn_plant
+from remosplat_drake.visualization.drawn_plant import drawn_plant
 
 # glTF files are y-up; Drake turns them so that their y is z.
 _X_MESH_GLTF = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]]
 )
-_GREY = (0.9, 0.9, 0.9, 1.0)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -50,27 +46,16 @@ def robot_shapes(robot: RobotModel) -> Shapes:
     Args:
         robot: The robot.
     """
-    scene_graph = SceneGraph()
-    plant = make_drawn_plant(robot, scene_graph)
-    inspector = scene_graph.model_inspector()
+    drawn = drawn_plant(robot)
     shapes: dict[str, list[trimesh.Trimesh]] = {}
-    for geometry in inspector.GetAllGeometryIds(Role.kIllustration):
-        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
-        if body is None:
-            continue
-        colour = _colour(inspector.GetIllustrationProperties(geometry))
-        X_LG = inspector.GetPoseInFrame(geometry)
-        for mesh in _meshes(inspector.GetShape(geometry), colour):
-            mesh.apply_transform(X_LG.GetAsMatrix4())
-            shapes.setdefault(body.name(), []).append(mesh)
+    for body in drawn.bodies:
+        for look in drawn.looks(body):
+            colour = look.colour
+            rgba = colour.r(), colour.g(), colour.b(), colour.a()
+            for mesh in _meshes(look.shape, rgba):
+                mesh.apply_transform(look.X_LG.GetAsMatrix4())
+                shapes.setdefault(body.name(), []).append(mesh)
     return Shapes(shapes, {name: _joined(m) for name, m in shapes.items()})
-
-
-def _colour(properties: IllustrationProperties | None) -> tuple[float, ...]:
-    if properties is None or not properties.HasProperty("phong", "diffuse"):
-        return _GREY
-    rgba = properties.GetProperty("phong", "diffuse")
-    return rgba.r(), rgba.g(), rgba.b(), rgba.a()
 
 
 def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import Context, OutputPort
 
 from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.map_grade import wrong_by
 from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
@@ -53,7 +54,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
             said = f"{count} targets, the first: {said}"
     error = knowledge.error.largest
     if error is not None:
-        said += f"; the map's error is up to {1e3 * error:.0f} mm"
+        said += f"; the map is {wrong_by(error)}"
     return said
 
 

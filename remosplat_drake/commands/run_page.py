@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from remosplat_drake.app.map_grade import GOOD, grade_map
+from remosplat_drake.app.map_grade import GOOD, grade_map, wrong_by
 from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
@@ -29,7 +29,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
         return
     largest = error.largest
     parts = [
-        "" if largest is None else f"wrong by up to {1e3 * largest:.1f} mm",
+        "" if largest is None else wrong_by(largest),
         error.trouble,
         *error.warnings,
     ]

@@ -64,22 +64,29 @@ def end_effector_reach(robot: RobotModel, effector: int = 0) -> float:
 
 
 def beyond_reach(
-    robot: RobotModel, q: np.ndarray, p_WT: np.ndarray, effector: int = 0
+    robot: RobotModel,
+    q: np.ndarray,
+    p_WT: np.ndarray,
+    effector: int = 0,
+    *,
+    parked: bool = False,
 ) -> float:
     """Returns a lower bound on a point's distance beyond the reach [m].
 
-    If the robot has a mobile base, only the height of the arm's first joint
-    counts, since the base can drive to any x and y. A result of zero does not
-    prove that the point is within reach.
+    If the robot has a base that drives, only the height of the arm's first
+    joint counts, since the base can drive to any x and y. A result of zero does
+    not prove that the point is within reach.
 
     Args:
         robot: The robot.
         q: Configuration, shape (n_q,).
         p_WT: The point in W, shape (3,) [m].
         effector: Index of the end effector.
+        parked: Whether the base may not drive.
     """
     way = p_WT - shoulder(robot, q, effector)
-    distance = abs(way[2]) if robot.n_base else np.linalg.norm(way)
+    drives = robot.n_base and not parked
+    distance = abs(way[2]) if drives else np.linalg.norm(way)
     return max(0.0, float(distance) - end_effector_reach(robot, effector))
 
 

@@ -30,6 +30,7 @@ from remosplat_drake.safety.symptoms import (
     symptoms,
 )
 from remosplat_drake.signals.supervisor_state import (
+    ASKED,
     RUNNING,
     STARTING,
     STOPPED,
@@ -74,13 +75,15 @@ def supervise(
     if state.mode == STOPPED:
         return _rest(state, now, found)
     if state.mode == STOPPING:
-        return _brake(law, state, elapsed, state.reason)
+        return _brake(law, state, elapsed, Symptom(state.symptom, state.reason))
     missing = _missing(now) if state.mode == STARTING else ""
     if missing and not now.stop:
         return dc.replace(state, reason=missing)
     if tripped:
         return _brake(law, state, elapsed, tripped)
-    return dc.replace(state, mode=RUNNING, reason="", command=now.command)
+    return dc.replace(
+        state, mode=RUNNING, reason="", symptom="", command=now.command
+    )
 
 
 def _since(
@@ -93,17 +96,16 @@ def _since(
 
 def _tripped(
     found: list[Symptom], since: dict[str, float], now: Observation
-) -> str:
-    """Text of the earliest symptom that has lasted too long; else empty."""
+) -> Symptom | None:
+    """The earliest symptom that has lasted too long; None if none has."""
     if now.stop:
-        return now.stop
+        return Symptom(ASKED, now.stop)
     causes = [
         symptom
         for symptom in found
         if not now.time - since[symptom.name] < symptom.dwell - _ROUNDING
     ]
-    first = min(causes, key=lambda cause: since[cause.name], default=None)
-    return first.message if first else ""
+    return min(causes, key=lambda cause: since[cause.name], default=None)
 
 
 def _missing(now: Observation) -> str:
@@ -116,12 +118,17 @@ def _missing(now: Observation) -> str:
 
 
 def _brake(
-    law: SupervisorLaw, state: SupervisorState, elapsed: float, reason: str
+    law: SupervisorLaw, state: SupervisorState, elapsed: float, why: Symptom
 ) -> SupervisorState:
     command = braking_command(state.command, law.acceleration, elapsed)
     mode = STOPPING if command.any() else STOPPED
     return dc.replace(
-        state, mode=mode, reason=reason, refusal="", command=command
+        state,
+        mode=mode,
+        reason=why.message,
+        symptom=why.name,
+        refusal="",
+        command=command,
     )
 
 
@@ -132,9 +139,9 @@ def _rest(
     if not now.release:
         # A requested stop is reported although the robot is not armed yet.
         if state.reason == UNARMED and now.stop:
-            return dc.replace(state, reason=now.stop)
+            return dc.replace(state, reason=now.stop, symptom=ASKED)
         return state
     obstacle = now.stop or (found and found[0].message)
     if obstacle:
         return dc.replace(state, refusal=f"not released: {obstacle}")
-    return dc.replace(state, mode=STARTING, reason="", refusal="")
+    return dc.replace(state, mode=STARTING, reason="", refusal="", symptom="")

@@ -14,7 +14,9 @@ from remosplat_drake.signals import station_status, tick_report
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.near_movers import mover_at
 from remosplat_drake.signals.supervisor_state import (
+    LOST,
     RUNNING,
+    SCANNER,
     STARTING,
     STOPPED,
     SupervisorState,
@@ -93,12 +95,13 @@ def _of_clock(
 def _of_station(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     config, status = law.config, now.status
     if status.protective_stop:
-        yield Symptom("protective_stop", "protective stop of the base")
+        yield Symptom(SCANNER, "protective stop of the base")
     if status.robot_mode not in config.robot_modes:
         yield Symptom("robot_mode", f"the arm's mode is {status.robot_mode}")
     if status.mode != station_status.RUNNING:
         reason = status.stop_reason or "it gives no reason"
-        yield Symptom("station", f"the station stopped: {reason}")
+        name = LOST if status.is_lost else "station"
+        yield Symptom(name, f"the station stopped: {reason}")
     if not status.age <= config.max_status_age:
         age = f"{1e3 * status.age:.0f} ms"
         yield Symptom("status_age", f"measurements are {age} old")

@@ -35,6 +35,16 @@ NOT_OBEYED = "not obeyed"
 """Cause: the robot does not follow its commands, as in shadow mode."""
 NOTHING = "nothing"
 """Cause: no constraint is in the way; the program's optimum is no motion."""
+BASE = "base"
+"""Cause: the base does not drive: it may not, or its scanner has stopped it."""
+LOCALIZATION = "localization"
+"""Cause: the pose of the base in the map is not known well enough."""
+SUPERVISOR = "supervisor"
+"""Cause: the supervisor has stopped the robot."""
+NO_CONFIGURATION = "no configuration"
+"""Cause: no configuration reaches the target, or none was found."""
+NO_PATH = "no path"
+"""Cause: no path to the target was found."""
 
 CAUSES = (
     *KINDS_OF_THINGS,
@@ -46,6 +56,11 @@ CAUSES = (
     NO_COMMAND,
     NOT_OBEYED,
     NOTHING,
+    BASE,
+    LOCALIZATION,
+    SUPERVISOR,
+    NO_CONFIGURATION,
+    NO_PATH,
 )
 """All causes that hold a robot: kinds of things in the scene, constraints of
 the robot itself, and causes without a single thing."""

@@ -29,6 +29,8 @@ class StationStatus:
             time, 0 to 1 (libfranka's control_command_success_rate).
         protective_stop: Whether the base's safety scanner has stopped it. The
             base ends that stop by itself.
+        is_lost: Whether it stopped since the pose of the base is not known
+            well enough.
         base_uncertainty: Bound on the error of the base's pose on the ports:
             shift and turn [m, rad]; 0 in simulated stations.
         sent: Time at which the latest command was sent to a real robot, after
@@ -42,6 +44,7 @@ class StationStatus:
     success_rate: float = 1.0
     protective_stop: bool = False
     base_age: float = 0.0
+    is_lost: bool = False
     base_uncertainty: tuple[float, float] = (0.0, 0.0)
     sent: float = -math.inf
 

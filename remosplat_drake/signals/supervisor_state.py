@@ -17,6 +17,10 @@ STOPPING = "stopping"
 STOPPED = "stopped"
 """Mode in which the command is zero until an explicit release."""
 
+ASKED, LOST, SCANNER = "operator", "localization", "protective_stop"
+"""Symptoms: an operator has pressed STOP, the pose of the base is not known
+well enough, and the safety scanner has stopped the base."""
+
 UNARMED = "waiting for an operator to arm"
 """Reason of the initial stop of a real robot."""
 
@@ -34,6 +38,7 @@ class SupervisorState:
         mode: One of `STARTING`, `RUNNING`, `STOPPING` and `STOPPED`.
         reason: Why the supervisor stopped the robot, or the missing condition
             for a start; empty while running.
+        symptom: Name of the rule that stopped the robot; empty while none has.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
@@ -48,6 +53,7 @@ class SupervisorState:
     mode: str = STARTING
     reason: str = ""
     refusal: str = ""
+    symptom: str = ""
     time: float = math.nan
     p_WTs: np.ndarray = dc.field(
         default_factory=lambda: np.full((1, 3), np.nan)

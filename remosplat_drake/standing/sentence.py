@@ -3,7 +3,14 @@
 import dataclasses as dc
 import math
 
+import numpy as np
+
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.planning.plan import (
+    CRAMPED,
+    CUT_OFF,
+    UNREACHED,
+)
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.signals import standing as stands
@@ -15,6 +22,8 @@ from remosplat_drake.signals.binding import (
 )
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import (
+    LOST,
+    SCANNER,
     STARTING,
     STOPPING,
     UNARMED,
@@ -37,9 +46,23 @@ _ADVICE = {
     MOVER: "it continues when that has passed",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOT_OBEYED: "see whether the robot is enabled",
+    stands.BASE: "the base may not drive: move it nearer",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
 """For each cause, an action for a person, or the reason."""
+
+_STOPS = {SCANNER: stands.BASE, LOST: stands.LOCALIZATION}
+"""Causes of stops by the rules of the supervisor; others are its own."""
+
+_LACKS = {
+    UNREACHED: stands.NO_CONFIGURATION,
+    CRAMPED: stands.NO_CONFIGURATION,
+    CUT_OFF: stands.NO_PATH,
+}
+"""Causes of a robot that nothing holds, by the lack of its path."""
+
+_OF_THE_TARGET = (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
+"""Causes whose place is the target's."""
 
 _NEAR = 0.1
 """Distance below which texts use millimetres and degrees [m]."""
@@ -62,6 +85,8 @@ class Situation:
             none.
         beyond: Lower bound on the target's distance out of reach [m]; 0 if
             unknown.
+        parked: Whether the base may not drive, and the target would be within
+            reach if it did.
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if no sequence of targets
             runs.
@@ -78,6 +103,7 @@ class Situation:
     hold: Hold | None = None
     inside: Hold | None = None
     beyond: float = 0.0
+    parked: bool = False
     no_nearer_for: float = 0.0
     progress: TargetProgress | None = None
     supervision: SupervisorState | None = None
@@ -112,14 +138,17 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
     if now.inside is not None:
         return _inside(now, now.inside, robot)
     if now.hold is None:
-        text = f"{_on_the_way(now)}, {_away(now)} away"
+        text, cause = f"{_on_the_way(now)}, {_away(now)} away", ""
         if math.isfinite(now.beside_line):
             text += f", {1e3 * now.beside_line:.0f} mm beside the line"
         if now.beyond:
             text += f": {_out_of_reach(now)}"
+            cause = _beyond_cause(now)
         elif now.no_nearer_for >= CIRCLING:
             text += f", no nearer for {now.no_nearer_for:.0f} s"
-        return Standing(stands.MOVING, text, distance)
+        return Standing(
+            stands.MOVING, text, distance, cause, p_W=_p_WT(now, cause)
+        )
     return _held(now, now.hold, robot)
 
 
@@ -149,15 +178,16 @@ def _waits_for(supervision: SupervisorState | None) -> str:
 
 def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
     reason, distance = supervision.reason, now.error.distance
+    cause = _STOPS.get(supervision.symptom, stands.SUPERVISOR)
     if supervision.mode == STOPPING:
-        return Standing(stands.STOPPING, f"stopping: {reason}", distance)
+        return Standing(stands.STOPPING, f"stopping: {reason}", distance, cause)
     if reason == UNARMED:
         return Standing(stands.WAITING, reason, distance)
     text = f"stopped: {reason}; waiting for an operator"
     if math.isfinite(distance):
         text += f", {_away(now)} from {_target(now)}"
     text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
-    return Standing(stands.STOPPED, text, distance)
+    return Standing(stands.STOPPED, text, distance, cause)
 
 
 def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
@@ -184,7 +214,8 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
     way = _way(now.selection)
     part = robot.called(hold.link) if hold.link else "robot"
     text = f"{_what_holds(hold, part)}, {_away(now)} from {_target(now)}"
-    advice = _ADVICE.get(hold.cause, "")
+    cause = _cause(now, hold)
+    advice = _ADVICE.get(cause, "")
     if now.beyond:
         advice = _out_of_reach(now)
     text += advice and f": {advice}"
@@ -193,16 +224,42 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
         stands.HELD,
         text,
         now.error.distance,
-        cause=hold.cause,
+        cause=cause,
         thing=hold.thing,
         link=hold.link,
-        p_W=hold.p_W,
+        p_W=hold.p_W if hold.p_W is not None else _p_WT(now, cause),
         clearance=hold.clearance,
         way=way,
     )
 
 
+def _cause(now: Situation, hold: Hold) -> str:
+    """Returns the cause of a hold; what makes the target unreachable first."""
+    if now.beyond:
+        return _beyond_cause(now)
+    if hold.cause != stands.NOTHING:
+        return hold.cause
+    if now.parked:
+        return stands.BASE
+    if now.selection is None:
+        return hold.cause
+    return _LACKS.get(now.selection.lack, hold.cause)
+
+
+def _beyond_cause(now: Situation) -> str:
+    return stands.BASE if now.parked else stands.NO_CONFIGURATION
+
+
+def _p_WT(now: Situation, cause: str) -> np.ndarray | None:
+    """The target's place, if the target itself is the cause."""
+    if now.target is None or cause not in _OF_THE_TARGET:
+        return None
+    return now.target.X_WT[:3, 3]
+
+
 def _out_of_reach(now: Situation) -> str:
+    if now.parked:
+        return f"it is {now.beyond:.2f} m out of reach, {_ADVICE[stands.BASE]}"
     return f"it is {now.beyond:.2f} m out of reach, move it nearer"
 
 

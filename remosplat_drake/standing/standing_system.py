@@ -74,6 +74,7 @@ class StandingSystem(LeafSystem):
         robot: The robot.
         arrival: When a target counts as reached.
         period: Control period [s].
+        parked: Whether the base may not drive.
         floor_height: Height in W below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
@@ -84,6 +85,7 @@ class StandingSystem(LeafSystem):
         robot: RobotModel,
         arrival: ArrivalConfig,
         period: float,
+        parked: bool = False,
         floor_height: float = -np.inf,
         truth: SignedDistanceField | None = None,
     ):
@@ -91,6 +93,7 @@ class StandingSystem(LeafSystem):
         self.set_name("standing")
         self._robot = robot
         self._arrived = partial(has_arrived, config=arrival)
+        self._parked = parked
         self._floor_height = floor_height
         self._truth = truth
         self._period = period
@@ -194,6 +197,7 @@ class StandingSystem(LeafSystem):
             hold=hold,
             inside=find_inside(report, robot, name),
             beyond=self._beyond(aim, q),
+            parked=self._parked and not self._beyond(aim, q, drives=True),
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
@@ -202,12 +206,17 @@ class StandingSystem(LeafSystem):
         standing = how_things_stand(situation, self._robot.description)
         return _Memory(standing, still, time)
 
-    def _beyond(self, aim: Aim, q: np.ndarray) -> float:
+    def _beyond(
+        self, aim: Aim, q: np.ndarray, *, drives: bool = False
+    ) -> float:
         """Returns a lower bound on the distance out of reach [m]; or 0."""
         if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
+        parked = self._parked and not drives
         lacking = (
-            beyond_reach(self._robot, q, target.X_WT[:3, 3], effector)
+            beyond_reach(
+                self._robot, q, target.X_WT[:3, 3], effector, parked=parked
+            )
             for effector, target in aim.items
             if target.asks_for_all_of_place
         )

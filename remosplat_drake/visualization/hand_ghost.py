@@ -5,20 +5,13 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.common import MemoryFile
-from pydrake.geometry import (
-    InMemoryMesh,
-    Mesh,
-    Rgba,
-    Role,
-    SceneGraph,
-    Shape,
-)
+from pydrake.geometry import InMemoryMesh, Mesh, Rgba, Shape
 
 from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.target import Target
+from remosplat_drake.visualization.drawn_plant import drawn_plant
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.visualization.robot_view import make_drawn_plant
 from remosplat_drake.visualization.shapes import rigid_transform
 
 NEAR, TURNED = 0.03, 0.15
@@ -46,25 +39,17 @@ class HandGhost:
     ):
         self._scene, self._path = page.scene, path
         self._is_shown = False
-        scene_graph = SceneGraph()
-        plant = make_drawn_plant(robot, scene_graph)
-        inspector = scene_graph.model_inspector()
+        drawn = drawn_plant(robot)
         X_WL = robot.body_poses(robot.q_home)
         X_EW = np.linalg.inv(robot.end_effector_pose(robot.q_home, effector))
         for link in sorted(hand_links(robot, effector)):
             X_EL = X_EW @ X_WL[robot.tree.index(link)]
-            frame = plant.GetBodyFrameIdOrThrow(
-                plant.GetBodyByName(link).index()
-            )
-            for i, geometry in enumerate(
-                inspector.GetGeometries(frame, Role.kIllustration)
+            for i, look in enumerate(
+                drawn.looks(drawn.plant.GetBodyByName(link))
             ):
-                X_EG = rigid_transform(X_EL).multiply(
-                    inspector.GetPoseInFrame(geometry)
-                )
                 name = f"{path}/{link}/{i}"
-                shape = translucent(inspector.GetShape(geometry))
-                page.meshcat.SetObject(name, shape, _COLOR)
+                page.meshcat.SetObject(name, translucent(look.shape), _COLOR)
+                X_EG = rigid_transform(X_EL).multiply(look.X_LG)
                 page.meshcat.SetTransform(name, X_EG)
         self._scene.set_property(path, "visible", False)
 

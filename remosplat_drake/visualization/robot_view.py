@@ -1,18 +1,9 @@
 """`RobotView`: draws the robot in its measured configuration."""
 
 import numpy as np
-from pydrake.geometry import (
-    MakePhongIllustrationProperties,
-    Meshcat,
-    MeshcatVisualizer,
-    MeshcatVisualizerParams,
-    Rgba,
-    Role,
-    RoleAssign,
-    SceneGraph,
-)
+from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, RigidBody
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import (
     Context,
     Diagram,
@@ -21,10 +12,8 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
-from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.visuals import load_visuals
+from remosplat_drake.visualization.drawn_plant import drawn_plant
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.scene_look import ROOT
 
@@ -34,7 +23,6 @@ PUBLISH_PERIOD = 1 / 32
 PREFIX = f"{ROOT}/robot"
 
 _NAME = "robot_view"
-_GREY = Rgba(0.75, 0.76, 0.78)
 
 
 class RobotView(LeafSystem):
@@ -114,82 +102,19 @@ def _draw_links(
     Returns:
         A plant for their poses, and each link that has a shape with its path.
     """
-    builder = DiagramBuilder()
-    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
-    plant = make_drawn_plant(robot, scene_graph)
-    builder.AddSystem(plant)
-    builder.Connect(
-        plant.get_geometry_pose_output_port(),
-        scene_graph.get_source_pose_port(plant.get_source_id()),
-    )
-    MeshcatVisualizer.AddToBuilder(
-        builder,
-        scene_graph,
-        meshcat,
-        MeshcatVisualizerParams(
-            role=Role.kIllustration,
-            prefix=PREFIX,
-            # A run must not wipe off what was drawn before it began.
-            delete_on_initialization_event=False,
-        ),
-    )
-    diagram = builder.Build()
-    bodies = (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies()))
-    paths = [
-        (body, f"{PREFIX}/{body.scoped_name().get_full().replace('::', '/')}")
-        for body in bodies
-    ]
-    if not any(meshcat.HasPath(path) for _, path in paths):
-        # Else `draw_first` has sent them.
-        diagram.ForcedPublish(diagram.CreateDefaultContext())
-    return plant, [(b, path) for b, path in paths if meshcat.HasPath(path)]
-
-
-def make_drawn_plant(
-    robot: RobotModel, scene_graph: SceneGraph
-) -> MultibodyPlant:
-    """Makes a plant whose links have the look of the robot.
-
-    Args:
-        robot: The robot.
-        scene_graph: Scene graph that gets the illustration geometry: the
-            links' meshes, or their collision geometry where there are none.
-
-    Returns:
-        The finalized plant.
-    """
-    description = robot.description
-    plant = MultibodyPlant(time_step=0.0)
-    plant.RegisterAsSourceForSceneGraph(scene_graph)
-    add_robot_model(description, plant)
-    colours = {}
-    visuals = description.visuals_path
-    if visuals is not None:
-        register_link_meshes(link_meshes(visuals), plant)
-        colours = {
-            link: Rgba(*entries[0].colour)
-            for link, entries in load_visuals(visuals).items()
-        }
-    plant.Finalize()
-    _show_collision_geometry(plant, scene_graph, colours)
-    return plant
-
-
-def _show_collision_geometry(
-    plant: MultibodyPlant, scene_graph: SceneGraph, colours: dict[str, Rgba]
-):
-    """Shows the primitives of links that have no other appearance."""
-    for i in range(plant.num_bodies()):
-        body = plant.get_body(BodyIndex(i))
-        if plant.GetVisualGeometriesForBody(body):
-            continue
-        properties = MakePhongIllustrationProperties(
-            colours.get(body.name(), _GREY).rgba
-        )
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            scene_graph.AssignRole(
-                plant.get_source_id(), geometry, properties, RoleAssign.kNew
-            )
+    drawn, paths = drawn_plant(robot), []
+    for body in drawn.bodies:
+        name = body.scoped_name().get_full().replace("::", "/")
+        path = f"{PREFIX}/{name}"
+        looks = drawn.looks(body)
+        if looks:
+            paths.append((body, path))
+        if meshcat.HasPath(path):
+            continue  # `draw_first` has sent it.
+        for i, look in enumerate(looks):
+            meshcat.SetObject(f"{path}/{i}", look.shape, look.colour)
+            meshcat.SetTransform(f"{path}/{i}", look.X_LG)
+    return drawn.plant, paths
 
 
 def _plant_positions(

@@ -24,4 +24,6 @@ def test_a_point_straight_above_is_out_of_reach_by_what_is_lacking(model):
 def test_a_base_drives_to_what_is_far_ahead():
     robot = load_robot("frankie")
     q = np.array([0.0, 0.0, 0.0, *robot.home])
-    assert beyond_reach(robot, q, np.array([9.0, 0.0, 0.5])) == 0.0
+    far = np.array([9.0, 0.0, 0.5])
+    assert beyond_reach(robot, q, far) == 0.0
+    assert beyond_reach(robot, q, far, parked=True) > 7.0

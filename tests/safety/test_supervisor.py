@@ -31,7 +31,10 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import STOPPED as STATION_STOPPED
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import (
+    ASKED,
+    LOST,
     RUNNING,
+    SCANNER,
     STARTING,
     STOPPED,
     STOPPING,
@@ -215,6 +218,7 @@ def test_what_comes_after_a_stop_has_begun_changes_no_reason(running):
     running.tick(status=STALE, stop="stop button")
     running.ticks(100, status=STALE)
     assert running.state.reason == "the arm's mode is reflex"
+    assert running.state.symptom == "robot_mode"
     running.tick(status=STALE, release=True)
     assert running.state.refusal == (
         "not released: measurements are 200 ms old"
@@ -248,6 +252,23 @@ def test_of_two_faults_that_begin_together_the_more_telling_is_named(running):
 def test_a_person_comes_before_every_fault(running):
     running.tick(status=REFLEX, stop="stop button")
     assert running.state.reason == "stop button"
+    assert running.state.symptom == ASKED
+    running.ticks(100)
+    running.tick(release=True)
+    assert running.state.symptom == ""
+
+
+@pytest.mark.parametrize(
+    "status, symptom",
+    [
+        (StationStatus(mode=STATION_STOPPED, is_lost=True), LOST),
+        (StationStatus(mode=STATION_STOPPED), "station"),
+        (StationStatus(protective_stop=True), SCANNER),
+    ],
+)
+def test_the_rule_that_stops_the_robot_is_named(running, status, symptom):
+    running.ticks(100, status=status)
+    assert running.state.symptom == symptom
 
 
 def test_a_map_in_which_the_robot_stands_too_near_is_named(running):

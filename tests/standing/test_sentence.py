@@ -6,6 +6,11 @@ import numpy as np
 import pytest
 
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.planning.plan import (
+    CRAMPED,
+    CUT_OFF,
+    UNREACHED,
+)
 from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import load_robot
@@ -31,8 +36,10 @@ def error(distance: float, degrees: float = 0.0) -> PoseError:
     return PoseError(p, np.radians([0.0, 0.0, degrees]), p)
 
 
-def supervision(mode: str, reason: str = "", refusal: str = ""):
-    return SupervisorState(np.zeros(9), mode, reason, refusal)
+def supervision(
+    mode: str, reason: str = "", refusal: str = "", symptom: str = ""
+):
+    return SupervisorState(np.zeros(9), mode, reason, refusal, symptom)
 
 
 FAR = Situation(error(0.52), progress=TargetProgress(0, 1))
@@ -128,6 +135,16 @@ SENTENCES = {
     " nearer": dc.replace(FAR, beyond=0.3, no_nearer_for=CIRCLING + 2),
     "robot stands still, 0.52 m from the target: it is 0.30 m out of reach,"
     " move it nearer": held(stands.NOTHING, beyond=0.3),
+    "moving to the target, 0.52 m away: it is 0.30 m out of reach, the base may"
+    " not drive: move it nearer": dc.replace(FAR, beyond=0.3, parked=True),
+    "robot stands still, 0.52 m from the target: the base may not drive: move"
+    " it nearer": held(stands.NOTHING, parked=True),
+    "robot stands still, 0.52 m from the target; no configuration": held(
+        stands.NOTHING,
+        selection=Selection(
+            DIRECT, unreachable="no configuration", lack=UNREACHED
+        ),
+    ),
     "moving out: hand 5 mm from the base, 0.52 m from the target": dc.replace(
         FAR, inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, 0.005)
     ),
@@ -199,6 +216,55 @@ def test_the_parts_of_a_sentence(frankie):
         "way": "",
     }
     assert stands.NOT_STARTED.document()["distance"] is None
+
+
+@pytest.mark.parametrize(
+    "now, cause",
+    [
+        (dc.replace(FAR, beyond=0.3), stands.NO_CONFIGURATION),
+        (dc.replace(FAR, beyond=0.3, parked=True), stands.BASE),
+        (held(stands.JOINT_LIMIT, beyond=0.3), stands.NO_CONFIGURATION),
+        (held(stands.NOTHING, parked=True), stands.BASE),
+        (held(stands.JOINT_LIMIT, parked=True), stands.JOINT_LIMIT),
+        *(
+            (
+                held(
+                    stands.NOTHING,
+                    selection=Selection(
+                        DIRECT, unreachable="none found", lack=lack
+                    ),
+                ),
+                cause,
+            )
+            for lack, cause in (
+                (UNREACHED, stands.NO_CONFIGURATION),
+                (CRAMPED, stands.NO_CONFIGURATION),
+                (CUT_OFF, stands.NO_PATH),
+                ("", stands.NOTHING),
+            )
+        ),
+        *(
+            (
+                dc.replace(FAR, supervision=supervision(mode, "why", "", rule)),
+                cause,
+            )
+            for mode in (modes.STOPPING, modes.STOPPED)
+            for rule, cause in (
+                (modes.ASKED, stands.SUPERVISOR),
+                (modes.SCANNER, stands.BASE),
+                (modes.LOST, stands.LOCALIZATION),
+                ("clearance", stands.SUPERVISOR),
+            )
+        ),
+    ],
+)
+def test_the_cause(now, cause, frankie):
+    now = dc.replace(now, target=Target(np.eye(4)))
+    standing = how_things_stand(now, frankie.description)
+    assert standing.cause == cause
+    is_lit = cause in (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
+    if is_lit and now.supervision is None:
+        assert standing.p_W is not None
 
 
 def test_a_stop_goes_before_all_else(frankie):

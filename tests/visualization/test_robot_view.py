@@ -7,7 +7,7 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.robot.robot_model import load_robot
-from remosplat_drake.visualization import robot_view
+from remosplat_drake.visualization import drawn_plant
 from remosplat_drake.visualization.robot_view import AddRobotView
 
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
@@ -25,7 +25,10 @@ def draw(robot, page, q):
 @pytest.fixture
 def without_meshes(monkeypatch):
     """As where neither the meshes nor the extra are installed."""
-    monkeypatch.setattr(robot_view, "link_meshes", lambda visuals: {})
+    monkeypatch.setattr(drawn_plant, "link_meshes", lambda visuals: {})
+    drawn_plant.drawn_plant.cache_clear()
+    yield
+    drawn_plant.drawn_plant.cache_clear()
 
 
 def test_links_are_where_the_model_has_them(
@@ -62,3 +65,10 @@ def test_arm_on_a_fixed_base_without_visuals(page):
     robot = load_robot(THREE_LINK)
     draw(robot, page, robot.home)
     assert page.meshcat.HasPath("/remosplat/robot/three_link/forearm")
+
+
+def test_a_robot_s_look_is_made_once(frankie):
+    drawn = drawn_plant.drawn_plant(frankie)
+    assert drawn_plant.drawn_plant(frankie) is drawn
+    hand = drawn.plant.GetBodyByName("panda_hand")
+    assert drawn.looks(hand)

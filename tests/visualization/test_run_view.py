@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Mesh, Role, SceneGraph
+from pydrake.geometry import Mesh
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -18,9 +18,9 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
+from remosplat_drake.visualization.drawn_plant import drawn_plant
 from remosplat_drake.visualization.hand_ghost import translucent
 from remosplat_drake.visualization.legend import legend
-from remosplat_drake.visualization.robot_view import make_drawn_plant
 from remosplat_drake.visualization.run_view import GHOST, PATHS, TARGET, RunView
 
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
@@ -192,13 +192,9 @@ def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
 
 
 def test_a_ghost_is_translucent_in_each_of_its_materials(frankie):
-    scene_graph = SceneGraph()
-    plant = make_drawn_plant(frankie, scene_graph)
-    inspector = scene_graph.model_inspector()
-    body = plant.GetBodyByName("panda_hand").index()
-    frame = plant.GetBodyFrameIdOrThrow(body)
-    (geometry,) = inspector.GetGeometries(frame, Role.kIllustration)
-    shape = inspector.GetShape(geometry)
+    drawn = drawn_plant(frankie)
+    (look,) = drawn.looks(drawn.plant.GetBodyByName("panda_hand"))
+    shape = look.shape
     ghost = translucent(shape)
     if not isinstance(shape, Mesh):  # Without the `meshes` extra.
         assert ghost is shape

@@ -59,6 +59,9 @@ def AddStanding(
         robot=world.robot,
         arrival=scenario.arrival,
         period=scenario.control_period,
+        parked=scenario.controller.velocity_limits.is_parked(
+            world.robot.n_base
+        ),
         floor_height=scenario.scene.floor_height,
         truth=None if truth is None else SignedDistanceField(truth),
     )

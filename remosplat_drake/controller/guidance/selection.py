@@ -35,6 +35,7 @@ class Selection:
             candidate arrives.
         unreachable: Why no path to the target was found, for display; empty if
             one was found or none was searched.
+        lack: The lack of that search, see `Plan`; empty like `unreachable`.
         effort: Effort of all searches since the start of the run.
         found: Corners of the paths found to the present target on the present
             map.
@@ -62,6 +63,7 @@ class Selection:
     plans: tuple[Plan, ...] = ()
     failures: int = 0
     unreachable: str = ""
+    lack: str = ""
     effort: SearchEffort = NO_EFFORT
     found: tuple[np.ndarray, ...] = ()
     roadmap: Roadmap = NO_ROADMAP

@@ -397,14 +397,18 @@ def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
     plans = selection.plans
     if arrives:
         return {"plans": plans}
-    why = next((plan.reason for plan in plans[::-1] if plan.reason), "")
-    if why and len(selection.around):
+    failed = next((plan for plan in plans[::-1] if plan.lack), None)
+    why, lack = selection.unreachable, selection.lack
+    if failed is not None:
+        why, lack = failed.reason, failed.lack
+    if failed is not None and len(selection.around):
         names = " and ".join(dict.fromkeys(m.name for m in selection.around))
         why = f"{names} in the way: {why}"
     return {
         "plans": plans,
         "failures": selection.failures + bool(plans),
-        "unreachable": why or selection.unreachable,
+        "unreachable": why,
+        "lack": lack,
     }
 
 

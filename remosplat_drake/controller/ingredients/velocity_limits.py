@@ -40,6 +40,15 @@ class VelocityLimitsConfig(Config):
     # Bound on the base's yaw rate [rad/s]; absent: the robot's own limit.
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
+    def is_parked(self, n_base: int) -> bool:
+        """Returns whether no command may move the base.
+
+        Args:
+            n_base: Number of the base's commands.
+        """
+        lower, upper = self.base_bounds(n_base)
+        return n_base > 0 and not (lower.any() or upper.any())
+
     def base_bounds(self, n_base: int) -> tuple[np.ndarray, np.ndarray]:
         """Returns additional lower and upper bounds on the base's commands.
 

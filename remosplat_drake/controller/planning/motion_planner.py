@@ -18,7 +18,12 @@ from remosplat_drake.controller.planning.obstructions import (
     StandingMovers,
 )
 from remosplat_drake.controller.planning.out_of_reach import out_of_reach
-from remosplat_drake.controller.planning.plan import Plan
+from remosplat_drake.controller.planning.plan import (
+    CRAMPED,
+    CUT_OFF,
+    UNREACHED,
+    Plan,
+)
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.search import Search
@@ -100,7 +105,7 @@ class MotionPlanner:
     ) -> Plan:
         unreached = out_of_reach(self.robot, aim, q)
         if unreached:
-            return Plan(None, unreached, 0, 0)
+            return Plan(None, unreached, 0, 0, lack=UNREACHED)
         config = self.config
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
@@ -112,9 +117,9 @@ class MotionPlanner:
             rng=np.random.default_rng(self._seed(attempt)),
         )
         if not len(goals.q):
-            return Plan(
-                None, self._no_goal(goals, space.stopping), space.checks, 0
-            )
+            why = self._no_goal(goals, space.stopping)
+            lack = CRAMPED if goals.reached else UNREACHED
+            return Plan(None, why, space.checks, 0, lack=lack)
         search = self.search(space, start, goals.q, attempt, interrupted)
         corners = search.straight_to(goals.q)
         if corners is None:
@@ -127,7 +132,7 @@ class MotionPlanner:
                 f" {space.checks} checks; more checks may find one: raise"
                 " `planning.checks`"
             )
-            return Plan(None, reason, space.checks, len(goals.q))
+            return Plan(None, reason, space.checks, len(goals.q), lack=CUT_OFF)
         corners = search.shortened(corners)
         driven = np.concatenate([q[None], driven_corners(space, corners)])
         corners, checks = Path.through(driven).q, space.checks

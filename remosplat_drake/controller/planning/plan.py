@@ -6,6 +6,13 @@ import numpy as np
 
 from remosplat_drake.controller.program.path import Path
 
+UNREACHED = "unreached"
+"""Lack: no configuration reaches the target, or none was found."""
+CRAMPED = "cramped"
+"""Lack: configurations that reach it are all too near to something."""
+CUT_OFF = "cut off"
+"""Lack: no path to the configurations that reach it was found."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Plan:
@@ -19,6 +26,7 @@ class Plan:
         seconds: Wall-clock time of the search [s].
         corners: Corners of the path before rounding off, shape (k, n_q) [rad,
             m]; None without a path.
+        lack: UNREACHED, CRAMPED or CUT_OFF; empty if a path was found.
     """
 
     path: Path | None
@@ -27,6 +35,7 @@ class Plan:
     goals: int
     seconds: float = 0.0
     corners: np.ndarray | None = None
+    lack: str = ""
 
 
 @dc.dataclass(frozen=True)

@@ -44,6 +44,7 @@ def station_status(
     reason = reason or _arm_problem(measurement, config, now)
     if has_base:
         reason = reason or _base_problem(measurement, config, now)
+    lost = track_problem(measurement.base_track, config) if has_base else ""
     if arm is None or (has_base and base is None):
         return StationStatus(math.inf, STOPPED, reason, "other", 0.0)
     return StationStatus(
@@ -56,6 +57,7 @@ def station_status(
         base_age=min(max(now - base.stamp, 0.0), config.base_status_expiry)
         if base
         else 0.0,
+        is_lost=bool(lost) and reason == lost,
         base_uncertainty=tuple(measurement.base_track.uncertainty),
         sent=measurement.sent,
     )

@@ -158,3 +158,11 @@ def test_a_broken_gripper_stops_nothing():
     measurement = with_hand_status(heard(), b"rubbish")
     assert measurement.hand is None
     assert status(measurement).mode == RUNNING
+
+
+def test_a_base_whose_pose_jumped_is_lost():
+    s = status(heard(base={"pose": [1.0, 0.0, 0.0]}))
+    assert s.mode == STOPPED and "jumped" in s.stop_reason
+    assert s.is_lost
+    assert not status(heard(base={"protective_stop": 1})).is_lost
+    assert not status(heard()).is_lost
