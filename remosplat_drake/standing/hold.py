@@ -65,6 +65,11 @@ class Hold:
     p_W: np.ndarray | None = None
     clearance: float | None = None
 
+    @property
+    def is_of_a_constraint(self) -> bool:
+        """Whether an active constraint holds the robot."""
+        return self.cause not in (NO_COMMAND, NOT_OBEYED, NOTHING)
+
 
 def find_hold(
     report: TickReport, robot: RobotModel, name: Naming, link_before: str = ""

@@ -186,8 +186,12 @@ class StandingSystem(LeafSystem):
         )
         name, hold = self._naming(context), None
         robot = self._robot.holding(report.payload)
-        if time - still.since >= PAUSE:
+        rests = time - still.robot.since >= PAUSE
+        if rests or time - still.hands.since >= PAUSE:
             hold = find_hold(report, robot, name, memory.standing.link)
+        if hold is not None and not (rests or hold.is_of_a_constraint):
+            # The hand may rest while the robot turns for its next motion.
+            hold = None
         situation = Situation(
             error=error,
             target=target,

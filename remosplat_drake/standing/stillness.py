@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
@@ -25,15 +25,47 @@ _ARM = 0.3
 
 
 @dc.dataclass(frozen=True, eq=False)
+class Rest:
+    """Memory of something that moves or rests.
+
+    Attributes:
+        at: Value from which it has not moved by `STILL`, of any shape.
+        there_since: Time at which it arrived there [s].
+        since: Start of the present standstill [s]. Since then, it has at most
+            crept, and had no reason to rest.
+    """
+
+    at: np.ndarray
+    there_since: float
+    since: float
+
+    def updated(
+        self, time: float, at: np.ndarray, change: float, may_rest: bool
+    ) -> "Rest":
+        """Returns the memory after a look.
+
+        Args:
+            time: Present time [s].
+            at: Present value.
+            change: Its difference from the one in memory; one that is not
+                finite counts as motion.
+            may_rest: Whether there is a reason to rest.
+        """
+        if change <= STILL and not may_rest:
+            return self
+        is_slow = change <= 2.0 * STILL and time - self.there_since >= PAUSE
+        since = self.since if is_slow and not may_rest else time
+        return Rest(at, time, since)
+
+
+@dc.dataclass(frozen=True, eq=False)
 class Stillness:
     """Memory of the robot's motion; copying returns the object itself.
 
     Attributes:
-        q: Configuration from which the robot has not moved by `STILL`, shape
-            (n_q,) [m, rad].
-        there_since: Time at which it arrived at `q` [s].
-        since: Start of the present standstill [s]. Since then, the robot has at
-            most crept, and had no reason to rest.
+        robot: Rest of the configuration, shape (n_q,) [m, rad].
+        hands: Rest of the poses of the end effectors, shape (e, 4, 4). They may
+            rest while the base or an elbow moves.
         aim: The current aim.
         nearest: Least distance to the aim so far, summed over end effectors
             [m]. For a target of orientation only, it is the angle times a
@@ -41,9 +73,8 @@ class Stillness:
         nearest_at: Time at which `nearest` was reached [s].
     """
 
-    q: np.ndarray
-    there_since: float
-    since: float
+    robot: Rest
+    hands: Rest
     aim: Aim
     nearest: float
     nearest_at: float
@@ -73,19 +104,29 @@ def observe(
             for example. Such time does not count as standstill.
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
-    if before is None or time < before.since:
-        return Stillness(q, time, time, aim, left, time)
-    now = before
-    # A configuration that is not finite counts as motion.
-    change = np.abs(q - before.q).max()
-    if may_rest or not change <= STILL:
-        is_slow = change <= 2.0 * STILL and time - before.there_since >= PAUSE
-        since = before.since if is_slow and not may_rest else time
-        now = dc.replace(now, q=q, there_since=time, since=since)
+    if before is None or time < before.robot.since:
+        robot, hands = Rest(q, time, time), Rest(X_WEs, time, time)
+        return Stillness(robot, hands, aim, left, time)
+    moved = float(np.abs(q - before.robot.at).max())
+    hand_moved = _moved(before.hands.at, X_WEs, aim)
+    now = dc.replace(
+        before,
+        robot=before.robot.updated(time, q, moved, may_rest),
+        hands=before.hands.updated(time, X_WEs, hand_moved, may_rest),
+    )
     is_new = not aim.equals(before.aim)
     if is_new or left < before.nearest - _NEARER:
         now = dc.replace(now, aim=aim, nearest=left, nearest_at=time)
     return now
+
+
+def _moved(before: np.ndarray, X_WEs: np.ndarray, aim: Aim) -> float:
+    """Largest motion of the end effectors that have a target [m]."""
+    return max(
+        error.distance + _ARM * error.angle
+        for i, _ in aim.items
+        for error in [pose_error(before[i], X_WEs[i])]
+    )
 
 
 def _left(target: Target, error: PoseError) -> float:

@@ -26,13 +26,13 @@ def test_who_trembles_stands_still():
     still = look(None, 1.0, 0.0)
     for k in range(10):
         still = look(still, 1.1 + 0.1 * k, (-1) ** k * 0.9 * STILL)
-    assert still.since == 1.0
+    assert still.robot.since == 1.0
 
 
 def test_who_moves_does_not():
     still = look(None, 1.0, 0.0)
     still = look(still, 1.1, 0.6 * STILL)
-    assert look(still, 1.2, 1.2 * STILL).since == 1.2
+    assert look(still, 1.2, 1.2 * STILL).robot.since == 1.2
 
 
 def test_who_creeps_stands_still_and_then_moves():
@@ -40,28 +40,28 @@ def test_who_creeps_stands_still_and_then_moves():
     still = look(None, 1.0, 0.0)
     for k in range(1, 100):
         still = look(still, 1.0 + 0.1 * k, 0.05 * STILL * k)
-    assert still.since == 1.0
+    assert still.robot.since == 1.0
     at = 0.05 * STILL * 99
     for k in range(1, 10):
         still = look(still, 10.9 + 0.1 * k, at + 0.5 * STILL * k)
-    assert still.since > 11.0
+    assert still.robot.since > 11.0
 
 
 def test_a_jump_after_a_rest_is_motion():
-    assert look(look(None, 1.0, 0.0), 9.0, 3.0 * STILL).since == 9.0
+    assert look(look(None, 1.0, 0.0), 9.0, 3.0 * STILL).robot.since == 9.0
 
 
 def test_who_is_not_measured_does_not():
-    assert look(look(None, 1.0, 0.0), 2.0, np.nan).since == 2.0
+    assert look(look(None, 1.0, 0.0), 2.0, np.nan).robot.since == 2.0
 
 
 def test_a_rest_does_not_count():
     still = look(look(None, 1.0, 0.0), 2.0, 0.0, may_rest=True)
-    assert look(still, 2.5, 0.0).since == 2.0
+    assert look(still, 2.5, 0.0).robot.since == 2.0
 
 
 def test_a_clock_that_goes_back_begins_anew():
-    assert look(look(None, 9.0, 0.0), 1.0, 0.0).since == 1.0
+    assert look(look(None, 9.0, 0.0), 1.0, 0.0).robot.since == 1.0
 
 
 def test_coming_nearer():
@@ -75,3 +75,21 @@ def test_coming_nearer():
     assert still.nearest_at == 3.0
     still = look(still, 5.0, 4.0, distance=1.5, X_WT=2 * HERE)
     assert (still.nearest_at, still.nearest) == (5.0, 1.5)
+
+
+def test_a_hand_rests_while_the_robot_moves():
+    still = look(None, 1.0, 0.0)
+    still = look(still, 2.5, 9.0 * STILL)
+    assert still.robot.since == 2.5 and still.hands.since == 1.0
+    still = look(still, 3.0, 9.0 * STILL, distance=1.0 - 3.0 * STILL)
+    assert still.hands.since == 3.0
+
+
+def test_a_hand_that_turns_does_not_rest():
+    turned = np.eye(4)
+    turned[:2, :2] = [[0.8, -0.6], [0.6, 0.8]]
+    still = look(None, 1.0, 0.0)
+    now = observe(
+        still, 1.5, np.zeros(1), Aim.of(HERE), turned[None], may_rest=False
+    )
+    assert now.hands.since == 1.5
