@@ -2,12 +2,12 @@
 
 import dataclasses as dc
 from collections.abc import Callable
+from time import monotonic
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.capture.rendering.camera_poses import look_at
-from remosplat_drake.cockpit.reach import REACHABLE, Reach
 from remosplat_drake.robot.robot_model import RobotModel
 
 OTHER_SIDE = "From the other side"
@@ -30,11 +30,16 @@ _TURNS = (180.0, 90.0, -90.0)
 _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
-_SHARES = (0.9, 0.75, 0.5, 0.25, 0.1)
-"""Shares of the way from that hand to the target."""
+_SHARES = (0.9, 0.75, 0.5, 0.25, 0.1, 0.0, -0.2)
+"""Shares of the way from that hand to the target; beside a wall, the hand must
+go back."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
 """Distances by which the camera is moved up and back, to see a place [m]."""
+
+SETTLES = 0.3
+"""Time for which a situation must last before targets are tested [s]: a gizmo
+that is dragged makes a new one with every move."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -63,6 +68,8 @@ class Trouble:
             None if something else is.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without one.
+        is_cut_off: Whether no path leads there; then none leads to what is
+            beside it.
     """
 
     X_WT: np.ndarray
@@ -70,6 +77,7 @@ class Trouble:
     p_WHome: np.ndarray
     p_WUnseen: np.ndarray | None = None
     X_EC: np.ndarray | None = None
+    is_cut_off: bool = False
 
     def is_like(self, other: "Trouble | None") -> bool:
         """Returns whether the same offers help; the robot may have drifted.
@@ -79,17 +87,24 @@ class Trouble:
         """
         if other is None or not np.array_equal(self.X_WT, other.X_WT):
             return False
-        return (self.p_WUnseen is None) == (other.p_WUnseen is None)
+        same = (self.p_WUnseen is None) == (other.p_WUnseen is None)
+        return same and self.is_cut_off == other.is_cut_off
 
 
 class OfferSearch:
     """Searches offers, one test of a target at a time.
 
+    Tests take at most half of the time, since the page has more to do.
+
+    Args:
+        clock: Function that returns the time [s].
+
     Attributes:
         offers: The offers so far, at most one of each label.
     """
 
-    def __init__(self):
+    def __init__(self, clock: Callable[[], float] = monotonic):
+        self._clock, self._due = clock, -np.inf
         self.offers: tuple[Offer, ...] = ()
         self._trouble: Trouble | None = None
         self._field: object = None
@@ -108,24 +123,28 @@ class OfferSearch:
             return
         self._trouble, self._field, self.offers = trouble, field, ()
         self._left = [] if trouble is None else candidates(trouble)
+        self._due = self._clock() + SETTLES
 
     @property
     def is_busy(self) -> bool:
         """Whether targets are left to test."""
         return bool(self._left)
 
-    def step(self, reach: Callable[[np.ndarray], Reach]) -> None:
-        """Tests one target, if one is left.
+    def step(self, works: Callable[[np.ndarray], bool]) -> None:
+        """Tests one target, if one is left and it is time.
 
         Args:
-            reach: Function that tests a target.
+            works: Function that tests a target.
         """
-        if not self._left:
+        begun = self._clock()
+        if not self._left or begun < self._due:
             return
         (label, X_WT), *self._left = self._left
-        if reach(X_WT).verdict == REACHABLE:
+        if works(X_WT):
             self.offers += (Offer(label, X_WT),)
             self._left = [one for one in self._left if one[0] != label]
+        now = self._clock()
+        self._due = now + (now - begun)
 
 
 def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
@@ -141,9 +160,11 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
             (LOOK_THERE, _looking(trouble, trouble.p_WUnseen, trouble.X_EC, by))
             for by in _LOOKS
         ]
-    found += [(OTHER_SIDE, X_WT @ _about_z(angle)) for angle in _TURNS]
-    found += [(BACK_OFF, _moved(X_WT, -by * X_WT[:3, 2])) for by in _STEPS]
-    found += [(HIGHER, _moved(X_WT, np.array([0, 0, by]))) for by in _STEPS]
+    if not trouble.is_cut_off:
+        up = np.array([0.0, 0.0, 1.0])
+        found += [(OTHER_SIDE, X_WT @ _about_z(angle)) for angle in _TURNS]
+        found += [(BACK_OFF, _moved(X_WT, -by * X_WT[:3, 2])) for by in _STEPS]
+        found += [(HIGHER, _moved(X_WT, by * up)) for by in _STEPS]
     way = X_WT[:3, 3] - trouble.p_WHome
     found += [(NEARER, _moved(X_WT, (share - 1.0) * way)) for share in _SHARES]
     return found

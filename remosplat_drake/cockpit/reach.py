@@ -81,6 +81,27 @@ def find_reach(
     return _blocked(planner, field, stopping, goals, goals.cramped)
 
 
+def is_within_reach(
+    planner: MotionPlanner,
+    field: DistanceField,
+    stopping: float,
+    q: np.ndarray,
+    aim: Aim | Target,
+) -> bool:
+    """Returns whether a path to a target is found, and not only its end.
+
+    Args:
+        planner: Contains the robot, and its self-distances.
+        field: The map.
+        stopping: Distance that the robot keeps from the scene [m].
+        q: Where the robot is, shape (n_q,) [rad, m].
+        aim: The targets of the end effectors; a target is the first one's.
+    """
+    if find_reach(planner, field, stopping, q, aim).verdict != REACHABLE:
+        return False
+    return planner.plan(q, aim, field, stopping).path is not None
+
+
 def _blocked(
     planner: MotionPlanner,
     field: DistanceField,

@@ -36,6 +36,7 @@ from remosplat_drake.cockpit.reach import (
     UNSEEN_THERE,
     Reach,
     find_reach,
+    is_within_reach,
 )
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
@@ -44,6 +45,7 @@ from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.standing import NO_PATH
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
 
@@ -295,7 +297,7 @@ class Page:
         if operator is None:
             return
         self._search.begin(self._trouble(operator), field)
-        self._search.step(self._reach)
+        self._search.step(self._is_within_reach)
         operator.offer(self._search.offers)
 
     def _trouble(self, operator: OperatorPanel) -> Trouble | None:
@@ -310,7 +312,10 @@ class Page:
             return None
         X_WT = look.X_WT if operator.question is None else operator.question
         p_WHome = place_at_home(self._job.robot, look.q, look.effector)
-        return Trouble(X_WT, look.X_WE, p_WHome, p_W, self._job.X_EC)
+        is_cut_off = look.cause == NO_PATH
+        return Trouble(
+            X_WT, look.X_WE, p_WHome, p_W, self._job.X_EC, is_cut_off
+        )
 
     @property
     def _operator(self) -> OperatorPanel | None:
@@ -319,13 +324,20 @@ class Page:
         return None if panel is None else panel.operator
 
     def _reach(self, X_WT: np.ndarray) -> Reach:
+        return find_reach(*self._question(X_WT))
+
+    def _is_within_reach(self, X_WT: np.ndarray) -> bool:
+        return is_within_reach(*self._question(X_WT))
+
+    def _question(self, X_WT: np.ndarray) -> tuple:
+        """The question whether a target can be reached."""
         job, field, look = self._job, self._picture.field, self._look
         targets: list[Target | None] = [None] * len(job.robot.effectors)
         if look.X_WTs is not None:  # The other hands are held.
             targets = [Target(X) for X in look.X_WTs]
         targets[look.effector] = Target(X_WT).without(*job.config.free)
         aim = Aim(tuple(targets))
-        return find_reach(job.planner, field, job.stopping, look.q, aim)
+        return job.planner, field, job.stopping, look.q, aim
 
     def _show_pictures(self) -> None:
         """Shows the wrist camera's image, in a separate thread."""

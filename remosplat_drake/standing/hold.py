@@ -39,7 +39,7 @@ pressure."""
 _VETO = 0.5
 """Scale of the verified command below which verification holds the robot."""
 
-_TOLD = 0.01
+_TOLD = 0.03
 """Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]

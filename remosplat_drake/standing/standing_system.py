@@ -18,6 +18,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.reach import beyond_reach
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
@@ -192,6 +193,11 @@ class StandingSystem(LeafSystem):
         if hold is not None and not (rests or hold.is_of_a_constraint):
             # The hand may rest while the robot turns for its next motion.
             hold = None
+        waits = not is_there and time - still.nearest_at >= PAUSE
+        if hold is None and waits:
+            # A robot may also move away from a mover.
+            away = find_hold(report, robot, name, memory.standing.link)
+            hold = away if away.cause == MOVER else None
         situation = Situation(
             error=error,
             target=target,

@@ -10,12 +10,12 @@ from remosplat_drake.cockpit.offers import (
     LOOK_THERE,
     NEARER,
     OTHER_SIDE,
+    SETTLES,
     OfferSearch,
     Trouble,
     candidates,
     place_at_home,
 )
-from remosplat_drake.cockpit.reach import BLOCKED, REACHABLE, Reach
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import load_robot
 
@@ -26,19 +26,52 @@ P_HOME = np.zeros(3)
 P_UNSEEN = np.array([1.0, 0.3, 0.2])
 
 
+class Clock:
+    """A clock that a test sets."""
+
+    def __init__(self):
+        self.time = 0.0
+
+    def __call__(self) -> float:
+        return self.time
+
+
 def free_above(height: float):
-    def reach(X_WT: np.ndarray) -> Reach:
-        return Reach(REACHABLE if X_WT[2, 3] > height else BLOCKED, "")
-
-    return reach
+    return lambda X_WT: X_WT[2, 3] > height
 
 
-def searched(trouble: Trouble | None, reach, search=None) -> OfferSearch:
-    search = search or OfferSearch()
-    search.begin(trouble, FIELD)
+def searched(
+    trouble: Trouble | None, works, search=None, field=FIELD
+) -> OfferSearch:
+    clock = Clock()
+    search = search or OfferSearch(clock)
+    search._clock = clock
+    search.begin(trouble, field)
+    clock.time += 2 * SETTLES
     for _ in range(50):
-        search.step(reach)
+        search.step(works)
     return search
+
+
+def test_tests_begin_late_and_take_half_of_the_time():
+    clock, tests = Clock(), []
+
+    def works(X_WT: np.ndarray) -> bool:
+        tests.append(clock.time)
+        clock.time += 0.2
+        return False
+
+    search = OfferSearch(clock)
+    for k in range(100):
+        clock.time = max(clock.time, 0.05 * k)
+        if k < 20:  # A gizmo is dragged for a second.
+            X_WT = np.eye(4)
+            X_WT[0, 3] = k
+        search.begin(Trouble(X_WT, X_WE, P_HOME), FIELD)
+        search.step(works)
+    assert tests[0] >= 0.95 + SETTLES
+    assert np.diff(tests).min() >= 0.4 - 1e-9
+    assert len(tests) > 5
 
 
 def test_the_smallest_change_that_works_is_offered():
@@ -109,10 +142,16 @@ def test_a_search_goes_on_while_nothing_changes():
 def test_another_map_is_searched_anew():
     search = searched(Trouble(X_WT, X_WE, P_HOME), free_above(10))
     assert search.offers == ()
-    search.begin(Trouble(X_WT, X_WE, P_HOME), object())
-    for _ in range(50):
-        search.step(free_above(-1))
-    assert search.offers
+    trouble = Trouble(X_WT, X_WE, P_HOME)
+    assert searched(trouble, free_above(-1), search).offers == ()
+    assert searched(trouble, free_above(-1), search, object()).offers
+
+
+def test_where_no_path_leads_only_what_is_nearer_is_tested():
+    trouble = Trouble(X_WT, X_WE, P_HOME, is_cut_off=True)
+    offers = searched(trouble, free_above(-1)).offers
+    assert [offer.label for offer in offers] == [NEARER]
+    assert not trouble.is_like(Trouble(X_WT, X_WE, P_HOME))
 
 
 def test_home_goes_along_with_the_base():

@@ -11,6 +11,7 @@ from remosplat_drake.cockpit.reach import (
     REACHABLE,
     UNSEEN_THERE,
     find_reach,
+    is_within_reach,
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -83,3 +84,24 @@ def test_what_is_too_high_is_out_of_reach(planner, X_WT):
     high[2, 3] = 5.0
     reach = ask(planner, scene(), high)
     assert reach.verdict == OUT_OF_REACH and reach.q is None
+
+
+def test_what_no_path_leads_to_is_not_within_reach(planner, X_WT):
+    q, target = planner.robot.q_home, Target(X_WT)
+    assert is_within_reach(planner, scene(), STOPPING, q, target)
+    beyond = X_WT.copy()
+    beyond[0, 3] += 3.0
+    thin, at = 0.03, 1.5
+    room = [
+        Box(RigidTransform([x, y, 1.5]), np.array([a, b, 1.5]))
+        for x, y, a, b in (
+            (at, 0.0, thin, at),
+            (-at, 0.0, thin, at),
+            (0.0, at, at, thin),
+            (0.0, -at, at, thin),
+        )
+    ]
+    assert ask(planner, scene(*room), beyond).verdict == REACHABLE
+    target = Target(beyond)
+    assert is_within_reach(planner, scene(), STOPPING, q, target)
+    assert not is_within_reach(planner, scene(*room), STOPPING, q, target)

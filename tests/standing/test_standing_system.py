@@ -52,7 +52,7 @@ def test_a_joint_limit(tmp_path):
 def test_out_of_reach(tmp_path):
     result = drive(tmp_path, [1.4, 0.0, 0.4])
     standing = result.standing
-    assert standing.cause in (stands.NOTHING, stands.JOINT_LIMIT), standing.text
+    assert standing.cause == stands.NO_CONFIGURATION, standing.text
 
 
 class Leash:

@@ -1,0 +1,130 @@
+"""Judges stated causes by the truth."""
+
+import math
+
+import numpy as np
+
+from apps.studies.causes.faults import LASTS
+from apps.studies.causes.situations import (
+    BASE,
+    LOST,
+    NO_PATH,
+    STOP,
+    Situation,
+    is_reachable,
+)
+from remosplat_drake.app.stages.movers import tracks_of
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.moving.track import movers_at
+from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.binding import JOINT_LIMIT, MOVER, SELF_COLLISION
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.near_movers import NearMovers
+from remosplat_drake.signals.standing import Standing
+
+SLACK = 0.01
+"""Distance beyond a stopping distance at which a constraint is active [m]."""
+
+_BRAKING = 0.1
+"""Length of a stop of a link that verification holds [m]."""
+
+_ANGLE = 0.05
+"""The same of a joint before its limit [rad]."""
+
+_MOVERS_REACH = 0.5
+"""Distance below which a mover limits the robot's speed [m]."""
+
+
+def is_true(
+    standing: Standing, situation: Situation, time: float, q: np.ndarray
+) -> bool:
+    """Returns whether the cause that a state names holds the robot.
+
+    A thing holds a link that is at its stopping distance, in the true geometry.
+
+    Args:
+        standing: The state.
+        situation: The run.
+        time: Time of the state [s].
+        q: Configuration at that time, shape (n_q,) [m, rad].
+    """
+    cause, world, law = standing.cause, situation.world, situation.law
+    stopping = law.collision.stopping
+    if cause in (things.SOLID, things.FLOOR, things.MAP, stands.VERIFICATION):
+        if world.truth is None:
+            return False
+        truth = SignedDistanceField(world.truth)
+        room = _BRAKING if cause == stands.VERIFICATION else SLACK
+        return _distance(world.robot, q, standing.link, truth) < stopping + room
+    if cause == things.UNSEEN:
+        if world.seen is None:
+            return False
+        gap = _distance(world.robot, q, standing.link, world.seen.field)
+        return gap < stopping + SLACK
+    if cause == SELF_COLLISION:
+        own = law.self_clearance
+        return own is not None and (
+            _own_distance(own, q, standing.link) < own.stopping + SLACK
+        )
+    if cause == JOINT_LIMIT:
+        return is_at_limit(situation, q, standing.link)
+    if cause == MOVER:
+        return _is_near(situation, time, q, standing.thing)
+    if cause == stands.NO_CONFIGURATION:
+        return not is_reachable(situation, situation.X_WT)
+    if cause == stands.NO_PATH:
+        return situation.kind == NO_PATH
+    return _is_of_the_run(cause, situation, time)
+
+
+def _is_of_the_run(cause: str, situation: Situation, time: float) -> bool:
+    """Whether a cause is what the run was drawn with."""
+    begin, kind = situation.fault_at, situation.kind
+    is_on = begin <= time
+    is_on = is_on and time < begin + LASTS + 2.0
+    if cause == stands.BASE:
+        return kind == BASE and (is_on or not situation.drives)
+    of_kinds = {stands.SUPERVISOR: STOP, stands.LOCALIZATION: LOST}
+    return is_on and of_kinds.get(cause) == kind
+
+
+def _distance(
+    robot: RobotModel, q: np.ndarray, link: str, field: DistanceField
+) -> float:
+    """Distance from a link to the surfaces of a field [m]."""
+    spheres = robot.spheres_at(q)
+    spheres = spheres.select(np.flatnonzero(robot.spheres.on_links({link})))
+    return field.clearances(spheres, 1.0).minimum()
+
+
+def _own_distance(own, q: np.ndarray, link: str) -> float:
+    """Least distance of a link's shapes from other links [m]."""
+    distance = own.distances(q)
+    of_link = [link in own.pairs.links(i) for i in range(len(distance))]
+    return float(distance[of_link].min(initial=math.inf))
+
+
+def is_at_limit(situation: Situation, q: np.ndarray, link: str) -> bool:
+    """Returns whether the joint that moves a link is before its limit.
+
+    Args:
+        situation: The run.
+        q: Configuration, shape (n_q,) [m, rad].
+        link: Name of the link.
+    """
+    robot, config = situation.world.robot, situation.scenario.controller
+    k = int(robot.tree.position[robot.tree.index(link)])
+    room = min(q[k] - robot.position_lower[k], robot.position_upper[k] - q[k])
+    return k >= 0 and room < math.radians(config.joint_limits.stop) + _ANGLE
+
+
+def _is_near(
+    situation: Situation, time: float, q: np.ndarray, name: str
+) -> bool:
+    """Whether a mover is near the robot."""
+    movers = movers_at(tracks_of(situation.scenario), time)
+    spheres = situation.world.robot.spheres_at(q)
+    near = NearMovers.find(movers, time, spheres, _MOVERS_REACH)
+    return name in {movers.movers[i].name for i in near.mover}

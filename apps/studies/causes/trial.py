@@ -1,0 +1,231 @@
+"""`Trial`: a seed, its situation, the cause that is stated, and what helps."""
+
+import dataclasses as dc
+import tempfile
+from functools import partial
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from apps.studies.causes.drive import Drive, drive, first_cause, held_since
+from apps.studies.causes.faults import LASTS
+from apps.studies.causes.judge import is_true
+from apps.studies.causes.situations import (
+    KINDS,
+    MOVER,
+    Situation,
+    draw_situation,
+    with_target,
+)
+from remosplat_drake.app.stages.teleoperation import wrist_camera_mount
+from remosplat_drake.cockpit.offers import (
+    Offer,
+    OfferSearch,
+    Trouble,
+    place_at_home,
+)
+from remosplat_drake.cockpit.reach import is_within_reach
+from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.standing import NO_PATH, Standing
+from remosplat_drake.signals.target import Target
+
+RELEASE, WAIT = "release", "wait"
+"""Actions besides the offers."""
+
+_SOON = 1.1
+"""Delay that counts as at once: a second, and a look at the state [s]."""
+
+_LONGER = 0.3
+"""Time for which a run goes on after a cause was stated [s]."""
+
+
+@dc.dataclass(frozen=True)
+class Trial:
+    """A situation that is drawn from a seed.
+
+    Attributes:
+        seed: The seed, which also gives the kind.
+    """
+
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Name of the trial."""
+        return f"{self.seed:04d}"
+
+    @property
+    def kind(self) -> str:
+        """Kind of the situation."""
+        return KINDS[self.seed % len(KINDS)]
+
+
+@dc.dataclass(frozen=True)
+class Outcome:
+    """The result of a trial.
+
+    Attributes:
+        key: Name of the trial.
+        kind: Kind of the situation.
+        cause: The first cause that was stated; empty for none.
+        told: The state that names it.
+        delay: Time until then from when it could be stated [s]; NaN without
+            one.
+        is_true: Whether it is the cause.
+        is_free: Whether nothing held the robot: it reached the target.
+        actions: Labels of what is offered.
+        works: Whether the first one worked.
+        error: Text of a crash; empty otherwise.
+    """
+
+    key: str
+    kind: str
+    cause: str = ""
+    told: str = ""
+    delay: float = float("nan")
+    is_true: bool = False
+    is_free: bool = False
+    actions: tuple[str, ...] = ()
+    works: bool = False
+    error: str = ""
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the cause was stated within a second."""
+        return self.is_true and self.delay <= _SOON
+
+
+def run_trial(trial: Trial) -> Outcome:
+    """Drives a robot until something holds it, and does what is offered.
+
+    Args:
+        trial: The trial.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        situation = draw_situation(trial.seed, Path(folder))
+        run = _drive(situation)
+        told = run.first
+        if told is None:
+            return Outcome(trial.key, trial.kind, is_free=run.reached)
+        time, standing = told
+        robot, ticks = situation.world.robot, run.trajectory
+        at = min(int(np.searchsorted(ticks.time, time)), len(ticks.q) - 1)
+        q = ticks.q[at]
+        X_WEs = np.array([robot.end_effector_pose(each) for each in ticks.q])
+        actions, works = _helped(situation, run, q, standing)
+        return Outcome(
+            trial.key,
+            trial.kind,
+            standing.cause,
+            standing.text,
+            time
+            - held_since(run, X_WEs, situation.X_WT[:3, 3], time, standing),
+            is_true(standing, situation, time, q),
+            False,
+            actions,
+            works,
+        )
+
+
+def _drive(situation: Situation) -> Drive:
+    """Drives until a cause was stated; stops and waits go on to their end."""
+    goes_on = situation.kind == MOVER or np.isfinite(situation.fault_at)
+
+    def until(time: float, standings) -> bool:
+        told = first_cause(standings)
+        return not goes_on and told is not None and time - told[0] > _LONGER
+
+    return drive(
+        situation.scenario,
+        situation.world,
+        press_at=situation.press_at,
+        release_at=situation.fault_at + LASTS + 1.0,
+        until=until,
+    )
+
+
+def _helped(
+    situation: Situation, run: Drive, q: np.ndarray, standing: Standing
+) -> tuple[tuple[str, ...], bool]:
+    """Labels of what is offered, and whether the first one works."""
+    if situation.kind == MOVER:
+        return (WAIT,), run.reached
+    if np.isfinite(situation.fault_at):
+        return (RELEASE,), run.reached
+    if not situation.drives:
+        return (), False
+    offers = find_offers(situation, q, standing)
+    if not offers:
+        return (), False
+    works = try_offer(situation, q, offers[0])
+    return tuple(offer.label for offer in offers), works
+
+
+def find_offers(
+    situation: Situation, q: np.ndarray, standing: Standing
+) -> tuple[Offer, ...]:
+    """Searches targets that work, as the cockpit does.
+
+    Args:
+        situation: The run.
+        q: Configuration in which the robot is held, shape (n_q,) [m, rad].
+        standing: The state.
+    """
+    world, scenario = situation.world, situation.scenario
+    robot, planner = world.robot, situation.planner
+    stopping = scenario.controller.collision.stopping
+    X_WE, X_EC = robot.end_effector_pose(q), None
+    mount = wrist_camera_mount(scenario, robot)
+    if mount is not None:
+        X_EC = np.linalg.inv(X_WE) @ mount.pose(q)
+    p_WUnseen = standing.p_W if standing.cause == things.UNSEEN else None
+    ticks = count()
+    search = OfferSearch(lambda: float(next(ticks)))
+    search.begin(
+        Trouble(
+            situation.X_WT,
+            X_WE,
+            place_at_home(robot, q),
+            p_WUnseen,
+            X_EC,
+            standing.cause == NO_PATH,
+        ),
+        world.field,
+    )
+    works = partial(is_within_reach, planner, world.field, stopping, q)
+    while search.is_busy:
+        search.step(lambda X_WT: works(Target(X_WT)))
+    return search.offers
+
+
+def try_offer(situation: Situation, q: np.ndarray, offer: Offer) -> bool:
+    """Returns whether the robot reaches an offer from where it is held.
+
+    Args:
+        situation: The run.
+        q: Configuration in which it is held, shape (n_q,) [m, rad].
+        offer: The offer.
+    """
+    scenario = with_target(
+        situation.scenario.source, offer.X_WT, situation.fields
+    )
+    world = dc.replace(situation.world, q0=q)
+    return drive(scenario, world, until=lambda *_: False).reached
+
+
+def failed(trial: Trial, error: str) -> Outcome:
+    """Makes the outcome of a trial that crashed; it is tried again.
+
+    Args:
+        trial: The trial.
+        error: Text of the error.
+    """
+    return Outcome(trial.key, trial.kind, error=error)
+
+
+def restored(fields: dict[str, Any]) -> Outcome:
+    """Makes an outcome of the fields that a file holds."""
+    fields["actions"] = tuple(fields["actions"])
+    return Outcome(**fields)
