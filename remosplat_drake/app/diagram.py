@@ -153,6 +153,10 @@ def build(
         log = AddLog(builder, loop, folder, live_map, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
+        if not hardware:
+            from remosplat_drake.app.stages.offers import AddPageOffers
+
+            AddPageOffers(builder, loop, page)
     if page is not None and log is not None:
         LogView.AddToBuilder(
             builder, page=page, trouble=log.GetOutputPort("trouble")

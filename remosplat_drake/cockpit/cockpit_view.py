@@ -25,6 +25,7 @@ from remosplat_drake.signals.standing import (
 )
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
+from remosplat_drake.signals.thing import UNSEEN, UNSEEN_SPACE
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page_state import (
     supervised,
@@ -182,6 +183,9 @@ def look_at(
     if status is not None and status.scene_map.is_blank:
         state = without_map(state)
     is_held = standing.kind == HELD
+    cause = standing.cause if standing.kind in (HELD, MOVING) else ""
+    if is_held and standing.thing == UNSEEN_SPACE.name:
+        cause = UNSEEN  # Also where verification avoids it.
     robot_state = robot.state(np.array(q))
     does = target.text or target.mode
     if target.X_WTs is not None:
@@ -195,7 +199,7 @@ def look_at(
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
         held_link=standing.link if is_held else "",
-        cause=standing.cause if standing.kind in (HELD, MOVING) else "",
+        cause=cause,
         p_WHeld=standing.p_W if is_held else None,
         target=does,
         map=status.text if status is not None else "",

@@ -9,6 +9,16 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.binding import MOVER
+from remosplat_drake.signals.standing import (
+    HELD,
+    MOVING,
+    NO_COMMAND,
+    NO_PATH,
+    NOT_OBEYED,
+    Standing,
+)
+from remosplat_drake.signals.target import Target
 
 OTHER_SIDE = "From the other side"
 """Offer: the same place, with the hand turned about its own axis."""
@@ -105,10 +115,11 @@ class OfferSearch:
 
     def __init__(self, clock: Callable[[], float] = monotonic):
         self._clock, self._due = clock, -np.inf
+        self._begun = -np.inf
         self.offers: tuple[Offer, ...] = ()
         self._trouble: Trouble | None = None
         self._field: object = None
-        self._left: list[tuple[str, np.ndarray]] = []
+        self._left: list[Offer] = []
 
     def begin(self, trouble: Trouble | None, field: object) -> None:
         """Begins anew if the situation or the map is another one.
@@ -122,7 +133,9 @@ class OfferSearch:
         if is_same and field is self._field:
             return
         self._trouble, self._field, self.offers = trouble, field, ()
-        self._left = [] if trouble is None else candidates(trouble)
+        self._left = []
+        if trouble is not None:
+            self._left = [Offer(*one) for one in candidates(trouble)]
         self._due = self._clock() + SETTLES
 
     @property
@@ -136,15 +149,35 @@ class OfferSearch:
         Args:
             works: Function that tests a target.
         """
-        begun = self._clock()
-        if not self._left or begun < self._due:
-            return
-        (label, X_WT), *self._left = self._left
-        if works(X_WT):
-            self.offers += (Offer(label, X_WT),)
-            self._left = [one for one in self._left if one[0] != label]
+        test = self.next_test()
+        if test is not None:
+            self.judge(test, works(test.X_WT))
+
+    def next_test(self) -> Offer | None:
+        """Returns a target to test; None if none is left, or it is too early.
+
+        Its result is given to `judge`.
+        """
+        if not self._left or self._clock() < self._due:
+            return None
+        self._begun = self._clock()
+        return self._left[0]
+
+    def judge(self, test: Offer, works: bool) -> None:
+        """Receives the result of a test; ignored if the situation changed.
+
+        Args:
+            test: The tested target.
+            works: Whether it works.
+        """
         now = self._clock()
-        self._due = now + (now - begun)
+        self._due = max(self._due, now + (now - self._begun))
+        if test not in self._left:
+            return
+        self._left.remove(test)
+        if works:
+            self.offers += (test,)
+            self._left = [o for o in self._left if o.label != test.label]
 
 
 def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
@@ -168,6 +201,32 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
     way = X_WT[:3, 3] - trouble.p_WHome
     found += [(NEARER, _moved(X_WT, (share - 1.0) * way)) for share in _SHARES]
     return found
+
+
+def trouble_of(
+    standing: Standing, target: Target, robot: RobotModel, q: np.ndarray
+) -> Trouble | None:
+    """Returns the situation of a run in which something holds the robot.
+
+    Args:
+        standing: The robot's state.
+        target: The present target.
+        robot: The robot, with one end effector.
+        q: Its configuration, shape (n_q,) [rad, m].
+
+    Returns:
+        None if other targets would not help, as while the robot moves, waits
+        for a mover, or is stopped.
+    """
+    is_held = standing.kind in (HELD, MOVING) and standing.cause
+    if not is_held or standing.cause in (MOVER, NO_COMMAND, NOT_OBEYED):
+        return None
+    return Trouble(
+        target.X_WT,
+        robot.end_effector_pose(q),
+        place_at_home(robot, q),
+        is_cut_off=standing.cause == NO_PATH,
+    )
 
 
 def place_at_home(

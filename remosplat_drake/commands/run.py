@@ -297,5 +297,7 @@ def state_at_end(result: RunResult) -> PageState:
         result: Result of the run.
     """
     if result.outcome == REACHED:
-        return ended(f"in {result.metrics.duration:.1f} s", reached=True)
+        _, mark, more = result.standing.text.partition(";")
+        text = f"in {result.metrics.duration:.1f} s{mark}{more}"
+        return ended(text, reached=True)
     return ended(result.standing.text, reached=False)

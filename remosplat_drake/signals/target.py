@@ -92,6 +92,14 @@ class Target:
             wanted = wanted.GetAsMatrix4()
         return Target(np.array(wanted, float, order="C"))
 
+    def at(self, X_WT: np.ndarray) -> "Target":
+        """Returns this target at another pose, to be reached and held.
+
+        Args:
+            X_WT: The pose, shape (4, 4).
+        """
+        return Target(X_WT, self.weights)
+
     def without(self, *directions: str) -> "Target":
         """Returns this target with some directions free.
 

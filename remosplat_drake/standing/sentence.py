@@ -327,7 +327,11 @@ def _target(now: Situation) -> str:
 
 
 def _reached(progress: TargetProgress) -> str:
-    return "reached" if progress.count == 1 else f"reached all {progress.count}"
+    text = "reached" if progress.count == 1 else f"reached all {progress.count}"
+    if not progress.replaced:
+        return text
+    which = "the target" if progress.count == 1 else f"{progress.replaced}"
+    return f"{text}; an operator has replaced {which}"
 
 
 def _way(selection: Selection | None) -> str:

@@ -19,6 +19,7 @@ from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
@@ -36,12 +37,14 @@ class TargetProgress:
         doing: The robot's present action, in words; empty: it moves to the
             target.
         failed: Why the task has failed; empty if it has not.
+        replaced: Number of targets that an operator has replaced.
     """
 
     index: int
     count: int
     doing: str = ""
     failed: str = ""
+    replaced: int = 0
 
     def __deepcopy__(self, memo) -> "TargetProgress":
         return self
@@ -61,10 +64,15 @@ class _Place:
             number of its targets when all are reached.
         X_WA: For each end effector, its pose when its present target became
             current, shape (4, 4); None before the first update.
+        replaced: Targets that were replaced, by their index in the sequence of
+            the first end effector.
+        asked: The latest replacement.
     """
 
     index: tuple[int, ...]
     X_WA: tuple[np.ndarray, ...] | None = None
+    replaced: Mapping[int, Target] = dc.field(default_factory=dict)
+    asked: Target | None = None
 
     def __deepcopy__(self, memo) -> "_Place":
         return self
@@ -78,6 +86,7 @@ class TargetSequence(LeafSystem):
         name: TargetSequence
         input_ports:
         - configuration
+        - instead (optional)
         output_ports:
         - target
         - aim
@@ -86,12 +95,13 @@ class TargetSequence(LeafSystem):
     `configuration` takes the measured q, `aim` gives the present `Aim`,
     `target` the pose X_WT alone of its first target as a `RigidTransform`, and
     `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. After the last target has been reached, it remains the target.
-    Arrival is checked once per period. A line starts at the pose of the end
-    effector when its target becomes current. A passed target has the distance
-    from it to the next stop as its `onward`. Several end effectors do not wait
-    for each other; the sequence is finished when all are at their last targets
-    at the same time.
+    effectors. `instead` takes a `Target` that replaces the present one of the
+    first end effector, or None. After the last target has been reached, it
+    remains the target. Arrival is checked once per period. A line starts at the
+    pose of the end effector when its target becomes current. A passed target
+    has the distance from it to the next stop as its `onward`. Several end
+    effectors do not wait for each other; the sequence is finished when all are
+    at their last targets at the same time.
 
     Args:
         robot: The robot, for its kinematics.
@@ -127,6 +137,9 @@ class TargetSequence(LeafSystem):
         self._arrived = partial(has_arrived, config=arrival or ArrivalConfig())
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
+        )
+        self._instead_input = self.DeclareAbstractInputPort(
+            "instead", Value[object]()
         )
         self._place_index = self.DeclareAbstractState(
             Value(_Place((0,) * len(self._targets)))
@@ -173,8 +186,10 @@ class TargetSequence(LeafSystem):
         Args:
             context: The system's own context.
         """
-        count = sum(map(len, self._targets))
-        return TargetProgress(sum(self._place(context).index), count)
+        count, place = sum(map(len, self._targets)), self._place(context)
+        return TargetProgress(
+            sum(place.index), count, replaced=len(place.replaced)
+        )
 
     def error(self, context: Context) -> PoseError:
         """Returns the error to the present target; of several, the largest.
@@ -195,14 +210,14 @@ class TargetSequence(LeafSystem):
 
     def _listed(self, place: _Place) -> Aim:
         """Returns the present targets; their lines do not have starts yet."""
-        return Aim(
-            tuple(
-                listed[min(index, len(listed) - 1)] if listed else None
-                for listed, index in zip(
-                    self._targets, place.index, strict=True
-                )
-            )
-        )
+        present: list[Target | None] = [None] * len(self._targets)
+        for i, listed in enumerate(self._targets):
+            if listed:
+                k = min(place.index[i], len(listed) - 1)
+                present[i] = listed[k]
+                if i == 0 and k in place.replaced:
+                    present[i] = place.replaced[k]
+        return Aim(tuple(present))
 
     def _calc_target(self, context: Context, output: AbstractValue):
         X_WT = self._listed(self._place(context)).first.X_WT
@@ -223,6 +238,12 @@ class TargetSequence(LeafSystem):
         X_WE, before = self._poses(context), self._place(context)
         if self.progress(context).finished or not np.isfinite(X_WE).all():
             return
+        cell = int(self._place_index)
+        asked = value_or_none(self._instead_input, context)
+        if asked is not None and asked is not before.asked:
+            place = _with_replaced(before, asked)
+            state.get_mutable_abstract_state(cell).set_value(place)
+            return
         index, X_WA = list(before.index), list(before.X_WA or X_WE)
         for i, target in self._listed(before).items:
             last = len(self._targets[i]) - 1
@@ -232,9 +253,14 @@ class TargetSequence(LeafSystem):
             elif index[i] >= last:  # Held while other end effectors continue.
                 index[i] = last + reached
         if before.X_WA is None or tuple(index) != before.index:
-            cell = int(self._place_index)
-            place = _Place(tuple(index), tuple(X_WA))
+            place = dc.replace(before, index=tuple(index), X_WA=tuple(X_WA))
             state.get_mutable_abstract_state(cell).set_value(place)
+
+
+def _with_replaced(place: _Place, target: Target) -> _Place:
+    """Replaces the present target of the first end effector."""
+    replaced = {**place.replaced, place.index[0]: target}
+    return dc.replace(place, replaced=replaced, asked=target)
 
 
 def _by_effector(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
@@ -219,3 +220,16 @@ def test_an_end_effector_that_is_not_there_is_named(two_arms):
         TargetSequence(robot=two_arms, X_WTs={"middle": [Target(np.eye(4))]})
     with pytest.raises(RemoSplatError, match="needs a target"):
         TargetSequence(robot=two_arms, X_WTs={"left": []})
+
+
+def test_an_operator_replaces_the_present_target(stage):
+    stage.hold(stage.Q_A, 2)
+    q = np.array([0.1, -0.3, 0.4])
+    X_WT = stage.system._robot.end_effector_pose(q)
+    instead = stage.system.GetInputPort("instead")
+    instead.FixValue(stage.context, Value[object](Target(X_WT)))
+    assert stage.hold(np.zeros(3), 2) == TargetProgress(1, 2, replaced=1)
+    np.testing.assert_allclose(stage.target(), X_WT)
+    # The target that was replaced does not count any more.
+    assert stage.hold(stage.Q_B, 2).index == 1
+    assert stage.hold(q, 2) == TargetProgress(2, 2, replaced=1)

@@ -23,6 +23,7 @@ from remosplat_drake.signals.binding import JOINT_LIMIT, MOVER, SELF_COLLISION
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 SLACK = 0.01
 """Distance beyond a stopping distance at which a constraint is active [m]."""
@@ -52,6 +53,8 @@ def is_true(
     """
     cause, world, law = standing.cause, situation.world, situation.law
     stopping = law.collision.stopping
+    if cause == stands.VERIFICATION and standing.thing == UNSEEN_SPACE.name:
+        cause = things.UNSEEN
     if cause in (things.SOLID, things.FLOOR, things.MAP, stands.VERIFICATION):
         if world.truth is None:
             return False

@@ -27,9 +27,9 @@ from remosplat_drake.cockpit.offers import (
     place_at_home,
 )
 from remosplat_drake.cockpit.reach import is_within_reach
-from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.standing import NO_PATH, Standing
 from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 RELEASE, WAIT = "release", "wait"
 """Actions besides the offers."""
@@ -180,7 +180,9 @@ def find_offers(
     mount = wrist_camera_mount(scenario, robot)
     if mount is not None:
         X_EC = np.linalg.inv(X_WE) @ mount.pose(q)
-    p_WUnseen = standing.p_W if standing.cause == things.UNSEEN else None
+    p_WUnseen = None
+    if standing.thing == UNSEEN_SPACE.name:
+        p_WUnseen = standing.p_W
     ticks = count()
     search = OfferSearch(lambda: float(next(ticks)))
     search.begin(

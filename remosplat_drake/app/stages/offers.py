@@ -1,0 +1,46 @@
+"""The stage that offers other targets on the page of a simulated run."""
+
+from pydrake.systems.framework import DiagramBuilder
+
+from remosplat_drake.app.control_loop import ControlLoop
+from remosplat_drake.cockpit.page_offers import PageOffers
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.task.target_sequence import TargetSequence
+from remosplat_drake.visualization.page import MeshcatPage
+
+
+def AddPageOffers(
+    builder: DiagramBuilder, loop: ControlLoop, page: MeshcatPage
+) -> None:
+    """Adds the offers, if a scenario's targets move a single end effector.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop of a simulated robot.
+        page: The page that gets the buttons.
+    """
+    robot, targets = loop.world.robot, loop.targets
+    is_single = len(robot.effectors) == 1
+    if not (isinstance(targets, TargetSequence) and is_single):
+        return
+    config = loop.scenario.controller
+    offers = builder.AddSystem(
+        PageOffers(
+            page=page,
+            robot=robot,
+            planner=MotionPlanner(
+                robot, loop.law.self_clearance, config.guidance.planning
+            ),
+            stopping=config.collision.stopping,
+        )
+    )
+    for source, name in (
+        (loop.configuration, "configuration"),
+        (loop.report, "report"),
+        (loop.standing.GetOutputPort("standing"), "standing"),
+        (loop.oracle.GetOutputPort("distance_field"), "distance_field"),
+    ):
+        builder.Connect(source, offers.GetInputPort(name))
+    builder.Connect(
+        offers.GetOutputPort("instead"), targets.GetInputPort("instead")
+    )
