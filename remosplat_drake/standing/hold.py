@@ -26,6 +26,7 @@ from remosplat_drake.signals.standing import (
 )
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
+from remosplat_drake.standing.stillness import PAUSE, Stillness
 
 _LEAST_PRESSURE = 1e-3
 """Pressure (see `pressures`) below which an active row does not hold the robot;
@@ -69,6 +70,40 @@ class Hold:
     def is_of_a_constraint(self) -> bool:
         """Whether an active constraint holds the robot."""
         return self.cause not in (NO_COMMAND, NOT_OBEYED, NOTHING)
+
+
+def present_hold(
+    still: Stillness,
+    time: float,
+    find: Callable[[], Hold],
+    *,
+    is_there: bool,
+    lacks: bool,
+) -> Hold | None:
+    """Returns the cause that holds a robot now; None while it moves.
+
+    Any cause holds a robot that rests. While only its hand rests, it is held by
+    a constraint, or by the lack of a path: the base may turn for the next
+    motion. A robot that comes no nearer is held by a mover, from which it may
+    even move away.
+
+    Args:
+        still: Memory of the robot's motion.
+        time: Present time [s].
+        find: Function that finds the cause.
+        is_there: Whether the robot is at its target.
+        lacks: Whether no path was found.
+    """
+    if time - still.robot.since >= PAUSE:
+        return find()
+    rests = time - still.hands.since >= PAUSE
+    strays = not is_there and time - still.nearest_at >= PAUSE
+    if not (rests or strays):
+        return None
+    hold = find()
+    if rests and (hold.is_of_a_constraint or (lacks and hold.cause == NOTHING)):
+        return hold
+    return hold if strays and hold.cause == MOVER else None
 
 
 def find_hold(

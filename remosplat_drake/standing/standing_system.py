@@ -18,16 +18,20 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.reach import beyond_reach
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import Naming, find_hold, find_inside
+from remosplat_drake.standing.hold import (
+    Naming,
+    find_hold,
+    find_inside,
+    present_hold,
+)
 from remosplat_drake.standing.names import name_thing
 from remosplat_drake.standing.sentence import Situation, how_things_stand
-from remosplat_drake.standing.stillness import PAUSE, Stillness, observe
+from remosplat_drake.standing.stillness import Stillness, observe
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 LOOK = 0.1
@@ -185,19 +189,16 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
-        name, hold = self._naming(context), None
+        name, before = self._naming(context), memory.standing.link
         robot = self._robot.holding(report.payload)
-        rests = time - still.robot.since >= PAUSE
-        if rests or time - still.hands.since >= PAUSE:
-            hold = find_hold(report, robot, name, memory.standing.link)
-        if hold is not None and not (rests or hold.is_of_a_constraint):
-            # The hand may rest while the robot turns for its next motion.
-            hold = None
-        waits = not is_there and time - still.nearest_at >= PAUSE
-        if hold is None and waits:
-            # A robot may also move away from a mover.
-            away = find_hold(report, robot, name, memory.standing.link)
-            hold = away if away.cause == MOVER else None
+        selection = value_or_none(self._selection_input, context)
+        hold = present_hold(
+            still,
+            time,
+            partial(find_hold, report, robot, name, before),
+            is_there=is_there,
+            lacks=selection is not None and bool(selection.lack),
+        )
         situation = Situation(
             error=error,
             target=target,
@@ -211,7 +212,7 @@ class StandingSystem(LeafSystem):
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
-            selection=value_or_none(self._selection_input, context),
+            selection=selection,
         )
         standing = how_things_stand(situation, self._robot.description)
         return _Memory(standing, still, time)

@@ -12,7 +12,7 @@ STILL = 0.01
 """Change of a configuration variable that does not count as motion [m, rad]: a
 command may oscillate between two constraints."""
 
-PAUSE = 0.7
+PAUSE = 0.6
 """Time of standstill after which the robot counts as held [s]. A robot that
 takes longer than this to move by `STILL` also counts as held."""
 

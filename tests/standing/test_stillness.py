@@ -1,9 +1,14 @@
 """Since when a robot stands still, and comes no nearer."""
 
 import numpy as np
+import pytest
 
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.standing.stillness import STILL, Stillness, observe
+from remosplat_drake.signals.binding import MOVER
+from remosplat_drake.signals.standing import NOTHING
+from remosplat_drake.signals.thing import SOLID
+from remosplat_drake.standing.hold import Hold, present_hold
+from remosplat_drake.standing.stillness import STILL, Rest, Stillness, observe
 
 HERE = np.eye(4)
 
@@ -93,3 +98,30 @@ def test_a_hand_that_turns_does_not_rest():
         still, 1.5, np.zeros(1), Aim.of(HERE), turned[None], may_rest=False
     )
     assert now.hands.since == 1.5
+
+
+@pytest.mark.parametrize(
+    "robot, hands, nearer, cause, lacks, is_held",
+    [
+        (0.0, 0.0, 0.0, NOTHING, False, True),
+        (9.0, 0.0, 0.0, NOTHING, False, False),
+        (9.0, 0.0, 0.0, NOTHING, True, True),
+        (9.0, 0.0, 0.0, SOLID, False, True),
+        (9.0, 9.0, 0.0, SOLID, False, False),
+        (9.0, 9.0, 0.0, MOVER, False, True),
+        (9.0, 9.0, 9.0, MOVER, False, False),
+    ],
+)
+def test_the_hold_of_a_robot(robot, hands, nearer, cause, lacks, is_held):
+    """Times at which robot and hand came to rest, and it last came nearer."""
+    still = Stillness(
+        Rest(np.zeros(1), 0.0, robot),
+        Rest(HERE[None], 0.0, hands),
+        Aim.of(HERE),
+        1.0,
+        nearer,
+    )
+    hold = present_hold(
+        still, 9.2, lambda: Hold(cause), is_there=False, lacks=lacks
+    )
+    assert (hold is not None) == is_held

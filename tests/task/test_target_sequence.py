@@ -218,7 +218,7 @@ def test_who_is_asked_for_nothing_has_no_target(two_arms):
 def test_an_end_effector_that_is_not_there_is_named(two_arms):
     with pytest.raises(RemoSplatError, match=r"'middle'.*left"):
         TargetSequence(robot=two_arms, X_WTs={"middle": [Target(np.eye(4))]})
-    with pytest.raises(RemoSplatError, match="needs a target"):
+    with pytest.raises(RemoSplatError, match="needs at least one target"):
         TargetSequence(robot=two_arms, X_WTs={"left": []})
 
 

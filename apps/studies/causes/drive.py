@@ -14,6 +14,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.world import World
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.operator_requests import OperatorRequests
@@ -140,7 +141,8 @@ def held_since(
     times = drive.trajectory.time[: len(X_WEs)]
     p_WE = X_WEs[:, :3, 3]
     at = int(np.searchsorted(times, time)) - 1
-    moved = np.linalg.norm(p_WE[: at + 1] - p_WE[at], axis=1) > SLOW
+    errors = [pose_error(X_WE, X_WEs[at]) for X_WE in X_WEs[: at + 1]]
+    moved = np.array([e.distance + ARM * e.angle > SLOW for e in errors])
     if standing.cause == MOVER:
         left = np.linalg.norm(p_WE[: at + 1] - p_WT, axis=1)
         moved = left > left.min() + SLOW
@@ -148,5 +150,6 @@ def held_since(
     return float(times[: at + 1][moved].max(initial=0.0))
 
 
-SLOW = 0.01
-"""Distance within which a hand counts as resting [m]."""
+SLOW, ARM = 0.01, 0.3
+"""Distance within which a hand counts as resting [m], and the length that
+weights its angle [m]."""

@@ -262,7 +262,7 @@ def _joint(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _mover(rng: np.random.Generator, folder: Path) -> Situation:
-    """Somebody's forearm at the target, for some seconds."""
+    """A forearm at the target, for some seconds."""
     start = _situation(MOVER, _TABLE, pose(np.array([1.0, 0.0, 0.9])))
     while True:
         X_WT = pose(rng.uniform([0.8, -0.6, 0.75], [1.2, 0.6, 1.1]), _yaw(rng))
