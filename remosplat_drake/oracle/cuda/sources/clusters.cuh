@@ -1,8 +1,8 @@
-// Splats in clusters of 32 neighbours, and these in groups of 32 clusters.
+// Splats in clusters of 32 neighbours, and clusters in groups of 32.
 //
-// A box is 8 floats: lower corner, height of the highest centre in it, upper
-// corner, nothing. A position is two triples of floats whose sum it is, so that
-// differences to it are as exact as single precision can be.
+// A box is 8 floats: lower corner, height of the highest centre inside, upper
+// corner, and an unused one. A position is the sum of two triples of floats, so
+// that differences from a nearby position keep single precision.
 
 #pragma once
 
@@ -22,12 +22,13 @@ struct Position {
   float dx, dy, dz;       // the rest
 };
 
-// From a position to a point.
+// Returns the vector from a position to a point.
 HELPER float3 to_point(const Position &p, float x, float y, float z) {
   return make_float3((x - p.x) - p.dx, (y - p.y) - p.dy, (z - p.z) - p.dz);
 }
 
-// Squared distance to a box. Rounding must not hide what is inside.
+// Returns the squared distance to a box. It is rounded down, so that no splat
+// in the box is excluded.
 HELPER float box_distance_squared(const Position &p, float4 low, float4 high) {
   float3 a = to_point(p, low.x, low.y, low.z);
   float3 b = to_point(p, high.x, high.y, high.z);

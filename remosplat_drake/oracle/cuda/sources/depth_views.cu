@@ -1,23 +1,25 @@
-// The nearest pixels of depth views, exact along every ray: the definition of
-// `DepthSensor`, in single precision, one block a band of rows of one view.
+// Finds the nearest pixels of depth views, as `DepthSensor` defines them, in
+// single precision. A block computes a band of rows of one view.
 //
-// How: a fragment absorbs light -log2(1 - alpha), and what a ray has absorbed
-// up to a range is a sum, which does not depend on any order. So a pixel's
-// median is nearer than a limit exactly where that sum reaches the median's
-// threshold. A block lists the splats that are seen nearer than a limit. Its
-// teams follow a few rays to where the nearest of them are seen, which bounds
-// the answer, and list again what can beat that. Then they draw tiles, a lane a
-// pixel, whose sums stay in registers; each lane keeps its nearest fragments
-// and finds its median among them. Tiles with pixels that are not opaque by
-// then are followed to the end. While nothing is found, the limit grows.
+// A fragment absorbs light -log2(1 - alpha). The light that a ray has absorbed
+// up to a range is a sum, which does not depend on the order of the fragments.
+// So a pixel's median is nearer than a limit exactly if that sum reaches the
+// median's threshold. A block lists the splats that are visible nearer than a
+// limit. Its teams follow a few rays to the nearest of these splats, which
+// bounds the result, and list again the splats that may be nearer than this
+// bound. Then they draw tiles, one pixel per lane, with sums in registers; each
+// lane stores its nearest fragments and finds its median among them. The rays
+// of tiles with pixels that are not opaque yet are followed to the end. If no
+// pixel is found, the limit is increased.
 //
-// Light is counted in whole 2^-20, so that sums are the same in any order and
-// an answer never depends on which thread came first.
+// Light is counted in integer multiples of 2^-20, so that sums are the same in
+// any order, and results do not depend on the order of threads.
 //
-// A record is the centre and the radius of all that is seen; the three rows
-// that map W to the splat's axes in standard deviations (a disc's third is its
-// normal); the opacity, the largest squared Mahalanobis distance that is seen
-// and the uncertainty. Boxes are wider by it.
+// A record contains the centre, and the radius of the visible part; the three
+// rows that map W to the splat's axes in standard deviations (a disc's third
+// row is its normal); the opacity, the squared Mahalanobis distance at which
+// the visible part ends, and the uncertainty. Boxes are enlarged by the
+// uncertainty.
 
 #include "clusters.cuh"
 
@@ -44,7 +46,7 @@ struct Rules {
   u32 room;          // splats that a block may list
 };
 
-// What a block shares.
+// Data that the threads of a block share.
 struct Band {
   Position p;
   float R_WV[9];
@@ -65,7 +67,7 @@ HELPER bool has(const u32 *bits, int at) { return bits[at / 32] >> at % 32 & 1; 
 
 HELPER void add(u32 *bits, int at) { atomicOr(&bits[at / 32], 1u << at % 32); }
 
-// A splat as a view sees it: see `footprints.project`.
+// A splat projected into a view: see `footprints.project`.
 struct alignas(16) Seen {
   float form[9];
   float height;    // of a disc's plane; for an ellipsoid its whitened
@@ -73,7 +75,7 @@ struct alignas(16) Seen {
   float opacity, cut, uncertainty;
 };
 
-// Where it may be seen.
+// The pixels in which it may be visible.
 struct alignas(16) Outline {
   int columns, rows; // first + last * 65536
   float nearest;     // bounds its ranges from below
@@ -88,7 +90,7 @@ struct Listing {
   u32 *medians;  // keys of open pixels' medians
 };
 
-// Shared memory whose size the band tells.
+// Shared memory; its size depends on the band.
 struct Scratch {
   u32 *dead;   // a bit a pixel: known not to be opaque
   u32 *drawn;  // a bit a tile: is to be drawn
@@ -97,13 +99,13 @@ struct Scratch {
   int n_words; // of bits
 };
 
-// Pixels that a team draws at once, ends included.
+// Pixels that a team draws at once, both ends included.
 struct Tile {
   int left, right, top, bottom;
 };
 
-// A lane's pixel, and what is known of its ray. It keeps the nearest fragments
-// behind `from`, a key: all of them, or as many as there is room for.
+// A lane's pixel, and the state of its ray. It stores the nearest fragments
+// behind `from`, a key: all of them, or as many as fit.
 struct Ray {
   float x, y, length, inverse; // of the length
   int pixel;
@@ -133,9 +135,9 @@ HELPER Ray ray_of(int column, int row, const Rules &rules) {
 
 HELPER float root(float value) { return sqrtf(fmaxf(value, 0.0f)); }
 
-// Light that a splat absorbs on a ray nearer than a limit, 0 where it is not
-// seen, and its range. Sums and products are joined by hand, so that this is
-// the same to the last bit wherever it is inlined.
+// Returns the light that a splat absorbs on a ray nearer than a limit, 0 where
+// it is not visible, and its range. Sums and products are fused by hand, so
+// that results are equal to the last bit wherever the function is inlined.
 HELPER u32 absorbed(const Seen &s, const Rules &rules, const Ray &ray,
                     float limit, float &range) {
   const float *f = s.form;
@@ -151,7 +153,7 @@ HELPER u32 absorbed(const Seen &s, const Rules &rules, const Ray &ray,
     z = fmaf(a, s.u, fmaf(b, s.v, c * s.height)) * inverse;
   }
   range = fmaf(z, ray.length, -s.uncertainty);
-  // Most of what is looked at is too far.
+  // Most splats are too far.
   if (!(range < limit) || !(z >= rules.near)) return 0;
   if (!(fmaf(-s.uncertainty, ray.inverse, z) <= rules.far)) return 0;
   if (rules.is_surfel) {
@@ -166,7 +168,7 @@ HELPER u32 absorbed(const Seen &s, const Rules &rules, const Ray &ray,
   // exp(-weight / 2)
   float falloff = power_of_2(-0.72134752f * weight);
   float light = -UNIT * logarithm_2(fmaf(-s.opacity, falloff, 1.0f));
-  // Where nothing passes that is infinite.
+  // It is infinite if no light passes.
   return light < (float)rules.most_light ? (u32)(light + 0.5f)
                                          : rules.most_light;
 }
@@ -185,7 +187,8 @@ struct Record {
   float opacity, cut, uncertainty;
 };
 
-// The record of a splat; false if it is below the floor or does not exist.
+// Reads the record of a splat; returns false if it is below the floor or does
+// not exist.
 HELPER bool load_record(const Clusters &scene, const Band &band, int place,
                         Record &r) {
   if (place >= scene.n_splats) return false;
@@ -202,7 +205,7 @@ HELPER bool load_record(const Clusters &scene, const Band &band, int place,
   return true;
 }
 
-// Whether a ball, or what reaches that far, may be seen between four planes.
+// Returns whether a ball may be visible between four planes.
 HELPER bool is_between(const float *sides_W, float3 d, float radius) {
   for (int k = 0; k < 4; ++k) {
     const float *n = sides_W + 3 * k;
@@ -211,7 +214,7 @@ HELPER bool is_between(const float *sides_W, float3 d, float radius) {
   return true;
 }
 
-// Bounds the ranges of a splat from below.
+// Returns a lower bound on the ranges of a splat.
 HELPER float nearest_range(const Record &r, int is_surfel) {
   float3 d = r.offset;
   float square = d.x * d.x + d.y * d.y + d.z * d.z, bound;
@@ -225,10 +228,11 @@ HELPER float nearest_range(const Record &r, int is_surfel) {
   return bound - 1e-5f * sqrtf(square) - r.uncertainty;
 }
 
-// Which of pixels 0 to last have their centres between low and high.
+// Returns which of the pixels 0 to last have their centres between low and
+// high.
 HELPER int span(float low, float high, int resolution, int first, int last) {
   float half = 0.5f * resolution;
-  // Not a number is not known: the whole image.
+  // If a bound is NaN, it is unknown: the result is the whole image.
   if (!(low >= -1.0f)) low = -1.0f;
   if (!(high <= 1.0f)) high = 1.0f;
   int begin = (int)ceilf((low + 1.0f) * half - 0.55f);
@@ -238,8 +242,8 @@ HELPER int span(float low, float high, int resolution, int first, int last) {
   return begin > end ? -1 : begin + end * 65536;
 }
 
-// Narrows an interval of x / z to where a cone around n, of an angle with this
-// sine, can be.
+// Narrows an interval of x / z to that of a cone around n, given the sine of
+// its angle.
 HELPER void within_cone(float n, float n_z, float sine, float &low,
                         float &high) {
   float q = n_z * n_z - sine * sine;
@@ -249,8 +253,8 @@ HELPER void within_cone(float n, float n_z, float sine, float &low,
   low = fmaxf(low, middle - half), high = fminf(high, middle + half);
 }
 
-// Narrows an outline to where a splat may be nearer than a limit; false if that
-// is nowhere.
+// Narrows an outline to the part in which a splat may be nearer than a limit;
+// returns false if there is none.
 HELPER bool narrow(const Seen &s, const Rules &rules, float limit,
                    Outline &o) {
   if (!(o.nearest < limit)) return false;
@@ -269,8 +273,8 @@ HELPER bool narrow(const Seen &s, const Rules &rules, float limit,
   return o.columns >= 0 && o.rows >= 0;
 }
 
-// Projects a splat; false if no pixel of the band can see it nearer than a
-// limit.
+// Projects a splat; returns false if it is nearer than a limit in no pixel of
+// the band.
 HELPER bool project(const Record &r, const Band &band, const Rules &rules,
                     float limit, Seen &s, Outline &outline) {
   outline.nearest = nearest_range(r, rules.is_surfel);
@@ -307,12 +311,12 @@ HELPER bool project(const Record &r, const Band &band, const Rules &rules,
                              E_zz * d[0] * d[0] - (E_xx * E_zz - E_xz * E_xz));
     float half_y = -q * root(d[2] * (E_yy * d[2] - 2.0f * E_yz * d[1]) +
                              E_zz * d[1] * d[1] - (E_yy * E_zz - E_yz * E_yz));
-    // What cancels costs digits of the half width.
+    // Cancellation reduces the precision of the half width.
     half_x *= 1.001f, half_y *= 1.001f;
     low_x = x - half_x, high_x = x + half_x;
     low_y = y - half_y, high_y = y + half_y;
   } else {
-    // It reaches behind the camera: the box around what is before it.
+    // If it extends behind the camera: the box around the part before it.
     float size_x = sqrtf(E_xx), size_y = sqrtf(E_yy);
     low_x = d[0] - size_x, high_x = d[0] + size_x;
     low_y = d[1] - size_y, high_y = d[1] + size_y;
@@ -337,7 +341,7 @@ HELPER bool project(const Record &r, const Band &band, const Rules &rules,
   return narrow(s, rules, limit, outline);
 }
 
-// By four loads.
+// Loads it in four parts.
 HELPER Seen load_seen(const Seen *at) {
   const float4 *from = (const float4 *)at;
   float4 a = from[0], b = from[1], c = from[2], d = from[3];
@@ -356,7 +360,8 @@ HELPER Seen seen_by(const Seen &mine, int who) {
   return s;
 }
 
-// Whether a box may hold something between four planes and nearer than a limit.
+// Returns whether a box may contain a splat between four planes and nearer than
+// a limit.
 HELPER bool box_matters(const Band &band, const float *sides_W,
                         const float4 *box, float limit) {
   float4 low = box[0], high = box[1];
@@ -367,7 +372,7 @@ HELPER bool box_matters(const Band &band, const float *sides_W,
   float3 b = to_point(band.p, high.x, high.y, high.z);
   for (int k = 0; k < 4; ++k) {
     const float *n = sides_W + 3 * k;
-    // The corner that lies farthest inwards.
+    // The corner that is farthest inside.
     float height = (n[0] > 0.0f ? b.x : a.x) * n[0] +
                    (n[1] > 0.0f ? b.y : a.y) * n[1] +
                    (n[2] > 0.0f ? b.z : a.z) * n[2];
@@ -377,15 +382,15 @@ HELPER bool box_matters(const Band &band, const float *sides_W,
   return true;
 }
 
-// A team's next piece of work.
+// Returns the next item of work of a team.
 HELPER int take(u32 &work) {
   int next = 0;
   if (lane() == 0) next = (int)atomicAdd(&work, 1u);
   return from_lane(next, 0);
 }
 
-// Calls visit(cluster), a team at a time, for all clusters that matter nearer
-// than limit(), which may shrink on the way.
+// Calls visit(cluster), by one team each, for all clusters that may be nearer
+// than limit(), which may decrease meanwhile.
 template <class Limit, class Visit>
 HELPER void each_cluster(const Clusters &scene, Band &band, Limit limit,
                          Visit visit) {
@@ -432,7 +437,7 @@ HELPER int tile_columns(const Rules &rules) {
   return (rules.resolution + TILE_COLUMNS - 1) / TILE_COLUMNS;
 }
 
-// The next place in a list of n, for each lane that has something to add.
+// Returns the next place in a list of n, for each lane that adds an element.
 HELPER u32 next_place(bool adds, u32 &n) {
   u32 mask = lanes_where(adds);
   int place = 0;
@@ -440,8 +445,8 @@ HELPER u32 next_place(bool adds, u32 &n) {
   return from_lane(place, 0) + count_of(mask & lanes_before());
 }
 
-// Lists the splats that are seen nearer than a limit. If there are more than
-// there is room for, only their number is right.
+// Lists the splats that are visible nearer than a limit. If the list is too
+// short for them, only their number is correct.
 HELPER void list_seen(const Clusters &scene, Band &band, const Rules &rules,
                       float limit, const Listing &list) {
   if (thread() == 0) band.n_seen = 0;
@@ -461,7 +466,8 @@ HELPER void list_seen(const Clusters &scene, Band &band, const Rules &rules,
   });
 }
 
-// Lists again what may be nearer than a limit, and marks the tiles where.
+// Lists again the splats that may be nearer than a limit, and marks their
+// tiles.
 HELPER void list_near(Band &band, const Rules &rules, float limit,
                       const Listing &list, const Scratch &scratch) {
   if (thread() == 0) band.n_near = 0;
@@ -495,7 +501,7 @@ HELPER void sum_up(u32 &sum, u32 light) {
   if (sum < ENOUGH) sum += light;
 }
 
-// Keeps a fragment; if there is no room the farthest gives way.
+// Stores a fragment; if there is no room, it replaces the farthest one.
 HELPER void keep(u32 *kept, Ray &ray, u32 key, u32 light) {
   int slot = ray.n_kept;
   if (slot < KEPT) {
@@ -510,7 +516,7 @@ HELPER void keep(u32 *kept, Ray &ray, u32 key, u32 light) {
   kept[(KEPT + slot) * threads()] = light;
 }
 
-// Adds a fragment to what is known of a ray.
+// Adds a fragment to the state of a ray.
 HELPER void add_fragment(Ray &ray, float range, u32 light, u32 *kept) {
   sum_up(ray.light, light);
   u32 key = key_of(range);
@@ -518,8 +524,8 @@ HELPER void add_fragment(Ray &ray, float range, u32 light, u32 *kept) {
   else sum_up(ray.before, light);
 }
 
-// Adds a splat's light to what a ray absorbs in all, which is opaque if that is
-// enough.
+// Adds the light that a splat absorbs to the total of a ray, which is opaque if
+// the total is large enough.
 HELPER void look_through(const Seen &s, const Rules &rules, float limit,
                          Ray &ray) {
   float range;
@@ -527,8 +533,8 @@ HELPER void look_through(const Seen &s, const Rules &rules, float limit,
   if (ray.total >= rules.opaque_light) ray.asks = false;
 }
 
-// Finds the key of a median that is nearer than the limit; 0 if it lies behind
-// all that are kept, and then they will be before `from`.
+// Finds the key of a median that is nearer than the limit. The result is 0 if
+// the median is behind all stored fragments; these will then be before `from`.
 HELPER u32 median_key(const u32 *kept, Ray &ray, u32 median_light) {
   u32 sum = ray.before;
   while (sum < median_light) {
@@ -545,8 +551,8 @@ HELPER u32 median_key(const u32 *kept, Ray &ray, u32 median_light) {
   return ray.from;
 }
 
-// Calls visit(splat), all lanes of a team together, for those of outlines that
-// touch a tile nearer than a limit, while a ray asks for them.
+// Calls visit(splat), by all lanes of a team together, for all splats with
+// outlines that touch a tile nearer than a limit, as long as a ray needs them.
 template <class Visit>
 HELPER void each_touching(const Listing &list, const Outline *outlines, int n,
                           const Tile &tile, float limit, const Ray &ray,
@@ -565,7 +571,7 @@ HELPER void each_touching(const Listing &list, const Outline *outlines, int n,
   }
 }
 
-// The inward normals of the planes around pixels.
+// Returns the inward normals of the planes around pixels.
 HELPER void find_sides(const float *R_WV, const Tile &tile, int resolution,
                        float *sides_W) {
   float scale = 2.0f / resolution;
@@ -583,7 +589,8 @@ HELPER void find_sides(const float *R_WV, const Tile &tile, int resolution,
   }
 }
 
-// The same for what the scene has in a tile, of every `share`-th cluster.
+// Calls visit(splat) for the splats of the scene in a tile, of every `share`-th
+// cluster.
 template <class Visit>
 HELPER void each_in_scene(const Clusters &scene, const Band &band,
                           const Rules &rules, const Tile &tile, float limit,
@@ -591,8 +598,8 @@ HELPER void each_in_scene(const Clusters &scene, const Band &band,
   float sides_W[12];
   find_sides(band.R_WV, tile, rules.resolution, sides_W);
   int turn = team();
-  // Calls look(k), all lanes together, for those of boxes `first` to `end` that
-  // matter.
+  // Calls look(k), by all lanes together, for all boxes from `first` to `end`
+  // that may contain needed splats.
   auto each_box = [&](const float4 *boxes, int first, int end, auto look) {
     for (int k0 = first; k0 < end; k0 += LANES) {
       int k = k0 + lane();
@@ -623,7 +630,8 @@ HELPER void each_in_scene(const Clusters &scene, const Band &band,
   });
 }
 
-// The least of a limit and what keeps the range of the best, or what is nearer.
+// Returns the smaller of a limit and the least value beyond the range of the
+// best pixel.
 HELPER float up_to(float limit, u64 best) {
   return best == NONE ? limit : fminf(limit, value_of((u32)(best >> 32) + 1u));
 }
@@ -638,7 +646,7 @@ HELPER Tile tile_of(int number, const Band &band, const Rules &rules) {
   return tile;
 }
 
-// A lane's ray; false if its pixel is beside the band.
+// Makes a lane's ray; returns false if its pixel is outside the band.
 HELPER bool ray_in(const Tile &tile, const Band &band, const Rules &rules,
                    Ray &ray) {
   int column = tile.left + lane() % TILE_COLUMNS;
@@ -647,9 +655,10 @@ HELPER bool ray_in(const Tile &tile, const Band &band, const Rules &rules,
   return column < rules.resolution && row <= band.high_y;
 }
 
-// A team draws a tile, and finds its nearest pixel whose median is nearer than
-// a limit and all that was found. If such pixels are not opaque yet the tile is
-// marked as open. Without IS_LISTED it is drawn with the whole scene.
+// A team draws a tile, and finds its nearest pixel with a median that is nearer
+// than a limit and than all pixels found so far. If such pixels are not opaque
+// yet, the tile is marked as open. Without IS_LISTED, the tile is drawn with
+// the whole scene.
 template <bool IS_LISTED>
 HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
                       const Listing &list, const Scratch &scratch, int number,
@@ -664,7 +673,7 @@ HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
   u32 key;
   do {
     ray.light = ray.before = 0, ray.n_kept = 0;
-    // Others may find something while lanes look.
+    // Other teams may find a nearer pixel meanwhile.
     nearer = from_lane(up_to(limit, latest(band.best)), 0);
     auto draw = [&](const Seen &s) {
       float range;
@@ -696,15 +705,15 @@ HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
   atomicMin(&band.open, (u64)least << 32 | (u32)number);
 }
 
-// Rare functions take copies: what they had the addresses of would have to be
-// in memory all the time.
+// Functions that are rarely called take copies, since values whose addresses
+// they take would have to be in memory, not in registers.
 RARELY void draw_unlisted(Clusters scene, Band &band, Rules rules, Listing list,
                           Scratch scratch, int number, float limit) {
   draw_tile<false>(scene, band, rules, list, scratch, number, limit, 0.0f);
 }
 
-// A block follows the rays of a tile to the end, to learn whether the pixels
-// that would be the nearest are opaque.
+// A block follows the rays of a tile to the end, to determine whether the
+// pixels that would be the nearest are opaque.
 RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
                         Scratch scratch, int number) {
   Tile tile = tile_of(number, band, rules);
@@ -730,8 +739,8 @@ RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
   else add(scratch.dead, at);
 }
 
-// A team follows a ray through what is listed, to where the nearest splat of
-// its share is seen. What it finds there bounds what is left to look for.
+// A team follows a ray through the listed splats, to the nearest splat of its
+// share. The pixel found there bounds the remaining search.
 HELPER void probe(Band &band, const Rules &rules, const Listing &list,
                   u32 *kept, float limit, float slack) {
   int n = band.n_seen;
@@ -746,7 +755,7 @@ HELPER void probe(Band &band, const Rules &rules, const Listing &list,
   int column = ((first.columns & 65535) + (first.columns >> 16)) / 2;
   int row = ((first.rows & 65535) + (first.rows >> 16)) / 2;
   Tile pixel = {column, column, row, row};
-  // Each lane takes other splats.
+  // Each lane processes other splats.
   Ray ray = ray_of(column, row, rules);
   float reach = limit + slack;
   for (int k = lane(); k < n; k += LANES) {
@@ -768,7 +777,8 @@ HELPER void probe(Band &band, const Rules &rules, const Listing &list,
     }
     key = least_of_lanes(next);
     if (key == ~0u) return;
-    // Fragments that had no room are farther, or it will be drawn nearer.
+    // Fragments that were not stored are farther, or the pixel will be drawn
+    // again, nearer.
     u32 more = 0;
     for (int k = 0; k < ray.n_kept; ++k)
       if (kept[k * threads()] == key) more += kept[(KEPT + k) * threads()];
@@ -797,8 +807,8 @@ HELPER void begin(const float *sphere, const float *R_WD, const float *R_DV,
   band.nearest = key_of(INFINITE);
 }
 
-// Draws the tiles of a band with what is nearer than a limit, and follows those
-// that what lies behind it by some slack leaves open.
+// Draws the tiles of a band with the splats that are nearer than a limit plus a
+// slack, and follows the rays of tiles that remain open.
 HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
                       const Listing &list, const Scratch &scratch, float limit,
                       float slack, u64 *answer) {
@@ -811,7 +821,7 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
   if (is_listed) {
     probe(band, rules, list, scratch.kept + thread(), limit, slack);
     meet();
-    // Bands of a view tell each other what they have found.
+    // Bands of a view exchange the nearest pixel found so far.
     if (thread() == 0 && rules.bands > 1)
       atomicMin(&band.best, atomicMin(answer, band.best));
     meet();
@@ -828,7 +838,8 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
   }
   meet();
   if (band.open == NONE) return;
-  // The nearest spares most others.
+  // The tile with the nearest open pixel comes first; most others are then
+  // skipped.
   int first = (int)band.open;
   for (int k = 0; k < n_tiles; ++k) {
     int tile = (first + k) % n_tiles;
@@ -843,9 +854,9 @@ HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
                    const Listing &list, const Scratch &scratch, u64 *answer) {
   float bound = band.bound;
   auto nearest = [&] { return fminf(bound, value_of(latest(band.nearest))); };
-  // How near is anything?
+  // Estimates the range of the nearest splat.
   each_cluster(scene, band, nearest, [&](int cluster) {
-    // Something nearer may have been found since it was listed.
+    // A nearer pixel may have been found since then.
     const float4 *box = scene.clusters + 2 * cluster;
     if (!lanes_where(box_matters(band, band.sides_W, box, nearest()))) return;
     float near = INFINITE;
@@ -864,7 +875,8 @@ HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
     float limit = fminf(below + step, bound), slack = 0.25f * step;
     list_seen(scene, band, rules, limit + slack, list);
     if (band.n_seen > rules.room) {
-      // Fewer splats are a little nearer. If that is no help nothing is listed.
+      // With a smaller limit, fewer splats are listed. If they are still too
+      // many, none is listed.
       if (step > 0.05f * most) {
         meet();
         step *= 0.25f;
@@ -880,12 +892,13 @@ HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
   }
 }
 
-// spheres: (n, 8): position, its rest, the range that an answer must undercut,
-// the height below which nothing is seen. R_WD: (n, 9). nearest: (n, 6), keys
-// of range and pixel; all ones at first, and where nothing is seen. closest:
-// (n,), keys of the range that all views of a sphere have found together, all
-// ones at first. work: a counter, all ones at first. lists: for each block six
-// float4 for each of rules.room splats, and a key for each pixel of a band.
+// spheres: (n, 8): position and its remainder, the range that a result must
+// undercut, the height below which splats are ignored. R_WD: (n, 9). nearest:
+// (n, 6), keys of range and pixel; all bits set initially, and if a view
+// contains no surface. closest: (n,), keys of the least range in all views of a
+// sphere, all bits set initially. work: a counter, all bits set initially.
+// lists: for each block, six float4 for each of rules.room splats, and a key
+// for each pixel of a band.
 KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
                                    const float *spheres, const float *R_WD,
                                    const float *R_DV, int n, u64 *nearest,
@@ -911,8 +924,8 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
     if (thread() == 0) item = atomicAdd(work, 1u) + 1u;
     meet();
     if (item >= n_items) return;
-    // One view after the other: who asks for the nearest one only is spared
-    // most of the later ones.
+    // Views are computed one after the other. If only the nearest one is
+    // needed, most of the later ones can be skipped.
     int i = item % n;
     int view = item / n / rules.bands;
     int rows_before = item / n % rules.bands * rules.band_rows;
@@ -920,8 +933,9 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
     if (thread() == 0) {
       begin(spheres + 8 * (size_t)i, R_WD + 9 * (size_t)i, R_DV + 9 * view,
             rules, rows_before, band);
-      // Nothing beyond what other bands, or views, have found is asked for. Of
-      // equal pixels the first is meant, whichever is met first.
+      // Pixels beyond those that other bands or views have found are not
+      // needed. Of equally near pixels, the first one counts, regardless of the
+      // order in which they are found.
       u64 known = latest(*answer);
       u64 other = (u64)latest(closest[i]) << 32 | 0xffffffffu;
       if (rules.nearest_only && other < known) known = other;
@@ -939,8 +953,8 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
   }
 }
 
-// Ranges and unit directions of the nearest pixels: rows (n, 6, 4). With
-// nearest_only the other views of a sphere see nothing.
+// Writes ranges and unit directions of the nearest pixels into rows, (n, 6, 4).
+// With nearest_only, the other views of a sphere have no result.
 KERNEL depth_rows(Rules rules, const float *R_WD, const float *R_DV, int n,
                   const u64 *nearest, float4 *rows) {
   for (int at = block() * threads() + thread(); at < 6 * n;

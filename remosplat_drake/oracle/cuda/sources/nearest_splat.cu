@@ -1,8 +1,9 @@
-// The nearest splat of many points: as kernels/nearest_splat.py, in single
-// precision, one team a point.
+// Finds the nearest splat of many points, like kernels/nearest_splat.py, in
+// single precision, with one team per point.
 //
-// A record is the centre, the axes in the order of falling semi-axes, the three
-// semi-axes (the last 0 for a disc) and the uncertainty. Boxes are wider by it.
+// A record contains the centre, the axes in the order of descending semi-axes,
+// the three semi-axes (the last 0 for a disc) and the uncertainty. Boxes are
+// enlarged by the uncertainty.
 
 #include "clusters.cuh"
 
@@ -39,7 +40,7 @@ HELPER void unit_point(float n[3], float r0, float r1, float p[3]) {
     float step = (sqrtf(square) - 1.0f) * square / slope;
     if (!(step > 0.0f)) break;
     t += step;
-    // The error after a step goes with its square.
+    // The error after a step is proportional to the square of the step.
     if (step <= 2e-4f * t) break;
   }
   p[0] = n[0] / (t + d0);
@@ -68,7 +69,8 @@ HELPER Closest closest_on_disc(const float y[3], const float e[3]) {
 }
 
 HELPER Closest closest_on_ellipsoid(const float y[3], const float e[3]) {
-  // Thinner than a millionth of its length is beyond single precision.
+  // Single precision does not suffice for splats thinner than a millionth of
+  // their length.
   float least = fmaxf(e[2], 1e-6f * e[0]);
   float z[3] = {fabsf(y[0]) / e[0], fabsf(y[1]) / fmaxf(e[1], least),
                 fabsf(y[2]) / least};
@@ -120,7 +122,8 @@ HELPER float limit_of(float distance) {
   return reach * reach;
 }
 
-// The better of `best` and a splat; of equal ones that with the lower index.
+// Returns the nearer of `best` and a splat; of equally near ones, the one with
+// the lower index.
 HELPER Nearest nearer(const Clusters &scene, const int *order, int is_surfel,
                       const Position &p, float floor, int place,
                       Nearest best) {
@@ -145,7 +148,7 @@ HELPER Nearest nearer(const Clusters &scene, const int *order, int is_surfel,
   return best;
 }
 
-// What all lanes of a team agree on.
+// Returns the best result of all lanes of a team.
 HELPER Nearest agreed(const int *order, Nearest mine) {
   for (int step = LANES / 2; step > 0; step /= 2) {
     Nearest other;
@@ -170,7 +173,7 @@ HELPER Nearest search_cluster(const Clusters &scene, const int *order,
   return agreed(order, best);
 }
 
-// Least squared distance of a team's boxes, and whose it is.
+// Returns the least squared distance of a team's boxes, and its lane.
 HELPER void nearest_box(const float4 *boxes, int first, int end,
                         const Position &p, float floor, float &least,
                         int &which) {
@@ -189,9 +192,10 @@ HELPER void nearest_box(const float4 *boxes, int first, int end,
   }
 }
 
-// spheres: (n, 8): position, its rest, the distance that an answer must
-// undercut, the height below which nothing is seen. answer: (n, 8): distance
-// less uncertainty (INFINITE for none), vector to the closest point, direction, 0.
+// spheres: (n, 8): position and its remainder, the distance that a result must
+// undercut, the height below which splats are ignored. answer: (n, 8): distance
+// minus uncertainty (INFINITE for none), vector to the closest point,
+// direction, 0.
 KERNEL nearest_splats(Clusters scene, const int *order, int is_surfel,
                       const float *spheres, int n, float4 *answer) {
   for (int i = block() * teams() + team(); i < n; i += blocks() * teams()) {
@@ -200,7 +204,8 @@ KERNEL nearest_splats(Clusters scene, const int *order, int is_surfel,
                   sphere[3], sphere[4], sphere[5]};
     float floor = sphere[7];
     Nearest best = {sphere[6], -1};
-    // A good first guess, from the nearest boxes, spares most of the rest.
+    // With a good first guess, from the nearest boxes, most other boxes are
+    // skipped.
     float least;
     int start;
     nearest_box(scene.groups, 0, scene.n_groups, p, floor, least, start);
@@ -256,7 +261,7 @@ KERNEL nearest_splats(Clusters scene, const int *order, int is_surfel,
     if (is_surfel && c.distance == 0.0f) {
       u[0] = u[1] = 0.0f, u[2] = 1.0f;
     } else if (!is_surfel && fabsf(c.distance) < 1e-5f * s.e[0]) {
-      // On the surface x - y vanishes, and its normal takes the place.
+      // On the surface x - y vanishes, so the surface's normal is used.
       for (int k = 0; k < 3; ++k) {
         float e = fmaxf(s.e[k], 1e-6f * s.e[0]);
         u[k] = -c.x[k] / e * (s.e[2] / e);

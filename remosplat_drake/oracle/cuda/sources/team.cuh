@@ -1,9 +1,9 @@
-// Teams of lanes, and what they share.
+// Teams of lanes, and the operations that lanes of a team perform together.
 //
-// A team works on one thing at a time: a warp on a GPU, a single lane where
-// the same sources are compiled for a CPU. That is how tests run these kernels
-// without a GPU (tests/oracle/cuda_on_host.py), so nothing here may lean on a
-// team having more than one lane.
+// A team processes one item at a time. It is a warp on a GPU, and a single lane
+// if the same sources are compiled for a CPU. Tests run these kernels without a
+// GPU in this way (tests/oracle/cuda_on_host.py), so a kernel must not rely on
+// a team with several lanes.
 
 #pragma once
 
@@ -48,7 +48,8 @@ HELPER u64 across(u64 value, int step) {
 HELPER u32 float_bits(float value) { return __float_as_uint(value); }
 HELPER float bits_float(u32 bits) { return __uint_as_float(bits); }
 HELPER int first_of(u32 mask) { return __ffs(mask) - 1; }
-// These to within a unit or two in the last place, by one instruction.
+// Approximations to within one or two units in the last place, by one
+// instruction.
 HELPER float reciprocal(float value) {
   float result;
   asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(value));
@@ -71,7 +72,7 @@ HELPER int count_of(u32 mask) { return __popc(mask); }
 #define CLUSTER 32
 #define INFINITE 3.0e38f
 
-// The lanes before this one.
+// Returns the lanes before this one.
 HELPER u32 lanes_before() { return (1u << lane()) - 1u; }
 
 HELPER int team() { return thread() / LANES; }
@@ -90,7 +91,7 @@ HELPER u32 sum_of_lanes(u32 value) {
   return value;
 }
 
-// Floats as integers of the same order, for atomicMin.
+// Converts floats to integers of the same order, for atomicMin.
 HELPER u32 key_of(float value) {
   u32 bits = float_bits(value);
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
@@ -100,7 +101,7 @@ HELPER float value_of(u32 key) {
   return bits_float(key & 0x80000000u ? key & 0x7fffffffu : ~key);
 }
 
-// A number of the block that other threads change.
+// Reads a number of the block that other threads change.
 HELPER u32 latest(const u32 &value) {
   return *const_cast<const volatile u32 *>(&value);
 }
