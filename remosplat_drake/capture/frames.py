@@ -97,8 +97,9 @@ def assemble(
             [pixels].
 
     Raises:
-        RemoSplatError: There is no frame, a frame has no usable camera, or its
-            images match neither each other nor those of earlier frames.
+        RemoSplatError: There is no frame, a frame has no usable camera, its
+            colour and depth images differ in aspect ratio, or its images differ
+            in size from those of earlier frames.
     """
     fitted: list[Frame] = []
     for frame in frames:

@@ -41,8 +41,8 @@ class Overlap:
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Number of points of both views with the other view's depth,
-            within the tolerance, shape (m,).
+        agreeing: Number of points of both views that agree with the other
+            view's depth within the tolerance, shape (m,).
         contradicting: Number of points in front of the other view's surface,
             shape (m,).
         differences: Absolute differences between the depths of all compared
