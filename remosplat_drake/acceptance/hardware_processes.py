@@ -138,7 +138,7 @@ def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
 def callback_of(driver: subprocess.Popen) -> int:
     """Returns the process number of an arm driver's 1 kHz callback.
 
-    Python's own helper, the resource tracker, is the driver's child as well.
+    The driver's other child process, Python's resource tracker, is not meant.
     """
     tasks = Path(f"/proc/{driver.pid}/task").glob("*/children")
     children = " ".join(task.read_text() for task in tasks).split()

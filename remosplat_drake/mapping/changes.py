@@ -161,7 +161,7 @@ def _seen_through(
     p_W: np.ndarray,
     margin: float,
 ) -> np.ndarray:
-    """Returns pixels of an image with points p_W that a view looks through."""
+    """Finds pixels whose points p_W are in the free space of a view."""
     coarse = p_W[::_STRIDE, ::_STRIDE]
     through = np.zeros(coarse.shape[:2], bool)
     known = np.isfinite(coarse[..., 0])

@@ -71,7 +71,7 @@ class _Cells:
             shape (nx, ny, nz), int32.
         voxels: Indices of the divided voxels, shape (n, 3).
         covered: Which of their cells are at discs, shape (n, m, m, m), bool.
-        free: Which were looked through, shape (n, m, m, m), bool.
+        free: Which of their cells are free, shape (n, m, m, m), bool.
     """
 
     slot: np.ndarray
@@ -161,7 +161,7 @@ def _looks(
     edge: float,
     enough: int,
 ) -> np.ndarray:
-    """Numbers of views that have looked through cubes of a grid, (n,)."""
+    """Numbers of views that have seen cubes of a grid as free, (n,)."""
     corners = lower + edge * cubes
     return count_whole_looks(
         capture, corners, edge, margin=MARGIN, enough=enough

@@ -90,7 +90,7 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
 def _counts(
     wide: WideBaselines, without: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Judged points of each frame, and those looked through, both (n,)."""
+    """Judged points of each frame, and those in free space, both (n,)."""
     kept = ~np.isin(wide.pairs, without).any(axis=1)
     judged, through = np.zeros((2, wide.frames), int)
     np.add.at(judged, wide.pairs[kept], wide.judged[kept])
@@ -109,6 +109,6 @@ def _contradicted(wide: WideBaselines, without: list[int]) -> np.ndarray:
 
 
 def _rates(judged: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Returns fractions of points that are looked through; 0 for too few."""
+    """Returns fractions of points in free space; 0 for too few points."""
     enough = judged >= _MIN_JUDGED
     return np.where(enough, through / np.maximum(judged, 1), 0.0)

@@ -120,11 +120,11 @@ class _Matches:
     beyond: tuple[np.ndarray, ...]
 
     def through(self, margin: float) -> list[int]:
-        """Returns how many points of a, and of b, the other looks through."""
+        """Counts points of a, and of b, that are in the other's free space."""
         return [int((beyond > margin).sum()) for beyond in self.beyond]
 
     def judged(self, margin: float) -> list[int]:
-        """Returns how many points of a, and of b, the other one judges."""
+        """Counts points of a, and of b, that the other confirms or refutes."""
         through = self.through(margin)
         return [a + b for a, b in zip(self.found, through, strict=True)]
 

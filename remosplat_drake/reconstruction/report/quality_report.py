@@ -105,7 +105,7 @@ class CoverageSummary(Config):
     upper: Annotated[list[Coordinate], Len(0, 3)] = dc.field(
         default_factory=list
     )
-    # Fraction that cameras have looked through.
+    # # Fraction that cameras have seen as free.
     free: Share = 0.0
     # Fraction that holds a measured surface.
     surface: Share = 0.0

@@ -206,14 +206,14 @@ def _coverage(assessment: Assessment) -> str:
 def _floaters(report: QualityReport) -> str:
     floaters = report.floaters
     if not floaters.count:
-        text = "None: no splat is in space that two cameras looked through."
+        text = "None: no splat is in space that two cameras saw as free."
     else:
         worst = ", ".join(
             "({:.2f}, {:.2f}, {:.2f})".format(*p) for p in floaters.p_WK[:5]
         )
         text = (
             f"{floaters.count} splats are in space that at least two cameras"
-            " have looked through. Near the worst of them a distance is"
+            " saw as free. Near the worst of them, a distance is"
             f" {_mm(floaters.worst)} too small. The worst are at {worst} m."
         )
     return f"<h2>Floaters</h2>\n<p>{text}</p>"

@@ -220,7 +220,7 @@ def _cut_to_shape(
     config: RefinementConfig,
     progress: _Progress,
 ) -> GaussianSplat:
-    """Discs that end at edges, without those that views look through."""
+    """Discs that end at edges, without those in free space of views."""
     patches = _patches(surfels, config)
     parts = [
         part

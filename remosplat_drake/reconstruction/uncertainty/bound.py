@@ -35,11 +35,11 @@ SIGNIFICANCE = 4.0
 """z: number of standard deviations in the bound."""
 
 LARGEST_PITCH = 0.002
-"""Limit of a, since many views show an edge at different pixels [m]."""
+"""Limit of the pitch a; many views have an edge at different pixels [m]."""
 
 LARGEST_EDGE = 0.008
-"""Limit of e [m]. A larger bound would apply in all directions, and would cost
-more free space than edges occupy."""
+"""Limit of the unseen edge e [m]. A larger bound would apply in all directions,
+and would cost more free space than edges occupy."""
 
 LARGEST_SIGMA = 0.005
 """Largest standard deviation of a disc's position [m]; points with a larger one
