@@ -49,9 +49,10 @@ class Canvas(NamedTuple):
         best_pixel: Index of that pixel, -1 while there is none.
         limit: Range limit of each view: fragments beyond it are not needed [m].
         count: Number of runs, of candidates, and of deferred splats.
-        light: For each pixel, the transmittance of all its kept fragments. If
-            the pixel is known to be opaque enough, the negated transmittance of
-            those nearer than the limit. Valid in rows with runs.
+        light: For each pixel, the transmittance of all its kept fragments;
+            valid in rows with runs. For a pixel that is known to be opaque
+            enough, it is instead the transmittance of the fragments nearer than
+            the limit, with a negative sign.
         latest: Latest run of each row, -1 without one.
         runs: Range [m] and alpha of each run's fragments, shape (room, 2, 4);
             alpha 0 where there is none.

@@ -37,7 +37,7 @@ _LEAST = 5e-4
 def cut_in_two(
     part: np.ndarray, p: np.ndarray, off: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Cuts a part of a surface by the plane that frees given points most.
+    """Cuts a surface so that the hulls of both halves are far from some points.
 
     Args:
         part: Triangles, shape (t, 3, 3) [m].
@@ -45,7 +45,8 @@ def cut_in_two(
         off: Their distances from the surface, shape (n,) [m].
 
     Returns:
-        The triangles of both halves; None if no plane frees any of the points.
+        The triangles of both halves; None if no plane increases the distance of
+        any of the points from the hulls.
     """
     # A sample of a fine mesh suffices to choose a plane.
     vertices, triangles = welded(part[:: -(-len(part) // _MOST_TRIANGLES)])
