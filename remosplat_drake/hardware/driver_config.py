@@ -102,7 +102,7 @@ class Ros1Base(RosBase):
     """A base on ROS 1, through rospy."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
-        """Joins ROS; see `Ros1Link`."""
+        """Starts a ROS 1 node; see `Ros1Link`."""
         from remosplat_drake.hardware.drivers.ros1_link import Ros1Link
 
         return Ros1Link(self)

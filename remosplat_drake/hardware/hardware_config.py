@@ -80,8 +80,8 @@ class HardwareConfig(Config):
     """A real robot: the LCM network of its drivers, and limits on commands."""
 
     # URL of the LCM network; the default is that of the stand-in robot. The
-    # multicast time to live decides how far messages go: ttl=1 reaches the
-    # local network, ttl=0 this machine only.
+    # multicast time to live limits the range of messages: with ttl=1 they reach
+    # the local network, with ttl=0 only this computer.
     lcm_url: str = REHEARSAL_URL
     # URL of the LCM network of the wrist camera. Empty: the address of
     # `lcm_url` with the next port, so that large images do not share the socket
@@ -110,26 +110,26 @@ class HardwareConfig(Config):
     base_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.BASE_STATUS_EXPIRY
     )
-    # Age at which a status of the hand is stale: its width is unknown, and a
-    # task that carries something has failed [s].
+    # Age at which a status of the hand is stale [s]. Its width is then unknown,
+    # and a task in which the hand holds an object fails.
     hand_status_expiry: Annotated[float, Interval(gt=0, le=5)] = (
         wire.HAND_STATUS_EXPIRY
     )
-    # Time after which a status whose content does not change while the robot
-    # should be moving counts as frozen, and the robot is stopped [s].
+    # Time after which statuses without any change count as frozen, and the
+    # robot is stopped [s]. It applies only while the robot should move.
     frozen_after: Annotated[float, Interval(gt=0, le=1)] = 0.2
     # Lower bound on the base's speed forward, not positive [m/s]; a command
-    # beyond it is scaled as a whole. Safety-rated sensors do not watch the
+    # beyond it is scaled by one factor. Safety-rated sensors do not watch the
     # space behind the base, so it may only move slowly backwards.
     base_forward_lower: Annotated[float, Interval(ge=-2, le=0)] = -0.25
     # Upper bound on the base's speed forward [m/s]; a command beyond it is
-    # scaled as a whole.
+    # scaled by one factor.
     base_forward_upper: Annotated[float, Interval(gt=0, le=2)] = 0.5
     # Bound on the speed of an omnidirectional base to either side [m/s]; a
-    # command beyond it is scaled as a whole.
+    # command beyond it is scaled by one factor.
     base_sideways: Annotated[float, Interval(gt=0, le=2)] = 0.25
-    # Bound on the base's turning rate, either way [rad/s]; a command beyond
-    # it is scaled as a whole.
+    # Bound on the base's turning rate, either way [rad/s]; a command beyond it
+    # is scaled by one factor.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
     # Longest time from a command to the base until its odometry shows the
     # motion [s]. The robot is stopped if the base has not followed by then.

@@ -20,7 +20,7 @@ class LocalizationConfig(Config):
     the map.
     """
 
-    # Name of the map's frame; a pose in another one stops the robot.
+    # Name of the map's frame; a pose in another frame stops the robot.
     map_frame: FrameName = "map"
     # Name of the base's frame.
     base_frame: FrameName = "base_link"

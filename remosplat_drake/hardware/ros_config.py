@@ -125,7 +125,7 @@ class Ros2HandTopics(Config):
 
 @dc.dataclass
 class RosBase(Config):
-    """Settings that bases on ROS 1 and ROS 2 share: their topics."""
+    """Topics of a base, which are the same on ROS 1 and ROS 2."""
 
     # Topic of the velocity commands.
     commands: Topic = "/cmd_vel"

@@ -13,8 +13,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import MoverArrays, Movers
 
 TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
-"""Motion of a touched link: towards the mover, which is the robot's fault; away
-or sideways; or at rest."""
+"""Kinds of contact, by the motion of the touched link: towards the mover, which
+is the robot's fault; away or sideways; or at rest."""
 
 UNSEEN = "unseen"
 """A link moved towards a mover that came out of unseen space. An evaluation
@@ -26,7 +26,7 @@ KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 _MOTIONS = (TOWARDS, RETREATING, RESTING)
 
 LEAST_SPEED = 1e-3
-"""Speed up to which a sphere counts as at rest [m/s]."""
+"""Largest speed of a sphere that counts as at rest [m/s]."""
 
 WAITING_SPEED = 0.01
 """Speed of the robot's fastest sphere below which the robot counts as waiting
@@ -175,12 +175,12 @@ class _Judge:
     def fill(
         self, ticks: np.ndarray, q: np.ndarray, k: int, before: _Look
     ) -> list[_Look]:
-        """Samples tick k so densely that no contact can be missed.
+        """Samples tick k so densely that no contact is missed.
 
         Args:
             ticks: Times of the ticks, shape (T,) [s].
             q: Configurations at the ticks, shape (T, n_q).
-            k: Index of the tick's beginning.
+            k: Index of the tick.
             before: The sample at the tick's beginning.
 
         Returns:
@@ -205,7 +205,7 @@ def _between(
 
 
 def _is_known(before: _Look, after: _Look) -> bool:
-    """Whether pairs that touch between two samples touch all the time."""
+    """Whether each pair of surfaces touches throughout, or not at all."""
     if not before.distance.size:
         return True
     sphere = np.linalg.norm(after.p_WS - before.p_WS, axis=1)

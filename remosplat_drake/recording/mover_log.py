@@ -15,7 +15,7 @@ from remosplat_drake.recording.packed_movers import (
 from remosplat_drake.scene.mover import Mover, Movers
 
 PREFIX = "mover_"
-"""Prefix of the names of all these arrays."""
+"""Prefix of the names of arrays with movers."""
 
 _NUMBERS, _QUATERNION = 21, slice(4, 8)
 """Columns of a row: those of `PackedMovers`, with a quaternion as

@@ -128,7 +128,7 @@ def _mark_events(
     ):
         times = [event.time for event in events if event.kind == kind]
         for t in times:
-            # The first tick is no change.
+            # The first tick does not count as a change.
             if time[0] < t <= time[-1]:
                 axes.axvline(t, color=color, lw=1.0, ls=":", label=label)
                 label = ""

@@ -9,8 +9,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.scene.mover import Mover, Movers
 
 _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
-"""Numbers of a mover: half extents, radius, orientation R_WM, position,
-velocity, angular velocity, bounds."""
+"""Count of each of a mover's numbers: half extents, radius, orientation R_WM,
+position, velocity, angular velocity, bounds."""
 
 MOVER = "mover_"
 """Prefix of the columns of movers."""
@@ -58,7 +58,7 @@ class PackedMovers:
 
 
 def mover_of(name: str, row: np.ndarray) -> Mover:
-    """Makes a mover.
+    """Makes a mover from its numbers.
 
     Args:
         name: Its name.

@@ -41,7 +41,7 @@ MODES = ("", STARTING, RUNNING, STOPPING, STOPPED)
 """Modes of the supervisor by their codes; the first means no supervisor."""
 
 NO_MAP = -1
-"""Version of the map in the log of a run whose map does not change."""
+"""Version of the map in the rows, if the map does not change in the run."""
 
 _HELD = 1.0
 """Duration of the rows that are written together [s]."""
@@ -181,8 +181,10 @@ class RunLog:
 
     Attributes:
         period: Control period [s].
-        statuses: Names of the codes in the rows' field `status`.
-        modes: Names of the codes in the rows' field `mode`.
+        statuses: Names of the statuses, by the code in the rows' field
+            `status`.
+        modes: Names of the supervisor's modes, by the code in the rows' field
+            `mode`.
         rows: The ticks, shape (T,), of type `row_type`.
     """
 

@@ -101,7 +101,7 @@ class TickTable:
         self._line_deviation.append(report.line_deviation)
         self._margin.append(margin)
         if movers is not None:
-            # Messages about movers are rarer than ticks of a real robot.
+            # On a real robot, several ticks share a message about movers.
             is_new = movers is not self._heard or not self._movers
             self._heard = movers
             self._movers.append(
@@ -131,7 +131,7 @@ class TickTable:
         """Forgets the oldest ticks in memory.
 
         Args:
-            time: Time of the first tick that is kept, or any before [s].
+            time: Time before which ticks are removed [s].
         """
         count = 0
         while count < len(self._time) and self._time[count] < time:

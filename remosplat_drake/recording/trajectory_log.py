@@ -132,7 +132,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """Returns what is missing in the files, as a sentence, or ""."""
+        """What is missing in the files, as a sentence; empty if nothing is."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 

@@ -1,9 +1,10 @@
-"""Gates: checks to pass, or accept by name, before a robot moves.
+"""Gates: checks that a run must pass, or a person accept, before motion.
 
-Other functions examine a run's map and settings, and return a `Gate` for each
-fault. `open_gates` then lets the run pass or refuses it. Each gate has its own
-consequence in simulation and on a real robot. A refusal ends the run before it
-begins, unless a person has accepted the gate by its name; a warning is printed.
+Other functions check a run's map and settings, and return a `Gate` for each
+fault. `open_gates` then permits the run or refuses it. The consequence of each
+gate is a refusal, a warning or none, and may differ between simulation and a
+real robot. A refusal ends the run before it begins, unless a person has
+accepted the gate by its name; a warning is printed.
 """
 
 import dataclasses as dc
@@ -28,7 +29,7 @@ GATES = {
     EMPTY_MAP: "the map has no data where the robot starts or moves",
     IGNORED_SPLATS: "most splats within reach are too faint or cropped away",
     MAP_ERROR: "a stopping distance is too small for the map's error",
-    NO_WAY_OUT: "no motion is found that leads out of the start",
+    NO_WAY_OUT: "no motion out of the start configuration is found",
     START_BEYOND_LIMITS: "a joint starts beyond its limits",
     START_TOO_NEAR: "the robot starts too near to itself or to the scene",
     TARGET_OUT_OF_REACH: "the arm is too short for a target",
@@ -39,7 +40,7 @@ GATES = {
 """Names of all gates, each with the fault that shuts it."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
-"""Possible consequences of a shut gate."""
+"""Possible consequences of a gate."""
 
 
 @dc.dataclass(frozen=True)
@@ -108,7 +109,7 @@ def open_gates(
     where: str,
     otherwise: str = "to run anyway",
 ) -> Passage:
-    """Lets a run pass, or refuses it.
+    """Permits a run, or refuses it.
 
     Args:
         gates: The gates that are shut.

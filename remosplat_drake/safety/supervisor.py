@@ -89,7 +89,7 @@ def supervise(
 def _since(
     state: SupervisorState, found: list[Symptom], time: float
 ) -> dict[str, float]:
-    """Start of each symptom; a clock that went back restarts them."""
+    """Returns the start of each symptom; all restart if the clock goes back."""
     known = {} if time < state.time else state.since
     return {symptom.name: known.get(symptom.name, time) for symptom in found}
 
@@ -97,7 +97,7 @@ def _since(
 def _tripped(
     found: list[Symptom], since: dict[str, float], now: Observation
 ) -> Symptom | None:
-    """The earliest symptom that has lasted too long; None if none has."""
+    """Returns the earliest symptom that has lasted too long, if any."""
     if now.stop:
         return Symptom(ASKED, now.stop)
     causes = [
@@ -109,7 +109,7 @@ def _tripped(
 
 
 def _missing(now: Observation) -> str:
-    """The condition that is still missing for a start; empty if none is."""
+    """Returns the condition that a start waits for; empty if there is none."""
     if now.status.age == math.inf:
         return "waiting for the first measurement"
     if math.isnan(now.report.time):
@@ -137,7 +137,7 @@ def _rest(
 ) -> SupervisorState:
     """Ends a stop if a release is requested and nothing is wrong."""
     if not now.release:
-        # A requested stop is reported although the robot is not armed yet.
+        # A requested stop is reported even if the robot is not armed yet.
         if state.reason == UNARMED and now.stop:
             return dc.replace(state, reason=now.stop, symptom=ASKED)
         return state

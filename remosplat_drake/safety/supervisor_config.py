@@ -16,7 +16,7 @@ ROBOT_MODES = (
     "user_stopped",
     "automatic_error_recovery",
 )
-"""Names of the arm's modes, as libfranka has them."""
+"""Libfranka's names of the arm's modes."""
 
 
 @dc.dataclass
@@ -26,7 +26,7 @@ class SupervisorConfig(Config):
     After that time, the robot brakes along the braking ramp to a latched stop.
     """
 
-    # Whether there is a supervisor at all.
+    # Whether there is a supervisor.
     enabled: bool = True
     # Greatest age of the station's measurements while the robot moves [s].
     max_status_age: Annotated[float, Interval(gt=0, le=1)] = 0.05
@@ -39,7 +39,7 @@ class SupervisorConfig(Config):
     robot_modes: Annotated[
         list[Annotated[str, OneOf(ROBOT_MODES, "mode")]], Len(1)
     ] = dc.field(default_factory=lambda: ["idle", "move"])
-    # Least share of the commands that must reach the arm in time.
+    # Least fraction of the commands that must reach the arm in time.
     min_success_rate: Annotated[float, Interval(ge=0, le=1)] = 0.8
     # Time for which fewer commands may reach the arm [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
@@ -52,7 +52,7 @@ class SupervisorConfig(Config):
     # Time for which the controller may find no feasible command and brake
     # [s].
     max_braking_time: Annotated[float, Interval(ge=0, le=10)] = 1.0
-    # Greatest difference between commanded and measured velocity, as a share
+    # Greatest difference between commanded and measured velocity, as a fraction
     # of each joint's velocity limit.
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
     # Time for which the difference may be greater than that [s].
@@ -60,11 +60,11 @@ class SupervisorConfig(Config):
     # Greatest error of the position predicted by the actuator model, as a
     # multiple of the model's error bound (its tube).
     max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
-    # Greatest jump of the target between two ticks [m]; absent: any.
+    # Greatest jump of the target between two ticks [m]; absent: no limit.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
     # Greatest age of the state of movers while the robot moves [s], if a source
     # of movers is connected; also of the latest image of each camera that
     # watches for movers.
     max_movers_age: Annotated[float, Interval(gt=0, le=2)] = 0.25
-    # Greatest age of the map while the robot moves [s]; absent: any.
+    # Greatest age of the map while the robot moves [s]; absent: no limit.
     max_map_age: Annotated[float, Interval(gt=0, le=86_400)] | None = None

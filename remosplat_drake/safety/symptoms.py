@@ -76,7 +76,7 @@ def symptoms(
 def _has_paused(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> bool:
-    """Returns whether the loop stood still for longer than it may."""
+    """Returns whether the control loop has paused for too long."""
     return now.time - state.time > law.dt + law.config.max_overrun
 
 
@@ -208,9 +208,9 @@ def _of_clearance(
             law.config.clearance_dwell,
         )
         return
-    # A robot that starts too near may move away: verification ensures that each
-    # command keeps the present clearance. It may not come nearer again, or
-    # touch again.
+    # A robot that starts too near may move away: verification ensures that no
+    # command reduces the present clearance. It must not come nearer again
+    # later.
     kept = kept_clearance(state, now)
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:

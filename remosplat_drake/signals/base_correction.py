@@ -1,4 +1,4 @@
-"""`BaseCorrection`: the base's pose in the map, without odometry drift."""
+"""`BaseCorrection`: the base's pose in the map, corrected for drift."""
 
 import dataclasses as dc
 

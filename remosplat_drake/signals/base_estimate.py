@@ -1,4 +1,4 @@
-r"""Drift model of an odometry: its rate is correlated over time.
+r"""Drift model of an odometry, with a rate that is correlated over time.
 
 The base's pose b = (x, y, yaw) in W and the drift rate v of the odometry evolve
 from one frame to the next, after a time t, as
@@ -84,7 +84,7 @@ class BaseEstimate:
         return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
 
     def certain(self) -> "BaseEstimate":
-        """Returns the estimate with a certain pose, which defines W."""
+        """Returns the estimate with an exact pose, which defines W."""
         P = np.zeros((6, 6))
         P[:3, :3] = np.diag(_WHITE**2)
         P[3:, 3:] = self.covariance[3:, 3:]

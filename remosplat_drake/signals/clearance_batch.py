@@ -11,8 +11,9 @@ import numpy as np
 class ClearanceBatch:
     """Distances of n spheres in c configurations, up to k rows per sphere.
 
-    The arrays are of the query's library, NumPy or torch. Rows are those of
-    `Clearances`; for missing rows the distance is inf and the direction zero.
+    The arrays are NumPy arrays or torch tensors, like those of the query. A row
+    is one of `Clearances`. Missing rows have an infinite distance and the
+    direction zero.
 
     Attributes:
         distance: Distance from a sphere's surface to the scene, shape (c, n, k)

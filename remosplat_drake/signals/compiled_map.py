@@ -60,7 +60,8 @@ class Maps(NamedTuple):
 def together(parts: Iterable[Packed]) -> Packed[Maps]:
     """Packs several maps as one.
 
-    Kernels take a tuple of maps as well, but Numba determines its type slowly.
+    Kernels also accept a plain tuple of maps, but Numba determines its type
+    slowly.
 
     Args:
         parts: The maps, as `DistanceField.compiled`.
@@ -109,14 +110,14 @@ def ask(compiled, question, answer) -> None:
 
     Args:
         compiled: The map, as `DistanceField.compiled`.
-        question: The queries, shape (n, 6): for each a point in W (three
-            columns), the distance that a result must undercut, the height below
-            which the map is ignored [m], and the index of the robot's sphere
-            with this centre, -1 if there is none.
-        answer: Output, shape (n, 8): a number that is negative if nothing is
-            nearer than the distance to undercut; the signed distance [m]; the
-            closest point in W (three columns) [m]; and the direction to it in W
-            (three columns).
+        question: The queries, shape (n, 6). The columns are a point in W
+            (three), the distance up to which surfaces are searched, the height
+            below which the map is ignored [m], and the index of the robot's
+            sphere with this centre, -1 if there is none.
+        answer: Output, shape (n, 8). The columns are a number that is negative
+            if there is no surface within that distance, the signed distance
+            [m], the closest point in W (three) [m], and the direction to it in
+            W (three).
     """
     raise NotImplementedError("this is called from compiled code")
 
@@ -273,7 +274,7 @@ def is_pythons(compiled) -> bool:
 
 @helper
 def are_known(rows):
-    """Whether all distances are valid, neither NaN nor minus infinity.
+    """Returns whether no distance is NaN or minus infinity.
 
     Args:
         rows: The `RowArrays`.
@@ -367,7 +368,7 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
-        # Slightly more than the distance itself, since the bound is exclusive.
+        # Slightly more than the distance, since the query excludes its bound.
         far += abs(far) * _EPSILON
         least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from remosplat_drake.robot.sphere_model import Spheres
 
 UNSEEN, FREE, SURFACE = 0, 1, 2
-"""States of a voxel: no camera saw it; it is free; it holds a surface."""
+"""States of a voxel: unseen by all cameras, free, or with a surface."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -70,14 +70,14 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
 
     Args:
         coverage: The coverage without these spheres.
-        spheres: The spheres of a robot that touched nothing, in one or more
-            configurations.
+        spheres: The spheres of the robot in one or more configurations without
+            contact.
         margin: Distance from the spheres within which space is free [m].
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
-    # Duplicates are removed: many are equal, since the base stands still while
-    # the arm scans.
+    # Duplicates are removed, as many spheres are equal: the base stands still
+    # while the arm scans.
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)

@@ -1,4 +1,4 @@
-"""`DistanceField` measures distances to the scene; `Clearances` holds them."""
+"""`DistanceField`: measures distances to the scene; `Clearances`: these."""
 
 import dataclasses as dc
 from abc import ABC, abstractmethod
@@ -170,7 +170,7 @@ class DistanceField(ABC):
     def surfaces(self) -> "DistanceField | None":
         """Returns the map without unseen space; None if nothing remains.
 
-        This part is displayed and can be clicked.
+        The page displays this part, and an operator can click on it.
         """
         return self
 
@@ -191,8 +191,8 @@ class DistanceField(ABC):
     def compiled_rows(self) -> Packed[Maps] | None:
         """Returns the maps, as `compiled`, that give the rows of `clearances`.
 
-        Each gives one row per sphere. None if only Python can query them;
-        rollouts are then several times slower.
+        Each map gives one row per sphere. None if only Python can query the
+        map; rollouts are then several times slower.
         """
         return None
 

@@ -9,7 +9,7 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance from a mover at which a mapped surface may be its own
+"""Largest distance between a mover and a mapped surface that may be its own
 [m]."""
 
 
@@ -72,8 +72,8 @@ class NearMovers:
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are left out [m].
-            by: Look-ahead time [s]: distances allow for the deviation of movers
-                from their predictions after this time.
+            by: Look-ahead time [s]. Distances are reduced by the greatest
+                deviation of movers from their predictions after this time.
         """
         return NearMovers(
             *near_movers(
@@ -87,10 +87,10 @@ class NearMovers:
 
 
 def mover_at(movers: Movers | None, time: float, p_W: np.ndarray) -> str:
-    """Names the mover whose surface may contain a point; empty if none.
+    """Returns the name of the mover that a point may belong to; or "".
 
-    A map that is built while a person stands in view contains that person. So
-    the nearest surface of the map may be a mover's.
+    If a person is in view while a map is built, the map contains that person.
+    So a point on the map's surface may belong to a mover.
 
     Args:
         movers: The movers; None if none are known.

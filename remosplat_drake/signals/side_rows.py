@@ -70,10 +70,11 @@ def with_side_rows(
 def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
     """Adds rows to further surfaces for spheres near a map, in a kernel.
 
-    The distance to a convex obstacle is a convex function. So its tangent at
-    the offset point gives a lower bound on the distance from the sphere's
-    centre. The new row has this bound as its distance, or the distance of the
-    sphere's nearest row if that is greater.
+    For each such sphere, the map is also queried at points beside the centre.
+    The distance to a convex obstacle is a convex function, so its tangent at
+    such a point gives a lower bound on the distance from the centre. A new row
+    has this bound as its distance, or the distance of the sphere's nearest row
+    if that is greater.
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`.

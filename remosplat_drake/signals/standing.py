@@ -1,4 +1,4 @@
-"""`Standing`: a robot's state and its cause, in one sentence and its parts."""
+"""`Standing`: a robot's state and its cause, as a sentence and as data."""
 
 import dataclasses as dc
 
@@ -8,9 +8,9 @@ from remosplat_drake.signals.binding import JOINT_LIMIT, MOVER, SELF_COLLISION
 from remosplat_drake.signals.thing import KINDS as KINDS_OF_THINGS
 
 WAITING = "waiting"
-"""Kind: the robot has not begun, and waits for something."""
+"""Kind: the robot has not started, and waits for a condition."""
 MOVING = "moving"
-"""Kind: the robot is on its way."""
+"""Kind: the robot moves to its target."""
 HELD = "held"
 """Kind: the robot stands still away from its target."""
 REACHED = "reached"
@@ -62,8 +62,8 @@ CAUSES = (
     NO_CONFIGURATION,
     NO_PATH,
 )
-"""All causes that hold a robot: kinds of things in the scene, constraints of
-the robot itself, and causes without a single thing."""
+"""All causes that hold a robot: kinds of objects in the scene, the robot's own
+constraints, and others."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The ports of every station, simulated or real, as data.
+"""Names and sizes of the ports of every station, simulated or real.
 
 A controller is connected by these names and works with either kind of station.
 Ports with names that begin with `cheat.` carry ground truth, which only a

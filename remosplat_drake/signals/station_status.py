@@ -6,7 +6,8 @@ import math
 RUNNING = "running"
 """Mode of a station that executes commands."""
 STOPPED = "stopped"
-"""Mode of a station that holds still; `StationStatus.stop_reason` says why."""
+"""Mode of a station that stands still; `StationStatus.stop_reason` has the
+reason."""
 
 MOVE = "move"
 """libfranka's name of the robot mode in which the arm executes motions."""
@@ -27,10 +28,10 @@ class StationStatus:
             guiding, reflex, user_stopped or automatic_error_recovery.
         success_rate: Fraction of the arm's latest commands that reached it in
             time, 0 to 1 (libfranka's control_command_success_rate).
-        protective_stop: Whether the base's safety scanner has stopped it. The
-            base ends that stop by itself.
-        is_lost: Whether it stopped since the pose of the base is not known
-            well enough.
+        protective_stop: Whether the base's safety scanner has stopped the base.
+            This stop ends by itself.
+        is_lost: Whether the station stopped because the pose of the base is not
+            known well enough.
         base_uncertainty: Bound on the error of the base's pose on the ports:
             shift and turn [m, rad]; 0 in simulated stations.
         sent: Time at which the latest command was sent to a real robot, after

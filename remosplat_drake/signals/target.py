@@ -81,7 +81,7 @@ class Target:
 
     @staticmethod
     def of(wanted: "Target | RigidTransform | np.ndarray") -> "Target":
-        """Returns a target, or makes one from a plain pose X_WT.
+        """Converts a plain pose X_WT to a target; returns a target as it is.
 
         Args:
             wanted: A target, or a pose: Drake's, or of shape (4, 4).
@@ -191,7 +191,7 @@ class Target:
         )
 
     def error(self, X_WE: np.ndarray) -> PoseError:
-        """Computes the error in the directions with a weight.
+        """Computes the pose error in the directions that have a weight.
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -241,7 +241,7 @@ class Target:
 
 
 def weights_problem(weights: np.ndarray) -> str:
-    """Returns the fault of a target's weights; empty if there is none.
+    """Returns what is wrong with a target's weights; empty if nothing is.
 
     Args:
         weights: The weights, shape (6,).

@@ -17,7 +17,7 @@ from remosplat_drake.signals.aim import Aim
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetPorts:
-    """A system's two inputs for a target, of which one is connected.
+    """The two input ports of a system for its target; one is connected.
 
     Attributes:
         pose: The pose X_WT of a plain target, a `RigidTransform`.

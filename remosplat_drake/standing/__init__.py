@@ -1,1 +1,1 @@
-"""The robot's state in one sentence, with its causes."""
+"""Describes the robot's state in one sentence, with the cause."""

@@ -1,4 +1,4 @@
-"""The cause that holds a robot, and the violation that it moves out of."""
+"""Finds the cause that holds a robot, and violations of distances."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -160,7 +160,7 @@ def _of_row(
 
 
 def pressures(binding: Binding) -> np.ndarray:
-    """Computes the pressure of the command on each row.
+    """Computes the pressure on each active row, which measures its effect.
 
     These are the multipliers of the program's optimum, each times the length
     of its row, shape (k,).
@@ -178,7 +178,7 @@ def pressures(binding: Binding) -> np.ndarray:
 def _strongest(
     report: TickReport, robot: RobotModel, link_before: str
 ) -> BoundRow | None:
-    """Returns the row to name; None if no row has pressure."""
+    """Returns the row to name in the sentence; None if no row has pressure."""
     rows = report.binding.rows
     pressed = pressures(report.binding)
     pressed[[row.name == BOUND for row in rows]] = 0.0
@@ -205,7 +205,7 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
 
 
 def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
-    """Returns the hold by the obstacle of row i of the clearances."""
+    """Makes the hold by the obstacle of row i of the clearances."""
     near = report.clearances
     link = robot.spheres.links[near.sphere[i]]
     p_WC = near.p_WC[i]
@@ -214,7 +214,7 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
-    """Returns the cause of a rejection by verification."""
+    """Makes the hold by the constraint for which verification objected."""
     separation = report.separation
     if report.objection == MOVER and separation is not None:
         return Hold(MOVER, separation.mover, separation.link)

@@ -49,7 +49,7 @@ _ADVICE = {
     stands.BASE: "the base may not drive: move it nearer",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""For each cause, an action for a person, or the reason."""
+"""For each cause, advice for a person, or an explanation."""
 
 _STOPS = {SCANNER: stands.BASE, LOST: stands.LOCALIZATION}
 """Causes of stops by the rules of the supervisor; others are its own."""
@@ -65,7 +65,7 @@ _OF_THE_TARGET = (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
 """Causes whose place is the target's."""
 
 _NEAR = 0.1
-"""Distance below which texts use millimetres and degrees [m]."""
+"""Distance below which the sentence is in millimetres and degrees [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -76,7 +76,8 @@ class Situation:
         error: The error from the end effector to the present target; of
             several, the largest error.
         target: The present target; None means a plain pose.
-        effector: Name of that end effector; empty if the robot has only one.
+        effector: Name of the target's end effector; empty if the robot has only
+            one.
         beside_line: Distance of the end effector from the target's line [m];
             NaN without a line.
         is_there: Whether the end effector has arrived at the target.
@@ -335,7 +336,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """Returns guidance's statement about another way to the target."""
+    """Returns guidance's statement about another path to the target."""
     if selection is None:
         return ""
     if selection.missing:

@@ -167,7 +167,7 @@ class StandingSystem(LeafSystem):
     def _look(self, context: Context, state: State):
         memory = self._memory(context)
         passed = context.get_time() - memory.looked
-        # Half a period is a tolerance far above rounding.
+        # The tolerance of half a period is far greater than rounding errors.
         is_early = 0 <= passed < LOOK - 0.5 * self._period
         if is_early and memory.standing is not NOT_STARTED:
             return

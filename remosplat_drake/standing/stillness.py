@@ -21,7 +21,8 @@ _NEARER = 0.01
 
 
 _ARM = 0.3
-"""Length that weights an angle if a target has no position [m]."""
+"""Length by which an angle is multiplied, for targets of orientation only
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""The command ports of a station, and the check of their values."""
+"""Command ports of a station, with a check of their values."""
 
 import dataclasses as dc
 
@@ -27,7 +27,7 @@ class HandCommand:
     """A command to a hand.
 
     Attributes:
-        width: Commanded opening [m]; None holds the present one.
+        width: Commanded opening [m]; None keeps the present one.
         force: Bound on the gripping force [N].
     """
 
@@ -116,7 +116,7 @@ class CommandInputs:
 
     @property
     def ticket(self) -> DependencyTicket:
-        """Dependency ticket of everything that reads the command."""
+        """Dependency ticket for outputs that depend on the command."""
         return self._command.ticket()
 
     def read(self, context: Context) -> StationCommand:

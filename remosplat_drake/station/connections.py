@@ -1,4 +1,4 @@
-"""Connects a station's ports with the vectors q and u of the whole robot."""
+"""Connects a station's ports with the whole robot's vectors q and u."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Simulated grippers: their joints, and how a width follows a command."""
+"""Simulated grippers: their joints, and the motion to a commanded width."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -21,8 +21,7 @@ class HandGeometry:
         hand: The gripper's description, which names its ports.
         joints: Names of the finger joints.
         max_width: Greatest opening [m].
-        start_width: Opening at the start [m], as the robot's description
-            has it.
+        start_width: Opening at the start [m], from the robot's description.
     """
 
     hand: Hand

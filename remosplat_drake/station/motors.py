@@ -124,7 +124,7 @@ def _effort_limits(
 
 
 def set_motor_gains(plant: MultibodyPlant, motors: Motors) -> None:
-    """Gives a plant's actuators the motors' gains.
+    """Sets the gains of a plant's actuators to those of the motors.
 
     Args:
         plant: The plant, before `Finalize`.

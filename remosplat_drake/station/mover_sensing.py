@@ -20,7 +20,7 @@ class MoverSensor(Protocol):
 
     @property
     def period(self) -> float:
-        """Time between two measurements [s]; 0: at every time."""
+        """Time between two measurements [s]; 0: the sensor is continuous."""
         ...
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:

@@ -1,4 +1,4 @@
-"""The scene's boxes and cylinders as anchored geometry of a plant."""
+"""Adds the scene's boxes and cylinders to a plant, as static geometry."""
 
 import numpy as np
 from pydrake.geometry import Box as BoxShape

@@ -53,7 +53,7 @@ class DynamicStation(Config):
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Whether the robot collides with the scene; otherwise it passes through.
     collide_with_scene: bool = True
-    # Hydroelastic modulus of the fingers' pads: the greater, the harder [Pa].
+    # Hydroelastic modulus of the fingers' pads [Pa]; greater is harder.
     pad_modulus: Annotated[float, Interval(ge=1e4, le=1e9)] = 1e7
     # Coefficient of friction of objects; that of the pads is 1.5, that of the
     # scene 0.6. A pair in contact has the harmonic mean of its two values.
@@ -96,8 +96,8 @@ class StationMaker(Protocol):
 
 
 MAX_STEP = 0.05
-"""Longest step of the kinematic station's integrator [s]: the settling time of
-the gripper's width."""
+"""Longest step of the kinematic station's integrator [s]. It is the settling
+time of the gripper's width."""
 
 
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:

@@ -173,7 +173,7 @@ def _attached(
     now: Observation,
     X_WE: np.ndarray,
 ) -> TaskState:
-    """The state in which the step's end effector carries the object."""
+    """Returns the state after the step's end effector has taken the object."""
     thing, spheres = state.named(step.object), task.spheres[step.object]
     payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
     X_WO = thing.X_WO.GetAsMatrix4()
@@ -294,7 +294,7 @@ def _lost(state: TaskState, now: Observation) -> str:
     if not name or hand is None:
         return ""
     if not hand.is_known:
-        return f"the hand reports nothing while it holds the {name}"
+        return f"the hand's width is unknown while it holds the {name}"
     if state.grip is not None and hand.has_let_go(state.grip):
         return f"the {name} has slipped out of the hand"
     return ""

@@ -10,16 +10,16 @@ from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.robot.pose_error import PoseError
 
 RULES = ("text", "authors")
-"""Success rules: the one in the paper's text, or that in its authors' code."""
+"""Success rules: that of the paper's text, and that of its authors' code."""
 
 
 @dc.dataclass
 class ArrivalConfig(Config):
-    """When a target counts as reached (paper section V, "Success Rate")."""
+    """Conditions for arrival at a target (paper section V, "Success Rate")."""
 
-    # Success rule. `text` requires distance and angle within their tolerances,
-    # as the paper says; `authors` requires only the L1 norm of the translation
-    # within the tolerance, as the authors' code does.
+    # Success rule. With `text`, as in the paper, distance and angle must be
+    # within their tolerances. With `authors`, as in the authors' code, only the
+    # L1 norm of the translation must be within its tolerance.
     rule: Annotated[str, OneOf(RULES, "rule")] = "text"
     # Greatest distance between end effector and target [m].
     position: Annotated[float, Interval(gt=0, le=1)] = 0.02

@@ -18,17 +18,18 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 _STEP = 0.1
-"""Distance of neighbouring places along x and along y [m]."""
+"""Distance of neighbouring grid points along x and along y [m]."""
 
 _IN_A_BOX, _AT_ONCE = 64, 20_000
 """Largest number of grid points in a box that is not divided further, and
 number of points per distance query."""
 
 _ROUNDING = 1e-9
-"""Relative bound, and bound in metres, on rounding errors of lengths."""
+"""Bound on rounding errors of lengths, both relative and in metres."""
 
 _Box = tuple[tuple[int, int], ...]
-"""First index and the one after the last, along x, y and z."""
+"""A box of grid points: along x, y and z, the first index and the one after the
+last."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -100,7 +101,7 @@ class HandPlaces:
         return x, y, z
 
     def _along(self, axis: int, index: np.ndarray) -> np.ndarray:
-        """The coordinates of places; along x and y those of `np.arange`."""
+        """Coordinates of grid points; along x and y as by `np.arange`."""
         if axis == 2:
             return self.heights[index.astype(int)]
         start = self.lower[axis]
@@ -117,7 +118,7 @@ class HandPlaces:
         p_W: Sequence[float] | np.ndarray,
         radius: float,
     ) -> list[tuple[float, _Box]]:
-        """Yields boxes that may contain places, with a distance bound."""
+        """Returns boxes that may contain places, with a distance bound."""
         boxes = [box for box in boxes if _size(box)]
         if not boxes:
             return []

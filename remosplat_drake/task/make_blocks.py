@@ -151,7 +151,7 @@ class _Maker:
         if self._effector != self.holder:
             names = self._shop.robot.effectors
             mine, theirs = names[self._effector], names[self.holder]
-            problem = f"the {self.held} is in the hand {theirs}, not {mine}"
+            problem = f"the hand {theirs} holds the {self.held}, not {mine}"
             raise self._error("effector", problem)
         return self.held
 

@@ -51,7 +51,7 @@ def fit_object(thing: SceneObject) -> LinkSpheres:
 
 
 def overhang(thing: SceneObject, spheres: LinkSpheres) -> float:
-    """Returns how far spheres reach beyond an object's box in O [m].
+    """Returns the distance by which spheres exceed an object's box [m].
 
     Args:
         thing: The object.

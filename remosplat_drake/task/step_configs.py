@@ -34,7 +34,7 @@ class Touch(Config):
     object: str = ""
     # Names of the links; empty: those of the hand, fingers and palm.
     links: Annotated[list[str], Len(0, 100)] = dc.field(default_factory=list)
-    # Distance that they keep from it; absent: they may touch it [m].
+    # Distance that the links keep from it [m]; absent: they may touch it.
     stopping: Annotated[float, Interval(ge=0, le=1)] | None = None
 
 
@@ -210,7 +210,7 @@ class Grasping(StepConfig):
 
 @dc.dataclass
 class Pick(Grasping):
-    """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
+    """Picks an object: opens, reaches, approaches, closes, attaches, lifts."""
 
     # Object that it stands on; empty if that is not an object of the task.
     support: str = ""

@@ -1,4 +1,4 @@
-"""Suggests a start and a target in a scene without a scenario."""
+"""Suggests a start and a target in a scene that has none."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterable, Iterator
@@ -35,19 +35,19 @@ _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
 
 _STRETCHED = 0.7
-"""Fraction of the arm's reach up to which targets are suggested: with the hand
-pointing down, an arm cannot be fully stretched."""
+"""Greatest distance of suggested targets, as a fraction of the arm's reach:
+with the hand pointing down, an arm cannot be fully stretched."""
 
 _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
-"""Height of a point over the base, and the least clearance there for a base to
-fit [m]."""
+"""Height of a point above the base, and its least clearance with which the base
+counts as free [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
-"""Points on the hand's straight path, from 0 to 1, and their least clearance
-[m]."""
+"""Parameters of points on the hand's straight path, 0 to 1, and their least
+clearance [m]."""
 
 _COMPARED = 50
 """Largest number of starts that are compared."""
@@ -132,7 +132,7 @@ def suggest_task(
 
 
 class _Kept:
-    """Expensive arrays, each computed on first use."""
+    """Arrays of an iterator, each computed once, on first use."""
 
     def __init__(self, source: Iterator[np.ndarray]):
         self._source = source
@@ -223,7 +223,7 @@ def _roomy_starts(
     targets: Iterable[np.ndarray],
     distance: float,
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Returns starts with room for a base, and their targets."""
+    """Yields starts with space for a base, and their targets."""
     floor = float(robot.spheres_at(robot.q_home).ignore_below.max())
     for some in targets:
         starts, p_WT = _starts(some, distance)

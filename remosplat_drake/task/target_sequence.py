@@ -24,7 +24,7 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 Wanted = Target | RigidTransform
-"""Types of a target of an end effector."""
+"""Accepted types of a target."""
 
 
 @dc.dataclass(frozen=True)
@@ -282,7 +282,7 @@ def _by_effector(
 
 
 def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
-    """Returns an aim with the starts of its lines set.
+    """Sets the starts of all lines of an aim.
 
     Args:
         aim: The aim.
@@ -301,7 +301,7 @@ def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
 def with_ways_onward(targets: Sequence[Target]) -> list[Target]:
     """Sets `onward` of targets that are passed without a stop.
 
-    It is the length of the way from such a target to the next one with a stop.
+    `onward` is the length of the path from such a target to the next stop.
 
     Args:
         targets: The targets, in their order.

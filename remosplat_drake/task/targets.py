@@ -27,13 +27,13 @@ more options than a pose; it replaces `target`."""
 class Targets(Protocol):
     """A system that outputs targets of the end effector.
 
-    `TargetSequence` is one, and so is any `LeafSystem` with the ports `PORTS`
-    and the two methods below. It may have the port `AIM`, too. Its outputs must
-    not depend on the controller's output in the same tick.
+    `TargetSequence` implements it, and any `LeafSystem` with the ports `PORTS`
+    and the methods `progress` and `error` may do so. The port `AIM` is
+    optional. No output may depend on the controller's output in the same tick.
     """
 
     def progress(self, context: Context) -> TargetProgress:
-        """Returns the progress along the targets, after which the run ends.
+        """Returns the progress; the run ends when it is finished.
 
         Args:
             context: The context of this system.

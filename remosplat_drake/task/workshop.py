@@ -1,4 +1,4 @@
-"""`Workshop`: the inputs from which steps of a scenario are made."""
+"""`Workshop`: properties of robot and objects, to make a task's steps."""
 
 import dataclasses as dc
 from collections.abc import Mapping

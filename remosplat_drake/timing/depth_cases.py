@@ -1,6 +1,6 @@
 """Benchmarks of the depth rasterisation oracle: 77 spheres, 80 x 80 pixels.
 
-Scene and spheres are those of the sphere-to-ellipsoid oracle's cases.
+Scene and spheres are those of `oracle_cases`.
 """
 
 from functools import partial
@@ -17,7 +17,7 @@ from remosplat_drake.timing.oracle_cases import (
 from remosplat_drake.timing.tick_cases import tick_cases
 
 STOPPING_DISTANCE = 0.021
-"""Distance up to which verification queries [m]."""
+"""Range of verification's queries [m]."""
 
 SCENARIO = "TableDepth"
 """Shipped scenario whose control ticks use the depth rasterisation oracle."""

@@ -28,7 +28,7 @@ def file_cases() -> list[Case]:
     folder = TemporaryDirectory(prefix="remosplat-bench-")
     write_splat(Path(folder.name) / "discs.ply", table_scene(1_000_000))
     return [
-        Case("file: 1M discs, ready at first", partial(_ready_first, folder)),
+        Case("file: 1M discs, without cache", partial(_ready_first, folder)),
         Case("file: 1M discs, ready again", partial(_ready, folder)),
     ]
 

@@ -1,7 +1,8 @@
 """Benchmarks of look-ahead: rollouts, and ticks with look-ahead.
 
-The scene is generated like the published ones and covered by 60,000 surfels. In
-it, the controller alone gets stuck, so the selector is active.
+The scene is generated like the published ones, and covered by 60,000 surfels.
+In this scene, the controller alone gets stuck, so the selector of guidance is
+active.
 """
 
 import dataclasses as dc

@@ -63,7 +63,7 @@ def hall_scene(n: int) -> GaussianSplat:
 
 
 def _faces() -> tuple[np.ndarray, np.ndarray]:
-    """Returns corners of the flat boxes of all faces, (f, 3) each [m]."""
+    """Returns lower and upper corners of all flat faces, (f, 3) each [m]."""
     rng = np.random.default_rng(0)
     half = 0.5 * SIZE[:2]
     x, y = (np.arange(_PITCH - h, h - 0.5 * _PITCH, _PITCH) for h in half)

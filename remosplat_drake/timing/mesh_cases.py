@@ -29,7 +29,8 @@ PACKAGES = ("open3d", "trimesh", "rtree")
 _SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
 
 _LONGEST = 0.085
-"""Longest edge with which there are as many triangles as surfels [m]."""
+"""Longest edge [m] with which the mesh has as many triangles as there are
+surfels."""
 
 Query = Callable[[np.ndarray], np.ndarray]
 """Function that finds the closest point of a mesh to each of n points, (n,

@@ -87,7 +87,7 @@ def _case(name: str, solve: Solve, problems: list[Problem]) -> Case:
 
 
 def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
-    """Returns the programs of a headless run, one every few ticks.
+    """Returns programs of a headless run, at every few ticks.
 
     Args:
         scenario_name: Name of the scenario or its file; None for the default
@@ -126,8 +126,8 @@ def _drakes(name: str, **options: float) -> Solve:
 def _proxqp() -> Solve:
     from proxsuite import proxqp
 
-    # Without a check of the duality gap, ProxQP reports points as solved that
-    # satisfy all rows with multipliers of the wrong sign.
+    # Without a check of the duality gap, ProxQP accepts points that satisfy all
+    # rows, but with multipliers of the wrong sign.
     options = {
         "eps_abs": _PROXQP,
         "eps_rel": 0.0,

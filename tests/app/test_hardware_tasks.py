@@ -71,6 +71,6 @@ def test_a_can_that_falls_out_of_the_hand_ends_the_task(lone_robot):
 
 def test_a_hand_that_falls_silent_ends_a_task_that_carries(lone_robot):
     result, state = drive("TablePick", "hand-status-stops")
-    reason = "the hand reports nothing while it holds the middle can"
+    reason = "the hand's width is unknown while it holds the middle can"
     assert result.run.outcome == f"{GIVEN_UP}: {reason}"
     assert state.failures == (reason,)

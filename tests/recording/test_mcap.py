@@ -181,7 +181,7 @@ def test_a_process_that_is_killed_at_the_end_is_told(frankie, tmp_path):
     process.join()
     recorder.close()
     assert recorder.trouble.startswith(
-        "the recording has ended: its process did not finish it; "
+        "the recording has ended: the file is incomplete; "
     )
 
 
@@ -271,7 +271,7 @@ def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
     *_, last = done.stderr.splitlines()
     assert last == (
         f"the recording has ended: File too large; {tmp_path}/a.partial.mcap"
-        " holds what was written before"
+        " contains what was written before"
     )
     assert {p.name for p in tmp_path.iterdir()} == {"a.partial.mcap", "run"}
     assert len(list((tmp_path / "run").iterdir())) == 2

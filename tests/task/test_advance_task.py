@@ -264,7 +264,7 @@ def test_what_slips_out_of_the_hand_is_noticed(frankie):
     ("width", "reason"),
     [
         (0.08, "the can has slipped out of the hand"),
-        (np.nan, "the hand reports nothing while it holds the can"),
+        (np.nan, "the hand's width is unknown while it holds the can"),
     ],
 )
 def test_a_hand_that_opens_or_falls_silent_ends_the_task(

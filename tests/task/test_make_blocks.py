@@ -136,11 +136,11 @@ def test_a_hand_takes_over_from_another(two_hands, two_pandas):
         ),
         (
             [LEFT_PICK, cfg.MoveTo(effector="right")],
-            r"tasks\[1\]\.effector: the can is in the hand left, not right",
+            r"tasks\[1\]\.effector: the hand left holds the can, not right",
         ),
         (
             [LEFT_PICK, cfg.Release(effector="right")],
-            r"tasks\[1\]\.effector: the can is in the hand left, not right",
+            r"tasks\[1\]\.effector: the hand left holds the can, not right",
         ),
         (
             [LEFT_PICK, cfg.Open(effector="right", width=0.075)],

@@ -235,7 +235,8 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
     P = known.P[i:] + swings @ change @ swings.transpose(0, 2, 1)
     return dc.replace(
         known,
-        # No later fix may be older.
+        # Later fixes must not be older than this one, so older odometry is
+        # dropped.
         stamp=known.stamp[i:],
         X_OB=known.X_OB[i:],
         P=P,
@@ -280,7 +281,7 @@ def _noise(
     X_OB_after: np.ndarray,
     seconds: float,
 ) -> np.ndarray:
-    """The covariance that a motion by odometry adds, shape (3, 3)."""
+    """Covariance Q of the odometry's noise in a motion, shape (3, 3)."""
     x, y, turn = relative(X_OB, X_OB_after)
     way = np.hypot(x, y)
     moving = [config.odometry_drift**2 * way] * 2

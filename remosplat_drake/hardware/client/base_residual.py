@@ -46,7 +46,7 @@ _OWN_HELD = 0.25
 """Longest time for which a measured speed is assumed to last [s]."""
 
 _DELAYS = 6
-"""Number of delays that are tried, from none to the longest."""
+"""Number of delays that are tried, from zero to the longest."""
 
 _CAPACITY = 4096
 """Number of stored commands: 4 s at 1 kHz."""
@@ -228,7 +228,7 @@ class CommandedPath:
         """Adds a command.
 
         Args:
-            time: When it was sent, by our wall clock [s].
+            time: Time at which it was sent, by our wall clock [s].
             velocity: Speeds forward and to the left, and turning rate, shape
                 (3,) [m/s, m/s, rad/s].
         """

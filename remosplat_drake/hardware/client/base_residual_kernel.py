@@ -61,7 +61,7 @@ def _size(motion):
 
 @kernel
 def path_residuals(rows, held, start, end, moved, late, slack, share):
-    """Computes the same as `ArcPath.residuals`, for some delays `late`."""
+    """Computes the same as `ArcPath.residuals`, for given delays `late`."""
     n, k = len(start), len(late)
     fitting, excess = np.empty((n, 3)), np.empty(n)
     told = np.empty((k, 3))

@@ -25,13 +25,13 @@ class Operator:
     """Lists the sessions that command robots, and arms selected ones."""
 
     def __init__(self, lcm: DrakeLcm):
-        """Joins the wire.
+        """Joins the LCM network.
 
         Args:
             lcm: The network of the controllers.
 
         Raises:
-            RemoSplatError: The wire has no addresses.
+            RemoSplatError: The LCM URL is not a multicast address.
         """
         self._lcm = lcm
         self._listener = MulticastListener(lcm.get_lcm_url())

@@ -40,7 +40,8 @@ from remosplat_drake.robot.braking import braking_time
 from remosplat_drake.robot.robot_model import RobotModel
 
 _MOVING = 0.02
-"""Joint rate from which the arm is expected to move measurably [rad/s]."""
+"""Commanded joint rate beyond which the measured positions must change
+[rad/s]."""
 
 _BASE_AXES = (
     ("forward speed", "m/s"),
@@ -188,7 +189,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """Adds packets to a measurement that it does not contain yet."""
+        """Returns a measurement, updated with the packets since then."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
@@ -284,10 +285,10 @@ class RobotLink:
             self._moving_since = now
 
     def send_hand(self, width: float, force: float) -> None:
-        """Sends a command to the gripper, at most one each `hand_period`.
+        """Sends a command to the gripper, at most once per `hand_period`.
 
         Args:
-            width: Opening to go to [m].
+            width: Commanded opening [m].
             force: Bound on the gripping force [N].
         """
         now = time.time()

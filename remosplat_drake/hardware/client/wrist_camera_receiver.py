@@ -97,7 +97,7 @@ class ImageDecoder:
     """
 
     def __init__(self, channel: str):
-        """Starts without any image.
+        """Starts without an image.
 
         Args:
             channel: Name of the channel, for people.

@@ -82,7 +82,7 @@ def judge(
 
 
 class Seen:
-    """The observations so far that a record must contain."""
+    """The required observations, and those of them that were made."""
 
     def __init__(self):
         """Starts without observations."""

@@ -70,7 +70,7 @@ class RobotRecord:
         arm: Its arm.
         base: Its base; None for a fixed robot.
         drivers: Names of the drivers that started, by their sessions.
-        duration: How long was listened [s].
+        duration: Duration of reception [s].
     """
 
     arm: PartRecord
@@ -96,7 +96,7 @@ def gather(
         packets: The messages, in their order.
         config: Names of the channels.
         robot: The robot.
-        duration: How long was listened [s].
+        duration: Duration of reception [s].
     """
     by_channel = collections.defaultdict(list)
     for packet in packets:

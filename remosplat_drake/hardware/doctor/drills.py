@@ -68,10 +68,10 @@ class WatchedRobot:
     """
 
     def __init__(self, config: HardwareConfig, robot: RobotModel):
-        """Joins the wire.
+        """Joins the LCM network.
 
         Args:
-            config: The wire.
+            config: The LCM network and its channels.
             robot: The robot.
         """
         # In shadow mode, the link cannot publish anything, not even by mistake.
@@ -143,7 +143,7 @@ def step_response(times: np.ndarray, speeds: np.ndarray) -> StepResponse:
 
 
 def base_step(robot: RobotModel, period: float) -> np.ndarray:
-    """Makes the commands of the base's step, one row a period, (k, n_u).
+    """Makes the commands for the base's step, one row per period, (k, n_u).
 
     Args:
         robot: The robot, for the acceleration of its base.

@@ -25,7 +25,7 @@ _TIMEX = 512
 """Buffer size that exceeds a `struct timex` on every platform [bytes]."""
 
 _TIME_ERROR = 5
-"""Return value of adjtimex for a clock that is not synchronised."""
+"""Return value of `adjtimex` for a clock that is not synchronised."""
 
 _SYSCTL = Path("/proc/sys")
 

@@ -35,7 +35,7 @@ LISTENING = 2.0
 _LISTENING_PERIOD = 1e-3
 
 ARM_RATE, BASE_RATE = 200.0, 9.0
-"""Least rates of statuses [Hz]; a real arm's is 1 kHz."""
+"""Least rates of statuses [Hz]; a real Panda has 1 kHz."""
 
 ARM_SHARE = 0.8
 """Least fraction of an arm's statuses that must arrive, if the configured rate

@@ -130,7 +130,7 @@ def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
 
     Args:
         report: The arm's report.
-        now: Wall clock, for a report without a stamp [us].
+        now: Present wall clock time [us], the stamp of a report that has none.
     """
     status, zeros = lcmt_panda_status(), [0.0] * len(report.q)
     status.utime = now if report.utime is None else report.utime

@@ -1,4 +1,4 @@
-"""`BaseDriver`: serves `BASE_COMMAND` with any base that takes velocities."""
+"""`BaseDriver`: drives any base with velocity control, by LCM commands."""
 
 import math
 from collections import deque

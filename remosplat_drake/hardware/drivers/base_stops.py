@@ -31,10 +31,10 @@ FREE = BaseStops()
 
 
 class StopSource(Protocol):
-    """A source that reports whether a base may move."""
+    """The interface of a source of a base's stops."""
 
     def stops(self, t: float) -> BaseStops:
-        """Returns its state.
+        """Returns the base's stops.
 
         Args:
             t: Time now, by a monotonic clock [s].

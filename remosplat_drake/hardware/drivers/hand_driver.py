@@ -1,4 +1,4 @@
-"""`HandDriver`: serves `PANDA_HAND_COMMAND` with any parallel gripper."""
+"""`HandDriver`: drives any parallel gripper by LCM commands."""
 
 import math
 import threading
@@ -32,11 +32,11 @@ class HandLink(Protocol):
         """Moves the fingers, and returns when they have stopped.
 
         Args:
-            width: Opening to go to [m].
+            width: Commanded opening [m].
             force: Bound on the gripping force [N].
 
         Raises:
-            RemoSplatError: They did not move as commanded.
+            RemoSplatError: The fingers did not move as commanded.
         """
         ...
 

@@ -56,7 +56,7 @@ class JointStates:
         return None if v is None else ArmReport(q, v, stamp, utime=utime)
 
     def _numbers(self, field: str, message, rows: Sequence[int]) -> np.ndarray:
-        """Reads a field; NaN replaces an absent number."""
+        """Reads a field of all joints; NaN for absent numbers."""
         values = np.array(getattr(message, field), float)
         if len(values) != len(message.name):
             values = np.full(len(message.name), np.nan)

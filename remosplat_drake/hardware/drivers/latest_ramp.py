@@ -19,7 +19,7 @@ class LatestRamp:
             self._ramp = decode_ramp(data)
 
     def of(self, utime: int) -> Ramp | None:
-        """Returns the ramp of a command; None if it has none.
+        """Returns the ramp of a command; None if there is none.
 
         Args:
             utime: The command's stamp [us].

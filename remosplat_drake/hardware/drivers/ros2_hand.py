@@ -90,7 +90,7 @@ class Ros2HandLink:
         """Commands the gripper, and returns when the fingers have stopped.
 
         Args:
-            width: Opening to go to [m].
+            width: Commanded opening [m].
             force: Bound on the gripping force [N].
 
         Raises:

@@ -70,12 +70,12 @@ class UrArmLink:
             raise RemoSplatError(f"{host}: {text}") from error
 
     def command(self, velocity: np.ndarray) -> None:
-        """Asks for joint rates, shape (6,) [rad/s]."""
+        """Sends joint rates to the controller, shape (6,) [rad/s]."""
         if self._control.isProgramRunning():
             self._control.speedJ(velocity.tolist(), self._acceleration, 0.0)
 
     def fetch(self) -> ArmReport | None:
-        """Returns the latest report; None if it is known already."""
+        """Returns the latest report; None if there is no new one."""
         receive = self._receive
         time = receive.getTimestamp()
         if time == self._told:

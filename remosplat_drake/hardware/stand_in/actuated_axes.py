@@ -19,7 +19,7 @@ class ActuatedAxes:
         """Starts at rest.
 
         Args:
-            actuators: How each axis follows its commands.
+            actuators: Model of how each axis follows its commands.
             dt: Length of a step [s]; dead times are rounded to it.
         """
         self._dt, self._actuators = dt, actuators

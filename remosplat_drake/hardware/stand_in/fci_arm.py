@@ -60,7 +60,7 @@ class FciArm:
         self.rules.abort("", mode)
 
     def recover(self) -> None:
-        """Makes the arm idle again, ready for a new motion."""
+        """Makes the arm idle, ready for a new motion."""
         self.rules.recover()
 
     def step(self, measured: ArmMeasurement) -> np.ndarray:

@@ -24,11 +24,12 @@ class Kind(IntEnum):
     """Start of a motion: then the robot sends a state every millisecond, and
     each needs an answer."""
     COMMAND = 2
-    """The answer to a state: seven joint rates."""
+    """The answer to a state, with seven joint rates."""
     LAST = 3
     """The answer to a state that ends the motion."""
     COLLISION = 4
-    """Collision limits: seven torques, six forces; answered by a state."""
+    """Collision limits, seven torques and six forces; the robot answers by a
+    state."""
 
 
 @dc.dataclass(frozen=True)

@@ -25,7 +25,7 @@ from remosplat_drake.station.velocity_driver import (
 _RUNNING = StationStatus()
 
 _INSTANT = 1e-9
-"""Rounding error of a zero time [s]."""
+"""Time difference that counts as a rounding error [s]."""
 
 
 PERIOD = 0.005

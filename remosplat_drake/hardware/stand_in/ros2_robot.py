@@ -178,7 +178,7 @@ class _ArmTopics:
         return self._rates
 
     def tell(self, status: lcmt_panda_status, t: float) -> None:
-        """Sends joint states, and sometimes the arm's stops."""
+        """Sends joint states, and at a lower rate the arm's stops."""
         ros = self._ros
         self._states.write(
             ros.JointState(
@@ -214,7 +214,7 @@ def _urdf(robot: RobotDescription) -> str:
     """Returns the text of a robot's model, which must be a URDF."""
     path = robot.model_path
     if path.suffix != ".urdf":
-        problem = f"{path.name} is not a URDF, which `description` wants"
+        problem = f"{path.name} is not a URDF, which `description` requires"
         raise FieldError(robot.source, "model", problem)
     return path.read_text()
 
@@ -247,7 +247,7 @@ class _BaseTopics:
         return velocity
 
     def tell(self, status: base_status, t: float) -> None:
-        """Sends odometry, and sometimes the base's stops."""
+        """Sends odometry, and at a lower rate the base's stops."""
         ros = self._ros
         message = ros.Odometry(child_frame_id=self._config.base_frame)
         message.header = ros.Header(ros.stamp(status.utime), "odom")
@@ -290,7 +290,7 @@ class _HandTopics:
         ]
 
     def tell(self, status: lcmt_schunk_wsg_status) -> None:
-        """Sends the joint states of the fingers, half of the opening each."""
+        """Sends joint states, in which each finger has half of the opening."""
         n, width = len(self._names), 1e-3 * status.actual_position_mm
         rate = 1e-3 * status.actual_speed_mm_per_s
         self._states.write(

@@ -83,7 +83,7 @@ class RtdeArm:
         self._exchanges: list[_Exchange] = []
 
     def stop(self, mode: RobotMode) -> None:
-        """Makes the arm brake, as a protective or an emergency stop does."""
+        """Makes the arm brake, by a protective or an emergency stop."""
         pressed = mode == RobotMode.USER_STOPPED
         self.rules.stop(
             SafetyMode.ROBOT_EMERGENCY_STOP

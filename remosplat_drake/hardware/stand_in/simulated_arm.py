@@ -15,7 +15,7 @@ joints]: the threshold in libfranka's own examples."""
 
 
 class RobotMode(IntEnum):
-    """Values of lcmt_panda_status.robot_mode, as libfranka numbers them."""
+    """Values of lcmt_panda_status.robot_mode, which are libfranka's."""
 
     OTHER = 0
     IDLE = 1
@@ -45,13 +45,13 @@ class ArmMeasurement:
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmLimits:
-    """Capabilities of an arm of n joints, each of shape (n,).
+    """Limits of an arm of n joints, each of shape (n,).
 
     Attributes:
         lower: Lower ends of the joints' ranges [rad, m].
-        upper: Upper ends [rad, m].
+        upper: Upper ends of the joints' ranges [rad, m].
         velocity: Greatest joint rates [rad/s, m/s].
-        acceleration: Greatest rates of their change [rad/s^2, m/s^2].
+        acceleration: Greatest joint accelerations [rad/s^2, m/s^2].
     """
 
     lower: np.ndarray

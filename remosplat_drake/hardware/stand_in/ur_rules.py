@@ -24,7 +24,7 @@ STOP_DECELERATION = 20.0
 
 
 class Command(IntEnum):
-    """Commands to the script, by the numbers that ur_rtde gives them."""
+    """Commands to the script, with their numbers in ur_rtde."""
 
     NONE = 0
     SPEED_J = 9

@@ -167,14 +167,14 @@ def decode_depth(data: bytes) -> tuple[np.ndarray, float]:
 
 def _color(image: lcmt_image) -> np.ndarray:
     if image.channel_type != lcmt_image.CHANNEL_TYPE_UINT8:
-        raise BrokenMessage(f"holds colours of type {image.channel_type}")
+        raise BrokenMessage(f"contains colours of type {image.channel_type}")
     channels = _COLOR_CHANNELS[image.pixel_format]
     return _pixels(image, np.dtype(np.uint8), channels)[..., :3]
 
 
 def _depth(image: lcmt_image) -> np.ndarray:
     if image.channel_type not in _DEPTH_TYPES:
-        raise BrokenMessage(f"holds depths of type {image.channel_type}")
+        raise BrokenMessage(f"contains depths of type {image.channel_type}")
     dtype, unit = _DEPTH_TYPES[image.channel_type]
     steps = _pixels(image, dtype, 1)[..., 0]
     return np.ascontiguousarray(steps * np.float32(unit), np.float32)

@@ -155,7 +155,7 @@ def decode_report(data: bytes) -> Report:
 
 
 def encode_request(session: int, operator: str) -> bytes:
-    """Encodes an operator's request that a session may move its robot.
+    """Encodes an operator's request, which permits a session to move.
 
     Args:
         session: The session.
@@ -173,7 +173,8 @@ def decode_request(data: bytes, session: int, now: float) -> str | None:
     Args:
         data: The encoded packet.
         session: Our session; requests to others are ignored.
-        now: Our wall clock [s]; a request with another stamp is ignored.
+        now: Our wall clock [s]; a request whose stamp differs too much is
+            ignored.
 
     Raises:
         BrokenMessage: The packet is not a request.

@@ -19,7 +19,7 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 VELOCITY_MODE = lcmt_panda_status.CONTROL_MODE_VELOCITY
-"""The control mode that commands expect of the driver."""
+"""The control mode that commands require of the driver."""
 
 MODE_NAMES = {
     lcmt_panda_status.kOther: "other",

@@ -44,7 +44,7 @@ class Ramp:
 
 
 def encode_ramp(time: float, period: float, length: float) -> bytes:
-    """Encodes the ramp of the command that follows.
+    """Encodes the ramp of the next command.
 
     Args:
         time: The command's stamp, by the wall clock [s].

@@ -62,12 +62,12 @@ class McapRecorder:
             camera: Source of the wrist camera's images; None for none.
             may_wait: Whether `append` waits instead of dropping a tick.
             limit: Largest size of the file [bytes].
-            live: TCP port at which Foxglove may watch; None for none.
+            live: TCP port of the live server for Foxglove; None for none.
             rviz: Whether targets and clearances are published on ROS 2 for
                 RViz.
 
         Raises:
-            RemoSplatError: The file cannot be begun.
+            RemoSplatError: The file cannot be created.
         """
         self._path = path
         self._may_wait = may_wait
@@ -97,15 +97,15 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """Returns what is missing in the file, as a sentence, or ""."""
+        """What is missing in the file, as a sentence; empty if nothing is."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
         if self._trouble:
             rest = partial_path(self._path)
             return (
-                f"the recording has ended: {self._trouble}; {rest} holds what"
-                " was written before"
+                f"the recording has ended: {self._trouble}; {rest} contains"
+                " what was written before"
             )
         if self.left_out:
             return f"the recording lacks {self.left_out} ticks: too busy"
@@ -132,7 +132,7 @@ class McapRecorder:
         self._send()
 
     def _send(self) -> None:
-        """Sends queued ticks, as far as the process accepts them."""
+        """Sends queued ticks, until the process accepts no more."""
         try:
             while self._waiting:
                 self._socket.send(self._waiting[0])
@@ -158,4 +158,4 @@ class McapRecorder:
                 self._trouble = self._news()
         self._child.end()
         if not self._path.exists():
-            self._trouble = self._trouble or "its process did not finish it"
+            self._trouble = self._trouble or "the file is incomplete"

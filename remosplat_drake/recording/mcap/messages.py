@@ -21,13 +21,15 @@ effectors, their names are appended to the targets' names."""
 
 _INFO, _WARNING = 2, 3
 _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
-"""Levels of foxglove.Log by the kinds of events; others are information."""
+"""Levels of foxglove.Log, by the kind of event; other kinds have the level
+info."""
 
 _QUALITY = 80
 """Quality of JPEG images, 1 to 100."""
 
 _FARTHEST = 65.0
-"""Larger depths are omitted from the file [m]: they do not fit in 16 bits."""
+"""Largest depth in the file [m]; larger ones do not fit in 16 bits, and are
+omitted."""
 
 
 @dc.dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Message:
 
     @property
     def nanoseconds(self) -> int:
-        """Its time since the Unix epoch [ns]."""
+        """The message's time since the Unix epoch [ns]."""
         content = self.content
         at = content.get("timestamp") or content["transforms"][0]["timestamp"]
         return at["sec"] * 10**9 + at["nsec"]

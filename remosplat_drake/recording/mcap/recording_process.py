@@ -31,7 +31,7 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 LARGEST = 1 << 20
-"""Size of the largest packet with a tick [bytes]."""
+"""Largest size of a packet with a tick [bytes]."""
 
 _ROUND = 0.02
 """Time between two polls of the camera's channel [s]."""

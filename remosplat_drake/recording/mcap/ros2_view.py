@@ -45,7 +45,7 @@ class Ros2View:
         self._markers = node.writer(MARKERS, ros.MarkerArray)
 
     def show(self, record: TickRecord, robot: RobotModel) -> None:
-        """Publishes a tick; nothing before the robot was measured."""
+        """Publishes a tick, if the robot has been measured."""
         message = transforms(record, robot)
         if message is None:
             return
