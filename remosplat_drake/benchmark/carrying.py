@@ -1,9 +1,9 @@
 """Carries a grasped object to the start's pose, and judges the whole run.
 
 The robot reaches the target as in other trials, with the object for the hand
-alone to touch. There the object becomes part of the robot. A level hand draws
-it back; then it is lifted off its support, and brought to where the end
-effector was at the start.
+alone to touch. There the object becomes part of the robot. If there is no room
+above the arm, the hand first draws it back. Then it is lifted off its support,
+and brought to where the end effector was at the start.
 """
 
 import dataclasses as dc
@@ -46,11 +46,8 @@ from remosplat_drake.task.step_configs import (
 )
 
 BACK = 0.3
-"""How far a hand that is level goes back before it goes up [m]: its arm may be
-under a board."""
-
-LEVEL = 0.3
-"""Greatest vertical part of the direction of a hand that is level."""
+"""How far a level hand goes back before it goes up, if its arm is under a board
+[m]."""
 
 LEAST = 0.005
 """Least length of the way up [m]."""
@@ -64,13 +61,14 @@ Carried = tuple[float, Payload]
 
 
 def carrying_steps(
-    task: ReachingTask, X_WE: np.ndarray, scenario: Scenario
+    task: ReachingTask, robot: RobotModel, q0: np.ndarray, scenario: Scenario
 ) -> list[AnyStep]:
     """Makes the steps of a trial in which the object is carried.
 
     Args:
         task: The task, with an object and its support.
-        X_WE: Pose of the end effector at the start, shape (4, 4).
+        robot: The robot.
+        q0: Configuration at the start, shape (n_q,).
         scenario: The arrival tolerances, and the time that each way may take.
     """
     (thing,), support = task.grasped, task.support
@@ -86,15 +84,29 @@ def carrying_steps(
     }
     straight = {"touch": leaving, "patience": scenario.time_limit}
     X_WT = task.X_WE_target.GetAsMatrix4()
-    away_W = X_WT[:3, 2] * [1.0, 1.0, 0.0]
-    back = [Lift(by=(-BACK * away_W).tolist(), **straight)]
+    back = []
+    if not _has_room_above(task, robot, up, scenario):
+        away_W = X_WT[:3, 2] * [1.0, 1.0, 0.0]
+        back = [Lift(by=(-BACK * away_W).tolist(), **straight)]
     return [
         _reach(X_WT, touch=[Touch(thing.name)], **common),
         Attach(object=thing.name, touch=leaving),
-        *(back if abs(X_WT[2, 2]) < LEVEL else []),
+        *back,
         Lift(by=[0.0, 0.0, float(up)], **straight),
-        _reach(X_WE, **common),
+        _reach(robot.end_effector_pose(q0), **common),
     ]
+
+
+def _has_room_above(
+    task: ReachingTask, robot: RobotModel, up: float, scenario: Scenario
+) -> bool:
+    """Whether the arm at the given goal can be raised without turning."""
+    if task.arm_goal is None:
+        return True
+    spheres = robot.spheres_at(np.array(task.arm_goal))
+    raised = dc.replace(spheres, p_WS=spheres.p_WS + np.array([0.0, 0.0, up]))
+    room = task.truth_field.clearances(raised).minimum()
+    return bool(room > scenario.controller.smallest_stopping)
 
 
 def carry(
@@ -124,10 +136,9 @@ def carry(
         scene_field=scene_field,
         objects=objects,
     )
-    X_WE = world.robot.end_effector_pose(world.q0)
     scenario = dc.replace(
         scenario,
-        tasks=carrying_steps(task, X_WE, scenario),
+        tasks=carrying_steps(task, world.robot, world.q0, scenario),
         # Each of the motions fails after the method's time.
         time_limit=4.0 * scenario.time_limit,
     )
