@@ -120,13 +120,13 @@ def drive(
     two_maps = builder.AddSystem(TwoMaps(maps))
     station = builder.AddSystem(MakeStation(scenario, world, False))
     configuration = AddConfiguration(builder, robot, station)
-    targets = AddTargets(builder, scenario, world, configuration)
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
+    targets = AddTargets(builder, scenario, world, configuration, law)
     oracle = AddOracle(builder, scenario, world, configuration)
     builder.Connect(
         two_maps.GetOutputPort("distance_field"),
         oracle.GetInputPort("distance_field"),
     )
-    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     controller = AddController(builder, law, configuration, targets, oracle)
     supervisor = AddSupervisor(
         builder,

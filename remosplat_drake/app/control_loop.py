@@ -138,7 +138,7 @@ def AddControlLoop(
     builder: DiagramBuilder,
     scenario: Scenario,
     world: World,
-    add_targets: Callable[[OutputPort], Targets],
+    add_targets: Callable[[OutputPort, ReactiveLaw], Targets],
     *,
     hardware: bool,
     ingredients: Sequence[Ingredient] = (),
@@ -152,7 +152,7 @@ def AddControlLoop(
         scenario: The scenario that the stages are made from.
         world: The content of the scenario's files.
         add_targets: Function that adds the targets, given the output port of
-            the measured configuration.
+            the measured configuration and the control law.
         hardware: Whether the station is the real robot; all other stages are
             the same in simulation.
         ingredients: Costs and constraints of the control law, in addition to
@@ -172,7 +172,10 @@ def AddControlLoop(
     configuration = odometry
     if localization is not None:
         configuration = localization.GetOutputPort("configuration")
-    targets = add_targets(configuration)
+    law = law or ReactiveLaw.make(
+        scenario.controller, robot, scenario.control_period, ingredients
+    )
+    targets = add_targets(configuration, law)
     predictor = AddPrediction(
         builder, scenario, robot, station, hardware=hardware
     )
@@ -182,9 +185,6 @@ def AddControlLoop(
     oracle = AddOracle(builder, scenario, world, planned)
     if robot.n_base:
         ConnectUncertainty(builder, station, localization, oracle)
-    law = law or ReactiveLaw.make(
-        scenario.controller, robot, scenario.control_period, ingredients
-    )
     rest = RestRule(scenario.controller.rest, arrival_of(scenario))
     controller = AddController(builder, law, planned, targets, oracle, rest)
     selector = AddGuidance(

@@ -9,6 +9,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 from carried import can_at, can_in_hand
+from effort import effort
 from pydrake.math import RigidTransform, RollPitchYaw
 from true_shapes import Moment, near_bodies
 
@@ -101,5 +102,5 @@ def test_what_is_carried_keeps_off_all_but_its_holders(two_pandas):
 
 @pytest.mark.slow
 def test_it_keeps_off_in_many_drives(two_pandas):
-    nearest, entered = check(two_pandas, 1, drives=20, ticks=200)
+    nearest, entered = check(two_pandas, 1, drives=effort(20, 250), ticks=200)
     assert nearest < OWN + 0.006 and entered > 5

@@ -17,6 +17,7 @@ from remosplat_drake.app.stages.teleoperation import (
 )
 from remosplat_drake.app.world import World
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
@@ -54,7 +55,11 @@ class Operation:
             self.operator = AddCockpitOperator(builder, cockpit, scenes)
 
     def AddTarget(
-        self, scenario: Scenario, world: World, configuration: OutputPort
+        self,
+        scenario: Scenario,
+        world: World,
+        configuration: OutputPort,
+        law: ReactiveLaw,
     ) -> OperatorTarget:
         """Adds all operators, and the target that they move.
 
@@ -62,6 +67,7 @@ class Operation:
             scenario: The scenario.
             world: The content of the scenario's files.
             configuration: The output port of the measured q, n_q entries.
+            law: The control law, which operators do not use.
 
         Raises:
             RemoSplatError: See `AddOperatorTarget`.

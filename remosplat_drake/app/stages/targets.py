@@ -8,6 +8,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages.task import AddTask
 from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.task.target_sequence import TargetSequence
 from remosplat_drake.task.targets import Targets, TargetsMaker, check_targets
 
@@ -17,6 +18,7 @@ def AddTargets(
     scenario: Scenario,
     world: World,
     configuration: OutputPort,
+    law: ReactiveLaw,
     *,
     hardware: bool = False,
 ) -> Targets:
@@ -27,6 +29,7 @@ def AddTargets(
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
+        law: The control law, by which a task checks where the robot may stand.
         hardware: Whether the station is the real robot.
 
     Raises:
@@ -40,7 +43,7 @@ def AddTargets(
     robot = world.robot
     if scenario.tasks:
         return AddTask(
-            builder, scenario, world, configuration, hardware=hardware
+            builder, scenario, world, configuration, law, hardware=hardware
         )
     listed = scenario_targets(scenario, world.truth, robot.effectors)
     if not any(listed.values()):

@@ -27,6 +27,7 @@ def AddTask(
     scenario: Scenario,
     world: World,
     configuration: OutputPort,
+    law: ReactiveLaw,
     *,
     hardware: bool,
 ) -> TaskSystem:
@@ -37,6 +38,7 @@ def AddTask(
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
+        law: The control law.
         hardware: Whether the station is the real robot.
 
     Raises:
@@ -60,10 +62,8 @@ def AddTask(
         scenario.controller.guidance.plans,
     )
     blocks = make_blocks(scenario.tasks, shop)
-    config = scenario.controller
     scene = world.scene_field or world.field
-    map = TaskMap(robot, scene, config.smallest_stopping)
-    law = ReactiveLaw.make(config, robot, scenario.control_period)
+    map = TaskMap(robot, scene, scenario.controller.smallest_stopping)
     task = Task(robot, blocks, world.objects, spheres, StandingRule(law, map))
     system = builder.AddSystem(
         TaskSystem(
