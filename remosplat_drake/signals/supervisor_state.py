@@ -18,8 +18,8 @@ STOPPED = "stopped"
 """Mode in which the command is zero until an explicit release."""
 
 ASKED, LOST, SCANNER = "operator", "localization", "protective_stop"
-"""Symptoms: an operator has pressed STOP, the pose of the base is not known
-well enough, and the safety scanner has stopped the base."""
+"""Names of symptoms: an operator has pressed STOP, the base's pose is too
+uncertain, and the safety scanner has stopped the base."""
 
 UNARMED = "waiting for an operator to arm"
 """Reason of the initial stop of a real robot."""

@@ -1,9 +1,9 @@
-"""`TaskOutline`: a task as people read it: its steps, and its objects."""
+"""`TaskOutline`: the steps and the objects of a task, for display."""
 
 import dataclasses as dc
 
 AHEAD, PRESENT, DONE, FAILED = "ahead", "present", "done", "failed"
-"""States of a line."""
+"""States of a job or step."""
 
 
 @dc.dataclass(frozen=True)
@@ -11,9 +11,9 @@ class OutlineLine:
     """A job of a task, or one of its steps.
 
     Attributes:
-        text: What the robot does.
+        text: Description of the robot's action.
         state: `AHEAD`, `PRESENT`, `DONE` or `FAILED`.
-        is_step: Whether it is a step of the job before it.
+        is_step: Whether it is a step of the previous job in the list.
     """
 
     text: str
@@ -23,12 +23,12 @@ class OutlineLine:
 
 @dc.dataclass(frozen=True)
 class OutlineObject:
-    """An object, and what the robot may do to it at present.
+    """An object of a task, and the contact that is permitted at present.
 
     Attributes:
         name: Its name.
         text: Whether it is carried, or which links may touch it.
-        may_be_touched: Whether some link may touch it.
+        may_be_touched: Whether a link may touch it.
         is_carried: Whether the robot carries it.
     """
 
@@ -40,12 +40,13 @@ class OutlineObject:
 
 @dc.dataclass(frozen=True)
 class TaskOutline:
-    """A task at a tick; copying returns the object itself.
+    """Outline of a task at a tick; copying returns the object itself.
 
     Attributes:
-        lines: Its jobs in their order; the steps of the present job follow it.
+        lines: Its jobs in their order, with the steps of the present job after
+            that job.
         objects: Its objects.
-        failures: Why ways have failed so far.
+        failures: Why steps have failed so far.
     """
 
     lines: tuple[OutlineLine, ...] = ()
@@ -56,5 +57,5 @@ class TaskOutline:
         return self
 
     def document(self) -> dict:
-        """Returns the outline as JSON has it."""
+        """Returns the outline as a JSON object."""
         return dc.asdict(self)

@@ -82,10 +82,10 @@ def present_hold(
 ) -> Hold | None:
     """Returns the cause that holds a robot now; None while it moves.
 
-    Any cause holds a robot that rests. While only its hand rests, it is held by
-    a constraint, or by the lack of a path: the base may turn for the next
-    motion. A robot that comes no nearer is held by a mover, from which it may
-    even move away.
+    If the whole robot is at rest, every cause counts. If only its hand is at
+    rest, only constraints and the lack of a path count, since the base may be
+    turning for the next motion. If the robot moves but comes no nearer to its
+    target, only a mover counts, from which it may be moving away.
 
     Args:
         still: Memory of the robot's motion.

@@ -52,17 +52,19 @@ _ADVICE = {
 """For each cause, advice for a person, or an explanation."""
 
 _STOPS = {SCANNER: stands.BASE, LOST: stands.LOCALIZATION}
-"""Causes of stops by the rules of the supervisor; others are its own."""
+"""Causes of stops, by the supervisor's symptom; for all other symptoms, the
+cause is the supervisor."""
 
 _LACKS = {
     UNREACHED: stands.NO_CONFIGURATION,
     CRAMPED: stands.NO_CONFIGURATION,
     CUT_OFF: stands.NO_PATH,
 }
-"""Causes of a robot that nothing holds, by the lack of its path."""
+"""Causes for a robot that no constraint holds, by the reason why it has no
+path."""
 
 _OF_THE_TARGET = (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
-"""Causes whose place is the target's."""
+"""Causes that are displayed at the target."""
 
 _NEAR = 0.1
 """Distance below which the sentence is in millimetres and degrees [m]."""
@@ -86,8 +88,8 @@ class Situation:
             none.
         beyond: Lower bound on the target's distance out of reach [m]; 0 if
             unknown.
-        parked: Whether the base may not drive, and the target would be within
-            reach if it did.
+        parked: Whether the target is out of reach only because the base may not
+            drive.
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if no sequence of targets
             runs.
@@ -235,7 +237,7 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
 
 
 def _cause(now: Situation, hold: Hold) -> str:
-    """Returns the cause of a hold; what makes the target unreachable first."""
+    """Returns the cause of a hold; causes for an unreachable target first."""
     if now.beyond:
         return _beyond_cause(now)
     if hold.cause != stands.NOTHING:
@@ -252,7 +254,7 @@ def _beyond_cause(now: Situation) -> str:
 
 
 def _p_WT(now: Situation, cause: str) -> np.ndarray | None:
-    """The target's place, if the target itself is the cause."""
+    """Returns the target's position, if the target itself is the cause."""
     if now.target is None or cause not in _OF_THE_TARGET:
         return None
     return now.target.X_WT[:3, 3]

@@ -27,11 +27,11 @@ _ARM = 0.3
 
 @dc.dataclass(frozen=True, eq=False)
 class Rest:
-    """Memory of something that moves or rests.
+    """Memory of how long a value has been at rest.
 
     Attributes:
-        at: Value from which it has not moved by `STILL`, of any shape.
-        there_since: Time at which it arrived there [s].
+        at: Value from which it has not changed by `STILL`, of any shape.
+        there_since: Time at which it reached that value [s].
         since: Start of the present standstill [s]. Since then, it has at most
             crept, and had no reason to rest.
     """
@@ -43,13 +43,13 @@ class Rest:
     def updated(
         self, time: float, at: np.ndarray, change: float, may_rest: bool
     ) -> "Rest":
-        """Returns the memory after a look.
+        """Returns the memory after a measurement.
 
         Args:
             time: Present time [s].
             at: Present value.
-            change: Its difference from the one in memory; one that is not
-                finite counts as motion.
+            change: Its difference from the stored value; a difference that is
+                not finite counts as motion.
             may_rest: Whether there is a reason to rest.
         """
         if change <= STILL and not may_rest:
@@ -122,7 +122,7 @@ def observe(
 
 
 def _moved(before: np.ndarray, X_WEs: np.ndarray, aim: Aim) -> float:
-    """Largest motion of the end effectors that have a target [m]."""
+    """Returns the largest motion of end effectors with a target [m]."""
     return max(
         error.distance + _ARM * error.angle
         for i, _ in aim.items

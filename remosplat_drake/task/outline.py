@@ -1,4 +1,4 @@
-"""`outline`: a task and its state as people read them."""
+"""`outline`: summarises a task and its state, for display."""
 
 from remosplat_drake.oracle.contact_rules import ContactRule
 from remosplat_drake.robot.hand_links import hand_links
@@ -18,7 +18,7 @@ def outline(task: Task, state: TaskState) -> TaskOutline:
 
     Args:
         task: The task.
-        state: How far it is.
+        state: The progress of the task.
     """
     found: list[OutlineLine] = []
     for i, block in enumerate(task.blocks):
@@ -34,7 +34,7 @@ def outline(task: Task, state: TaskState) -> TaskOutline:
 
 
 def _mark(i: int, present: int, state: TaskState) -> str:
-    """The state of a job or of a step, by its index and the present one's."""
+    """Returns the state of a job or step, given the present one's index."""
     if i < present or state.outcome == outcomes.DONE:
         return lines.DONE
     if i > present:
@@ -44,7 +44,7 @@ def _mark(i: int, present: int, state: TaskState) -> str:
 
 
 def _steps(task: Task, state: TaskState) -> list[OutlineLine]:
-    """The steps of the present way; a way out is shown in place of them."""
+    """Lists the steps of the present alternative, or those that undo one."""
     block = task.blocks[state.block]
     steps = block.ways[min(state.way, len(block.ways) - 1)]
     if len(steps) == 1 and steps[0].text == block.text:
@@ -80,7 +80,7 @@ def _permission(task: Task, rule: ContactRule) -> str:
 
 
 def _called(task: Task, links: frozenset[str]) -> str:
-    """The links in words; all of a hand are the hand."""
+    """Lists links in words; "the hand" replaces all links of a hand."""
     robot = task.robot
     words, left = [], set(links)
     for i, name in enumerate(robot.effectors):
