@@ -189,7 +189,7 @@ def _describe(
     n = len(confirmed)
     frames = "1 frame" if n == 1 else f"{n} frames"
     if alone:
-        frames += f" ({alone} unconfirmed: marking no space free)"
+        frames += f" ({alone} unconfirmed, not used for free space)"
     discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)
     unseen = 100 * coverage.fraction(UNSEEN)
     words = f"{frames}, {discs} discs, {unseen:.0f} % unseen, {seconds:.1f} s"

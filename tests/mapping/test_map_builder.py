@@ -148,7 +148,7 @@ def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(
     """It may be elsewhere: it shows what is there, but not what is free."""
     alone = moved(laden, ASIDE)
     both = a_map(joined(laden, alone), unseen_is_solid=True)
-    assert "4 frames (1 unconfirmed: marking no space free)" in both.quality
+    assert "4 frames (1 unconfirmed, not used for free space)" in both.quality
     was_unseen = solid_map.coverage.state == UNSEEN
     now = both.coverage.state[was_unseen]
     assert (now != FREE).all()

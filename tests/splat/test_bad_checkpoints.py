@@ -69,7 +69,7 @@ def test_checkpoint_tensors(tmp_path, changes, problem):
 def test_checkpoints_run_no_code(tmp_path):
     path = tmp_path / "ckpt_0.pt"
     torch.save({"splats": Exploding()}, path)
-    rejected(path, "not a checkpoint of tensors alone")
+    rejected(path, "not a checkpoint that holds only tensors")
     torch.save([1, 2], path)
     rejected(path, "no dictionary")
 

@@ -52,7 +52,7 @@ _BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
 """A frame does not fit if the median distance of its surfaces from those of the
-others exceeds this, since noise does not [m]."""
+others exceeds this, more than noise explains [m]."""
 
 _LEAST_SHARED = 0.1
 """A frame that shares less than this fraction of its points with others is not

@@ -40,8 +40,8 @@ from remosplat_drake.reconstruction.alignment.solver import (
 )
 
 _IMPLAUSIBLE = 5.0
-"""An error of the camera beyond this number of its prior's standard deviations
-is implausible."""
+"""An error of the camera is implausible beyond this number of its prior
+standard deviations."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -66,8 +66,8 @@ class Alignment:
         rows: Residuals before and after the refinement, grouped by the distance
             of the views; equal if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
-        accepted: Whether the refinement was accepted, since held-out pairs of
-            views agree better after it, and the camera's errors are plausible.
+        accepted: Whether the refinement was accepted: held-out pairs of views
+            agree better after it, and the camera's errors are plausible.
     """
 
     capture: Capture
@@ -156,10 +156,11 @@ def align(
 
 
 def is_plausible(errors: np.ndarray, prior: CameraPrior) -> bool:
-    """Returns whether a camera may have some errors, by their prior.
+    """Returns whether a camera's estimated errors are plausible.
 
-    If poses drift, the data can hardly determine the scale of the scene: all
-    views agree better in a smaller scene, whose distances are all smaller.
+    They may be implausible if poses drift. The data can then hardly determine
+    the scale of the scene: all views agree better in a smaller scene, since all
+    its distances are smaller.
 
     Args:
         errors: The errors, in the order of `camera_errors`, shape (k,).

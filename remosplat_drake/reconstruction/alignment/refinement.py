@@ -244,7 +244,7 @@ class Refinement:
             if ratio[least] >= 1:
                 break
             none[least] = True
-            # The part of a zero's estimate that noise cannot explain.
+            # The part of the estimate that noise cannot explain.
             square = errors[least] ** 2 - noise[least] ** 2
             bias[least] = np.sqrt(max(square, 0.0))
         poses = result.poses_with(errors)

@@ -229,13 +229,13 @@ class Posterior:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Computes the camera's errors if some of them are zero.
 
-        The estimate of a zero error is noise plus a bias of the model. Without
-        the bias, other errors would have to explain an estimate that exceeds
-        its noise, and those that the data hardly determine would become
-        arbitrarily large.
+        If the true error is zero, its estimate consists of noise and a bias of
+        the model. Without the bias, other errors would have to explain an
+        estimate that exceeds its noise. Those that the data hardly determine
+        would then become arbitrarily large.
 
         Args:
-            none: Whether each error is zero, shape (k,).
+            none: Mask of the errors that are zero, shape (k,).
             bias: Standard deviation of the bias of each estimate, shape (k,).
 
         Returns:
@@ -299,7 +299,7 @@ def posterior(
 def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Estimates the number of residuals with the information of one.
+    """Estimates how many residuals tell as much as one independent one.
 
     Errors of neighbouring pixels are correlated, and so are all residuals of a
     pair of distorted images. The estimate compares the solution of each pair

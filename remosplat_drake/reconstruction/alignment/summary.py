@@ -52,9 +52,9 @@ def _words(alignment: Alignment, moved: float, turned: float) -> str:
         ]
     else:
         sentences = [
-            "The given poses are kept: pairs of views that the refinement did"
-            " not use agree no better with it, or the errors of the camera"
-            " that it estimates are larger than a camera's."
+            "The given poses are kept: with refined poses, held-out pairs of"
+            " views do not agree better, or the estimated errors"
+            " of the camera are implausibly large."
         ]
     if alignment.groups > 1:
         sentences.append(

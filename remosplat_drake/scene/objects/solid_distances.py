@@ -19,7 +19,7 @@ from remosplat_drake.scene.objects.scene_object import Solid
 
 
 class SolidDistances:
-    """Distances of a moved solid from others, by Drake's geometry engine.
+    """Distances of one solid, at any pose, from others, by Drake.
 
     Args:
         moved: The solid that is moved.

@@ -47,8 +47,9 @@ scene's radius, or of the splat's distance from the scene's middle if that is
 larger."""
 
 _LARGE = 0.1
-"""Splats above this fraction of the same length are compared with their
-neighbours."""
+"""Splats are compared with their neighbours if their standard deviation exceeds
+this fraction of the scene's radius, or of their distance from the scene's
+middle if that is larger."""
 
 _BESIDE = 12.0
 """A splat above `_LARGE` is a giant if it is at least this many times as large

@@ -121,7 +121,7 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
         )
     except Exception as error:  # torch raises anything on damaged files.
         raise FileError(
-            path, "not a checkpoint of tensors alone, or damaged"
+            path, "not a checkpoint that holds only tensors, or damaged"
         ) from error
     splats: Any = content
     if isinstance(content, dict) and "splats" in content:
