@@ -106,7 +106,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
     axes = ActuatorModel.make([Actuator()] * 9)
     roots = [
         operated.diagram,
-        build(dynamic, world).diagram,
+        build(dynamic, world, MeshcatPage()).diagram,
         build(picking, load_world(picking), MeshcatPage()).diagram,
         HardwareStation(
             config=HardwareConfig(

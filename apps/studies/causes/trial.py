@@ -108,24 +108,24 @@ def run_trial(trial: Trial) -> Outcome:
         run = _drive(situation)
         told = run.first
         if told is None:
-            return Outcome(trial.key, trial.kind, is_free=run.reached)
+            return Outcome(trial.key, trial.kind, is_free=bool(run.reached))
         time, standing = told
         robot, ticks = situation.world.robot, run.trajectory
         at = min(int(np.searchsorted(ticks.time, time)), len(ticks.q) - 1)
         q = ticks.q[at]
         X_WEs = np.array([robot.end_effector_pose(each) for each in ticks.q])
         actions, works = _helped(situation, run, q, standing)
+        since = held_since(run, X_WEs, situation.X_WT[:3, 3], time, standing)
         return Outcome(
             trial.key,
             trial.kind,
             standing.cause,
             standing.text,
-            time
-            - held_since(run, X_WEs, situation.X_WT[:3, 3], time, standing),
-            is_true(standing, situation, time, q),
+            float(time - since),
+            bool(is_true(standing, situation, time, q)),
             False,
             actions,
-            works,
+            bool(works),
         )
 
 
