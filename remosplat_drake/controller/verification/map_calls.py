@@ -62,8 +62,8 @@ class MapCalls:
 
     Its `with` statement returns the number that kernels must be given:
 
-    with MapCalls(robot, field) as line:
-        kernel(..., line)
+        with MapCalls(robot, field) as line:
+            kernel(..., line)
     """
 
     def __init__(self, robot: RobotModel, field: DistanceField):

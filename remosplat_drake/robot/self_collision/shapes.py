@@ -117,7 +117,7 @@ class CollisionShapes:
 
     @cached_property
     def half(self) -> np.ndarray:
-        """Half the edges of each shape's box, without radius, (s, 3) [m]."""
+        """Half edges of each shape's box, ignoring its radius, (s, 3) [m]."""
         return np.array(
             [0.5 * np.ptp(s.vertices, axis=0) for s in self.shapes]
         ).reshape(-1, 3)
