@@ -33,7 +33,7 @@ _REACH = 0.5
 """Largest distance of reachable places from the middle of the workspace [m]."""
 
 _PARTS = 3
-"""Parts of a tick, between which distances are measured as well."""
+"""Number of parts of a tick at whose ends distances are measured."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ class Truth(Protocol):
     """The true geometry of a scene."""
 
     def judged(self, robot: RobotModel, q: np.ndarray) -> tuple[float, float]:
-        """Judges configurations (n, n_q).
+        """Evaluates the robot's distances in configurations (n, n_q).
 
         Returns:
             The robot's smallest true distance, and its largest penetration of
@@ -181,7 +181,7 @@ def failed(aim: Aim, error: str) -> Attacks:
 
 
 def restored(fields: dict[str, Any]) -> Attacks:
-    """Returns the result that a line of a results' file holds."""
+    """Restores a result from a line of a results' file."""
     fields["runs"] = tuple(Attack(**run) for run in fields["runs"])
     fields["refused"] = tuple(fields["refused"])
     return Attacks(**fields)

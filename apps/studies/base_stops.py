@@ -60,7 +60,7 @@ class Base:
     Attributes:
         delay: Time from a command to the wheels [s].
         lag: Time constant of the wheels [s].
-        scale: Speeds as shares of the commanded ones, shape (2,).
+        scale: Ratios of the speeds to the commanded ones, shape (2,).
     """
 
     delay: float

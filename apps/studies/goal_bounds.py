@@ -258,7 +258,7 @@ def read_verdicts(path: Path) -> list[GoalVerdict]:
         return []
     except (OSError, ValueError, TypeError) as error:
         raise FileError(
-            path, f"does not hold verdicts about goals ({error})"
+            path, f"does not contain verdicts about goals ({error})"
         ) from error
 
 

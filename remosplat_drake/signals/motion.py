@@ -87,8 +87,8 @@ class Motion:
             latest measurement, shape (n_u,) [m/s, rad/s].
         way_measured: Distances travelled in the model from its beginning to the
             latest measurement, shape (n_u,) [m, rad].
-        residual: Errors of the model's prediction within the window of
-            `prediction`, shape (n_u,) [m, rad].
+        residual: Errors of the model's predicted positions within a short
+            window, shape (n_u,) [m, rad].
         bound: Bounds on these errors, shape (n_u,) [m, rad].
     """
 

@@ -1,10 +1,10 @@
-"""Measures whether causes are stated at once, and whether offered actions work.
+"""Tests whether stated causes are true, and whether offered actions work.
 
-Runs in which something holds the robot are drawn from seeds, in turn of ten
-kinds: the scene, unseen space, the robot itself, a joint limit, a mover, the
-base, the supervisor, the localisation, no configuration, no path. The first
-cause that the robot's state names is compared with the truth. Then the first
-action that is offered is done: another target, a release, or waiting. Seeds
+Each seed gives a run in which the robot cannot reach its target. There are ten
+kinds of causes, in turn: the scene, unseen space, the robot itself, a joint
+limit, a mover, the base, the supervisor, the localisation, no configuration, no
+path. The study compares the first stated cause with the truth. Then it executes
+the first action that is offered: another target, a release, or waiting. Seeds
 below 10,000 are for development.
 """
 

@@ -1,4 +1,4 @@
-"""Drives a situation, and keeps what the robot states meanwhile."""
+"""Runs a situation, and records the states that are displayed."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.standing import Standing
 
 _STEP = 0.1
-"""Time between two looks at the run [s]."""
+"""Time between two checks of the run [s]."""
 
 _PATIENCE = 8.0
 """Time that a stopped robot waits for its release [s]."""
@@ -121,11 +121,12 @@ def held_since(
     time: float,
     standing: Standing,
 ) -> float:
-    """Returns the time from which a cause could be stated [s].
+    """Returns the earliest time at which a cause could be stated [s].
 
-    A stop begins with the supervisor's; a target out of reach is one from the
-    start. A mover holds a robot that comes no nearer to its target. Otherwise
-    it is the time after which the hand has not moved by `SLOW`.
+    For a stop, that is the time of the supervisor's stop; for a target out of
+    reach, the start of the run; for a mover, the time since when the robot has
+    come no nearer to its target. Otherwise it is the time since when the hand
+    has not moved by `SLOW`.
 
     Args:
         drive: The run.

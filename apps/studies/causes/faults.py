@@ -1,7 +1,7 @@
 """`FaultyStation`: a simulated robot whose status shows a fault for a while.
 
-Faults of the localisation are found by the code that runs on the real robot,
-from fixes that this station makes.
+For faults of the localisation, the station makes fixes, and the code for real
+robots detects the fault.
 """
 
 import dataclasses as dc
@@ -60,7 +60,7 @@ STATUSES = {
     "lossy": StationStatus(success_rate=0.3),
     "scanner": StationStatus(protective_stop=True),
 }
-"""Statuses of the faults that are no localisation's."""
+"""Statuses of all faults except those of the localisation."""
 
 _PERIOD = 0.03
 """Time between two fixes [s]."""
@@ -163,7 +163,7 @@ class FaultyStatus(LeafSystem):
 
 
 def has_fault(config: FaultyStation, time: float) -> bool:
-    """Returns whether the fault is there.
+    """Returns whether the fault is present.
 
     Args:
         config: The fault and its time.
@@ -177,7 +177,7 @@ def status_of(fault: str, is_on: bool, problem: str) -> StationStatus:
 
     Args:
         fault: The fault.
-        is_on: Whether it is there.
+        is_on: Whether the fault is present.
         problem: The problem of the localisation; empty if there is none.
     """
     if problem:
@@ -186,7 +186,7 @@ def status_of(fault: str, is_on: bool, problem: str) -> StationStatus:
 
 
 def _after(before: _Heard, time: float, pose: np.ndarray, fault: str) -> _Heard:
-    """Hears the odometry and a fix, which has the fault."""
+    """Returns the track after odometry and a fix with the fault."""
     stamp = 1000.0 + time
     last = pose if before.pose is None else before.pose
     c, s = np.cos(pose[2]), np.sin(pose[2])

@@ -1,4 +1,4 @@
-"""Judges stated causes by the truth."""
+"""Compares stated causes with the truth."""
 
 import math
 
@@ -29,7 +29,7 @@ SLACK = 0.01
 """Distance beyond a stopping distance at which a constraint is active [m]."""
 
 _BRAKING = 0.1
-"""Length of a stop of a link that verification holds [m]."""
+"""Length of the stopping path of a link that verification holds [m]."""
 
 _ANGLE = 0.05
 """The same of a joint before its limit [rad]."""
@@ -41,9 +41,10 @@ _MOVERS_REACH = 0.5
 def is_true(
     standing: Standing, situation: Situation, time: float, q: np.ndarray
 ) -> bool:
-    """Returns whether the cause that a state names holds the robot.
+    """Returns whether the stated cause holds the robot.
 
-    A thing holds a link that is at its stopping distance, in the true geometry.
+    An object holds a link if the link is at its stopping distance, in the true
+    geometry.
 
     Args:
         standing: The state.
@@ -83,7 +84,7 @@ def is_true(
 
 
 def _is_of_the_run(cause: str, situation: Situation, time: float) -> bool:
-    """Whether a cause is what the run was drawn with."""
+    """Whether a cause is the one with which the run was drawn."""
     begin, kind = situation.fault_at, situation.kind
     is_on = begin <= time
     is_on = is_on and time < begin + LASTS + 2.0
@@ -110,7 +111,7 @@ def _own_distance(own, q: np.ndarray, link: str) -> float:
 
 
 def is_at_limit(situation: Situation, q: np.ndarray, link: str) -> bool:
-    """Returns whether the joint that moves a link is before its limit.
+    """Returns whether the joint that moves a link is at its limit.
 
     Args:
         situation: The run.

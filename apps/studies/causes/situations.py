@@ -1,4 +1,4 @@
-"""`Situation`: a run in which something holds the robot, drawn from a seed."""
+"""`Situation`: a random run in which the robot cannot reach its target."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -47,10 +47,10 @@ KINDS = (
     NO_CONFIGURATION,
     NO_PATH,
 )
-"""Kinds of holders, in turn by seed."""
+"""Kinds of causes, in turn by seed."""
 
 PRESS = "a press of STOP"
-"""Fault of a run that its operator stops."""
+"""Fault of a run in which the operator presses STOP."""
 
 MOST_DRAWS = 200
 """Largest number of targets that are drawn for a situation."""
@@ -77,7 +77,7 @@ One:
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """A run in which something holds the robot.
+    """A random run in which the robot cannot reach its target.
 
     Attributes:
         kind: One of `KINDS`.
@@ -109,7 +109,7 @@ class Situation:
 
     @property
     def planner(self) -> MotionPlanner:
-        """Finds configurations of the robot."""
+        """The planner, which finds configurations at targets."""
         config = self.scenario.controller.guidance.planning
         return MotionPlanner(self.world.robot, self.law.self_clearance, config)
 
@@ -176,7 +176,7 @@ def _unreachable(
 
 
 def is_reachable(situation: Situation, X_WT: np.ndarray) -> bool:
-    """Returns whether a configuration at a target is known.
+    """Returns whether the planner finds a configuration at a target.
 
     Args:
         situation: The situation.
@@ -195,7 +195,7 @@ def _yaw(rng: np.random.Generator) -> float:
 
 
 def _scene(rng: np.random.Generator, folder: Path) -> Situation:
-    """In the middle of a solid, or under the floor's stopping distance."""
+    """Draws a target in the middle of a solid, or too near to the floor."""
     is_floor = rng.random() < 0.4
 
     def draw(world: World) -> np.ndarray:
@@ -212,7 +212,7 @@ def _scene(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _unseen(rng: np.random.Generator, folder: Path) -> Situation:
-    """Free in truth, and hidden from the views of the capture."""
+    """Draws a target in free space that the capture's views do not show."""
 
     def draw(world: World) -> np.ndarray:
         assert world.seen is not None and world.truth is not None
@@ -237,7 +237,7 @@ def _bare(folder: Path, model: str, *boxes: Box) -> str:
 
 
 def _itself(rng: np.random.Generator, folder: Path) -> Situation:
-    """In the robot's own column."""
+    """Draws a target inside the robot's own column."""
 
     def draw(world: World) -> np.ndarray:
         p_W = rng.uniform([-0.12, -0.12, 0.1], [0.12, 0.12, 0.5])
@@ -247,7 +247,7 @@ def _itself(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _joint(rng: np.random.Generator, folder: Path) -> Situation:
-    """Where only a joint beyond its limit would be."""
+    """Draws a target that only a joint beyond its limit could reach."""
 
     def draw(world: World) -> np.ndarray:
         robot = world.robot
@@ -262,7 +262,7 @@ def _joint(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _mover(rng: np.random.Generator, folder: Path) -> Situation:
-    """A forearm at the target, for some seconds."""
+    """Draws a run with a person's forearm at the target for some seconds."""
     start = _situation(MOVER, _TABLE, pose(np.array([1.0, 0.0, 0.9])))
     while True:
         X_WT = pose(rng.uniform([0.8, -0.6, 0.75], [1.2, 0.6, 1.1]), _yaw(rng))
@@ -282,14 +282,14 @@ def _mover(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _stays(until: float) -> list[tuple[float, float]]:
-    """Times at which a mover is at its place: its track is a spline."""
+    """Times of waypoints that keep a mover in place: its track is a spline."""
     return [(float(time), 0.0) for time in np.arange(0.0, until + 0.1, 0.5)]
 
 
 def _base(rng: np.random.Generator, folder: Path) -> Situation:
-    """A base that may not drive, that is fenced in, or that its scanner stops.
+    """Draws a run with a base that is disabled, fenced in, or stopped.
 
-    The target is out of the reach of the arm where the base stands.
+    From the pose of the base, the target is out of the arm's reach.
     """
     which = int(rng.integers(3))
     far = pose(
@@ -319,7 +319,7 @@ def _walls(at: float, height: float) -> list[Box]:
 
 
 def _stopped(kind: str, rng: np.random.Generator, fault: str) -> Situation:
-    """A run to a place behind the robot, during which a fault begins."""
+    """Draws a run to a target behind the robot, during which a fault begins."""
     begin = float(rng.uniform(0.3, 1.0))
     p_W = rng.uniform([-2.6, -1.0, 0.6], [-1.8, 1.0, 1.0])
     spec, X_WT = _TABLE, pose(p_W, _yaw(rng))
@@ -342,7 +342,7 @@ def _lost(rng: np.random.Generator, folder: Path) -> Situation:
 
 
 def _no_configuration(rng: np.random.Generator, folder: Path) -> Situation:
-    """Above the reach of a mobile arm, or around that of a fixed one."""
+    """Draws a target above a mobile arm's reach, or around a fixed one's."""
     if rng.random() < 0.5:
         X_WT = pose(rng.uniform([0.6, -0.4, 2.2], [1.2, 0.4, 3.0]), _yaw(rng))
         return _situation(NO_CONFIGURATION, _TABLE, X_WT)
@@ -365,7 +365,7 @@ def _around(
 
 
 def _no_path(rng: np.random.Generator, folder: Path) -> Situation:
-    """Behind the wall of a room without a door."""
+    """Draws a target behind the wall of a room without a door."""
     at = float(rng.uniform(1.1, 1.5))
     spec = _bare(folder, "frankie", *_walls(at, 3.0))
     angle = float(rng.choice([0.0, 0.5 * np.pi, -0.5 * np.pi]))

@@ -1,4 +1,4 @@
-"""`Trial`: a seed, its situation, the cause that is stated, and what helps."""
+"""`Trial`: a seed, its situation, the stated cause, and actions that help."""
 
 import dataclasses as dc
 import tempfile
@@ -32,13 +32,13 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 RELEASE, WAIT = "release", "wait"
-"""Actions besides the offers."""
+"""Actions other than offered targets."""
 
 _SOON = 1.1
-"""Delay that counts as at once: a second, and a look at the state [s]."""
+"""Longest permitted delay [s]: one second, plus the time between two checks."""
 
 _LONGER = 0.3
-"""Time for which a run goes on after a cause was stated [s]."""
+"""Time for which a run continues after a cause was stated [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -70,12 +70,12 @@ class Outcome:
         key: Name of the trial.
         kind: Kind of the situation.
         cause: The first cause that was stated; empty for none.
-        told: The state that names it.
-        delay: Time until then from when it could be stated [s]; NaN without
-            one.
-        is_true: Whether it is the cause.
-        is_free: Whether nothing held the robot: it reached the target.
-        actions: Labels of what is offered.
+        told: The state with this cause.
+        delay: Time from when the cause could be stated to its statement [s];
+            NaN without one.
+        is_true: Whether the stated cause is the true one.
+        is_free: Whether the robot reached the target, since nothing held it.
+        actions: Labels of the offered actions.
         works: Whether the first one worked.
         error: Text of a crash; empty otherwise.
     """
@@ -98,7 +98,7 @@ class Outcome:
 
 
 def run_trial(trial: Trial) -> Outcome:
-    """Drives a robot until something holds it, and does what is offered.
+    """Runs a situation until a cause is stated, and executes the offer.
 
     Args:
         trial: The trial.
@@ -130,7 +130,7 @@ def run_trial(trial: Trial) -> Outcome:
 
 
 def _drive(situation: Situation) -> Drive:
-    """Drives until a cause was stated; stops and waits go on to their end."""
+    """Runs until a cause was stated, or to the end for stops and waits."""
     goes_on = situation.kind == MOVER or np.isfinite(situation.fault_at)
 
     def until(time: float, standings) -> bool:
@@ -149,7 +149,7 @@ def _drive(situation: Situation) -> Drive:
 def _helped(
     situation: Situation, run: Drive, q: np.ndarray, standing: Standing
 ) -> tuple[tuple[str, ...], bool]:
-    """Labels of what is offered, and whether the first one works."""
+    """Returns the labels of offered actions, and whether the first works."""
     if situation.kind == MOVER:
         return (WAIT,), run.reached
     if np.isfinite(situation.fault_at):
@@ -166,7 +166,7 @@ def _helped(
 def find_offers(
     situation: Situation, q: np.ndarray, standing: Standing
 ) -> tuple[Offer, ...]:
-    """Searches targets that work, as the cockpit does.
+    """Searches for reachable targets, like the cockpit.
 
     Args:
         situation: The run.
@@ -203,7 +203,7 @@ def find_offers(
 
 
 def try_offer(situation: Situation, q: np.ndarray, offer: Offer) -> bool:
-    """Returns whether the robot reaches an offer from where it is held.
+    """Returns whether the robot reaches an offered target.
 
     Args:
         situation: The run.

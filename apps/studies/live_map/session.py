@@ -1,4 +1,4 @@
-"""`LiveSession`: a teleoperation with a live map, a tick at a time."""
+"""`LiveSession`: a teleoperation with a live map, tick by tick."""
 
 import dataclasses as dc
 import itertools

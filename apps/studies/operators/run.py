@@ -60,7 +60,7 @@ def operate(
         on_time: Callback for the simulated time so far [s].
 
     Raises:
-        RemoSplatError: The session cannot be begun.
+        RemoSplatError: The session cannot begin.
     """
     mouth = ToldOperator()
     teleoperation = dc.replace(

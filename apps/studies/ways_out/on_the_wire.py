@@ -1,6 +1,7 @@
-"""The same starts with real processes: `run --hardware` and a stand-in robot.
+"""Starts with real processes: `run --hardware` and a stand-in robot.
 
-Runs are sequential, since a computer has only one wire for rehearsals.
+Runs are sequential, since all stand-in robots of a computer use the same LCM
+URL.
 
 The stand-in's arm and base have lag, noise and their own rules for commands.
 The positions that they measured are evaluated, tick by tick.
@@ -45,7 +46,7 @@ ACCURACY = 1e-3
 its commands exactly."""
 
 _ACCEPTED = START_TOO_NEAR, START_BEYOND_LIMITS
-"""Gates that these starts do not pass."""
+"""Gates that are shut for these starts."""
 
 _QUESTION = re.compile(r"type (\S+) to move the robot anyway")
 """Text that requests a person's confirmation of a gate."""

@@ -60,7 +60,7 @@ class ArcPath:
         rows: Time, x, y, yaw, speeds forward and to the left and turning rate
             at each arc's beginning, and further columns, shape (k, 7 or more),
             C-contiguous.
-        held: Longest time for which a speed counts [s].
+        held: Longest time for which a speed is assumed to last [s].
     """
 
     rows: np.ndarray
