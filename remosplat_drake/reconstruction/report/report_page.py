@@ -136,8 +136,8 @@ def _distances(assessment: Assessment) -> str:
     )
     return (
         "<h2>Distances</h2>\n"
-        "<p>At random points of the workspace that cameras have looked"
-        " through, 3 to 50 cm from the nearest surface. An over-estimate hides"
+        "<p>At random points of the workspace that cameras have seen as"
+        " free, 3 to 50 cm from the nearest surface. An over-estimate hides"
         " an obstacle; an under-estimate invents one. The capture's own depth"
         " contains only seen surfaces, which scatter by"
         f" {_mm(assessment.report.scatter)}.</p>\n"
