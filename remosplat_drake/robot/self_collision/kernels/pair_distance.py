@@ -8,7 +8,15 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.box_distance import distance_to_box
 from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    greatest,
+    lanes_from,
+    root,
+)
+from remosplat_drake.robot.pose_lanes import turned_back
 from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
 
 
@@ -57,27 +65,65 @@ def least_distance(shapes, X_WL, p_WC, i, j):
     z = p_WC[j, 2] - p_WC[i, 2]
     best = math.sqrt(x * x + y * y + z * z) - reach[i] - reach[j]
     if best < reach[i] + reach[j]:
-        from_i = _to_box(X_WL, body[i], half, i, x, y, z) - reach[j]
-        from_j = _to_box(X_WL, body[j], half, j, x, y, z) - reach[i]
+        from_i = _to_box(half, i, _along(X_WL[body[i]], x, y, z)) - reach[j]
+        from_j = _to_box(half, j, _along(X_WL[body[j]], x, y, z)) - reach[i]
         best = max(best, from_i, from_j)
     return best - radius[i] - radius[j]
 
 
 @helper
-def _to_box(X_WL, body, half, i, x, y, z):
-    """Signed distance from a box, whose axes are its link's, to a point [m].
+def least_distances(shapes, X_WL, p_WC, i, j):
+    """Computes `least_distance` at eight configurations, by lanes.
 
-    x, y, z is the vector from the centre of the box to the point; its sign does
-    not matter.
+    Args:
+        shapes: The shapes.
+        X_WL: Poses of all bodies, see `pose_lanes`.
+        p_WC: Centres of the shapes in W, shape (s, 3, 8) [m].
+        i: One shape.
+        j: The other.
     """
-    square, inside = 0.0, -math.inf
-    for c in range(3):
-        along = X_WL[body, 0, c] * x + X_WL[body, 1, c] * y
-        along = abs(along + X_WL[body, 2, c] * z) - half[i, c]
-        inside = max(inside, along)
-        if along > 0.0:
-            square += along * along
-    return math.sqrt(square) if square > 0.0 else inside
+    radius, half = shapes.radius, shapes.half
+    reach, body = shapes.reach, shapes.body
+    d_W = center_offsets(p_WC, i, j)
+    x, y, z = d_W
+    best = root(x * x + y * y + z * z) - reach[i] - reach[j]
+    along_i = turned_back(X_WL, body[i], d_W)
+    along_j = turned_back(X_WL, body[j], d_W)
+    best = greatest(best, _to_box(half, i, along_i) - reach[j])
+    best = greatest(best, _to_box(half, j, along_j) - reach[i])
+    return best - radius[i] - radius[j]
+
+
+@helper
+def center_offsets(p_WC, i, j):
+    """Returns the vectors from one centre to another, as three lanes."""
+    first, last = 3 * i * WIDTH, 3 * j * WIDTH
+    return (
+        lanes_from(p_WC, last) - lanes_from(p_WC, first),
+        lanes_from(p_WC, last + WIDTH) - lanes_from(p_WC, first + WIDTH),
+        lanes_from(p_WC, last + 2 * WIDTH)
+        - lanes_from(p_WC, first + 2 * WIDTH),
+    )
+
+
+@helper
+def _along(X_WL, x, y, z):
+    """Returns the entries of a vector in W along the axes of a link."""
+    return (
+        X_WL[0, 0] * x + X_WL[1, 0] * y + X_WL[2, 0] * z,
+        X_WL[0, 1] * x + X_WL[1, 1] * y + X_WL[2, 1] * z,
+        X_WL[0, 2] * x + X_WL[1, 2] * y + X_WL[2, 2] * z,
+    )
+
+
+@helper
+def _to_box(half, i, along):
+    """Signed distance from a box to a point, numbers or lanes [m].
+
+    `along` is the vector from the centre of the box to the point, along the
+    axes of the box; its sign does not matter.
+    """
+    return distance_to_box(along[0], along[1], along[2], half[i])
 
 
 @helper

@@ -1,0 +1,43 @@
+"""Signed distances to boxes and cylinders, of numbers or of lanes."""
+
+from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.lanes import greatest, magnitude, root, where
+
+
+@helper
+def distance_to_box(x, y, z, half):
+    """Computes the signed distance of a point from a box at the origin [m].
+
+    Args:
+        x: Coordinate of the point, a number or lanes [m].
+        y: The same.
+        z: The same.
+        half: Half edges of the box, shape (3,) [m].
+    """
+    x, y = magnitude(x) - half[0], magnitude(y) - half[1]
+    z = magnitude(z) - half[2]
+    inside = greatest(greatest(x, y), z)
+    x, y, z = greatest(x, 0.0), greatest(y, 0.0), greatest(z, 0.0)
+    return _signed(x * x + y * y + z * z, inside)
+
+
+@helper
+def distance_to_cylinder(x, y, z, size):
+    """Computes the signed distance of a point from a cylinder along z [m].
+
+    Args:
+        x: Coordinate of the point, a number or lanes [m].
+        y: The same.
+        z: The same.
+        size: Its radius, twice, and its half height, shape (3,) [m].
+    """
+    radial, axial = root(x * x + y * y) - size[0], magnitude(z) - size[2]
+    inside = greatest(radial, axial)
+    radial, axial = greatest(radial, 0.0), greatest(axial, 0.0)
+    return _signed(radial * radial + axial * axial, inside)
+
+
+@helper
+def _signed(square, inside):
+    """Chooses the distance outside, given its square, or that inside."""
+    return where(square > 0.0, root(square), inside)
