@@ -11,9 +11,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.box_distance import (
+    distance_to_box,
+    distance_to_cylinder,
+)
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    in_all,
+    lanes_from,
+    where,
+    write_lanes,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.kernels.solid_distance import (
     box_distance,
@@ -151,7 +162,10 @@ def primitive_distance(p_WS, primitives, j):
 
 @helper
 def in_primitive(p_WS, primitives, j):
-    """Returns a point's three coordinates in the frame P of primitive j [m]."""
+    """Returns a point's three coordinates in the frame P of primitive j [m].
+
+    The point may consist of numbers or of lanes.
+    """
     R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
     x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
     return (
@@ -205,16 +219,43 @@ def query(primitives, spheres, answer):
         answer: Output, shape (n, 8): the primitive's index or -1, its signed
             distance from the centre, p_WC and n_W.
     """
-    for i in range(len(answer)):
-        answer[i, 0] = -1.0
-        least = spheres[i, 3]
-        for j in range(len(primitives.is_box)):
-            if primitives.top[j] <= spheres[i, 4]:
-                continue
-            d, gx, gy, gz = primitive_distance(spheres[i], primitives, j)
-            if d < least:
-                least = d
+    n, columns = len(answer), np.empty((5, WIDTH))
+    for first in range(0, n, WIDTH):
+        count = min(WIDTH, n - first)
+        for k in range(WIDTH):
+            row = first + min(k, count - 1)
+            for c in range(5):
+                columns[c, k] = spheres[row, c]
+        write_lanes(columns, 3 * WIDTH, _nearest(primitives, columns))
+        for k in range(count):
+            i, j = first + k, int(columns[3, k])
+            answer[i, 0] = j
+            if j >= 0:
+                d, gx, gy, gz = primitive_distance(spheres[i], primitives, j)
                 write_answer(answer[i], j, d, spheres[i], d, gx, gy, gz)
+
+
+@helper
+def _nearest(primitives, columns):
+    """Returns the numbers of the nearest primitives, -1 without one, as lanes.
+
+    Args:
+        primitives: The `Primitives`.
+        columns: The first five columns of eight queries, shape (5, 8).
+    """
+    x, y = lanes_from(columns, 0), lanes_from(columns, WIDTH)
+    z, least = lanes_from(columns, 2 * WIDTH), lanes_from(columns, 3 * WIDTH)
+    ignored, nearest = lanes_from(columns, 4 * WIDTH), in_all(-1.0)
+    for j in range(len(primitives.is_box)):
+        px, py, pz = in_primitive((x, y, z), primitives, j)
+        if primitives.is_box[j]:
+            d = distance_to_box(px, py, pz, primitives.size[j])
+        else:
+            d = distance_to_cylinder(px, py, pz, primitives.size[j])
+        is_nearer = (d < least) & (ignored < primitives.top[j])
+        least = where(is_nearer, d, least)
+        nearest = where(is_nearer, 1.0 * j, nearest)
+    return nearest
 
 
 answers(Primitives, query)
