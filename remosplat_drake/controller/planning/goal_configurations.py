@@ -224,5 +224,5 @@ def _price(
     cramped = np.exp(-room / 0.02)
     inside = np.minimum(found - space.lower, space.upper - found)[:, arm]
     at_limit = np.exp(-inside / 0.2).max(axis=1)
-    m = np.array([least_manipulability(arms, x) for x in found])
+    m = least_manipulability(arms, np.ascontiguousarray(found))
     return far + 2.0 * cramped + at_limit + np.exp(-m / 0.02)

@@ -1,18 +1,35 @@
-"""Inverse kinematics of arms from a seed, and their manipulability.
+"""Inverse kinematics of arms from eight seeds at a time, and manipulability.
 
 Damped least squares (Wampler 1986, Nakamura and Hanafusa 1986): each step is
-J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds.
+J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds. Lanes hold the eight
+configurations, of which each has its own damping and its own end.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.kernels.returns import REAL
-from remosplat_drake.base.vectors import dot
-from remosplat_drake.robot.kinematics import REVOLUTE, compose
+from remosplat_drake.base.kernels.returns import NOTHING, reals
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    greatest,
+    in_all,
+    lanes_from,
+    least,
+    magnitude,
+    places_of,
+    root,
+    where,
+    write_lanes,
+)
+from remosplat_drake.robot.kinematics import REVOLUTE
+from remosplat_drake.robot.pose_lanes import (
+    compose_by_lanes,
+    entry,
+    move_by_lanes,
+    write_identity,
+)
 from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.robot.target_arrays import (
     AimArrays,
@@ -57,63 +74,63 @@ class Arms(NamedTuple):
     upper: np.ndarray
 
 
-@kernel(returns=REAL)
-def reach_from(arms, q, steps, tolerance):
-    """Solves for a configuration in which each end effector E is at its target.
+@kernel(returns=NOTHING)
+def reach_from(arms, q, steps, tolerance, error):
+    """Solves for configurations in which each E is at its target, from 8 seeds.
 
     Args:
         arms: The `Arms`.
-        q: Input: the seed, from which the iteration starts; output: the final
-            configuration, shape (n_q,) [rad, m]. Entries before those of the
-            arms do not change.
-        steps: Largest number of steps; with 0, only the seed's error is
+        q: Input: the seeds; output: the final configurations, shape (n_q, 8)
+            [rad, m]. Entries before those of the arms do not change.
+        steps: Largest number of steps; with 0, only the seeds' errors are
             computed.
         tolerance: Error at which the iteration ends, with angles times 0.3 m
             [m].
-
-    Returns:
-        The final error, with angles times 0.3 m [m].
+        error: Output: the final errors, with angles times 0.3 m, shape (8,)
+            [m].
     """
-    aim, chains, first = arms.aim, arms.chains, arms.first
-    lower, upper = arms.lower, arms.upper
-    n, rows = len(q) - first, 6 * len(aim.effector)
-    X_WF, X_WE = np.zeros((len(q), 4, 4)), np.zeros((4, 4))
-    J, e = np.zeros((rows, n)), np.empty(rows)
-    step, L = np.empty(n), np.zeros((rows, rows))
-    damping, before, error = 0.05, np.inf, np.inf
+    aim, n = arms.aim, len(q) - arms.first
+    rows = 6 * len(aim.effector)
+    X, E = np.zeros((len(q) + 1, 3, 4, WIDTH)), np.zeros((1, 3, 4, WIDTH))
+    J, e = np.zeros((rows, n, WIDTH)), np.zeros((rows, WIDTH))
+    L, x = np.zeros((rows, rows, WIDTH)), np.zeros((rows, WIDTH))
+    step = np.zeros((n, WIDTH))
+    damping, before = in_all(0.05), in_all(np.inf)
     for i in range(steps + 1):
         for c in range(len(aim.effector)):
-            chain, target = chains[aim.effector[c]], target_of(aim, c)
-            at = slice(6 * c, 6 * c + 6)
-            _place(chain, q, X_WF, X_WE)
-            _error(X_WE, target, e[at])
+            chain = arms.chains[aim.effector[c]]
+            _place(chain, q, X, E)
+            _write_error(E, target_of(aim, c), e, 6 * c)
             if i < steps:
-                _jacobian(chain, first, X_WF, X_WE, J[at])
-                _leave_columns(target, J[at])
-        error = 0.0
+                _write_jacobian(chain, arms.first, X, E, J, 6 * c)
+                _leave_columns(target_of(aim, c), J, 6 * c)
+        square = in_all(0.0)
         for r in range(rows):
-            error += e[r] * e[r]
-        error = math.sqrt(error)
-        if error < tolerance or i == steps:
-            break
-        if i == _DOUBT and error > _HOPELESS:
+            square = square + _row(e, r) * _row(e, r)
+        now = root(square)
+        write_lanes(error, 0, now)
+        is_open = now >= tolerance
+        if i >= _DOUBT:
+            is_open = is_open & (now <= _HOPELESS)
+        if i == steps or places_of(is_open) == 0:
             break
         # A step that does not reduce the error was too large.
-        damping = 0.5 * damping if error < before else 4.0 * damping
-        damping = min(max(damping, 1e-4), 0.5)
-        before = error
-        _damped_step(J, e, damping, L, step)
-        longest = _LONGEST_STEP
+        damping = where(now < before, 0.5 * damping, 4.0 * damping)
+        damping = least(greatest(damping, 1e-4), 0.5)
+        before = now
+        _write_step(J, e, damping, L, x, step)
+        longest = in_all(_LONGEST_STEP)
         for j in range(n):
-            longest = max(longest, abs(step[j]))
-        scale = _LONGEST_STEP / longest
+            longest = greatest(longest, magnitude(_row(step, j)))
+        scale = where(is_open, _LONGEST_STEP / longest, 0.0)
         for j in range(n):
-            value = q[first + j] + scale * step[j]
-            q[first + j] = min(max(value, lower[first + j]), upper[first + j])
-    return error
+            k = arms.first + j
+            value = _row(q, k) + scale * _row(step, j)
+            value = least(greatest(value, arms.lower[k]), arms.upper[k])
+            _write_row(q, k, value)
 
 
-@kernel(returns=REAL)
+@kernel(returns=reals(1))
 def least_manipulability(arms, q):
     """Returns the least of the arms' sqrt(det(J J')) (Yoshikawa 1985).
 
@@ -121,181 +138,227 @@ def least_manipulability(arms, q):
 
     Args:
         arms: The `Arms`.
-        q: The configuration, shape (n_q,) [rad, m].
+        q: Configurations, shape (k, n_q) [rad, m].
+
+    Returns:
+        One number for each, shape (k,).
     """
-    aim, n = arms.aim, len(q) - arms.first
+    aim, n, found = arms.aim, q.shape[1] - arms.first, np.full(len(q), np.inf)
     if n < 6:
-        return 1.0
-    X_WF, X_WE = np.zeros((len(q), 4, 4)), np.zeros((4, 4))
-    J, L = np.zeros((6, n)), np.zeros((6, 6))
-    least = np.inf
-    for c in range(len(aim.effector)):
-        chain = arms.chains[aim.effector[c]]
-        _place(chain, q, X_WF, X_WE)
-        for r in range(6):
-            for j in range(n):
-                J[r, j] = 0.0
-        _jacobian(chain, arms.first, X_WF, X_WE, J)
-        _factor(J, _NO_DAMPING, L)
-        found = 1.0
-        for r in range(6):
-            found *= L[r, r]
-        least = min(least, found / _LENGTH**3)
-    return least
+        found[:] = 1.0
+        return found
+    X, E = np.zeros((q.shape[1] + 1, 3, 4, WIDTH)), np.zeros((1, 3, 4, WIDTH))
+    J, L = np.zeros((6, n, WIDTH)), np.zeros((6, 6, WIDTH))
+    some, product = np.zeros((q.shape[1], WIDTH)), np.zeros(WIDTH)
+    for first in range(0, len(q), WIDTH):
+        count = min(WIDTH, len(q) - first)
+        for k in range(count):
+            some[:, k] = q[first + k]
+        for c in range(len(aim.effector)):
+            chain = arms.chains[aim.effector[c]]
+            _place(chain, some, X, E)
+            J[:] = 0.0
+            _write_jacobian(chain, arms.first, X, E, J, 0)
+            _factor(J, in_all(_NO_DAMPING), L)
+            root_of_det = in_all(1.0 / _LENGTH**3)
+            for r in range(6):
+                root_of_det = root_of_det * _cell(L, r, r)
+            write_lanes(product, 0, root_of_det)
+            for k in range(count):
+                found[first + k] = min(found[first + k], product[k])
+    return found
+
+
+@helper
+def _row(array, i):
+    """Returns a row of an array of shape (n, 8), as lanes."""
+    return lanes_from(array, i * WIDTH)
+
+
+@helper
+def _write_row(array, i, value):
+    """Writes a row of an array of shape (n, 8)."""
+    write_lanes(array, i * WIDTH, value)
+
+
+@helper
+def _cell(array, i, j):
+    """Returns a cell of an array of shape (n, m, 8), as lanes."""
+    return lanes_from(array, (i * array.shape[1] + j) * WIDTH)
+
+
+@helper
+def _write_cell(array, i, j, value):
+    """Writes a cell of an array of shape (n, m, 8)."""
+    write_lanes(array, (i * array.shape[1] + j) * WIDTH, value)
 
 
 @helper
 def _place(chain, q, X_WF, X_WE):
-    """Fills in the poses of the joints' inboard frames and of E."""
-    X_WM = np.eye(4)
+    """Fills in the poses of the joints' inboard frames and of E.
+
+    The last pose of X_WF is scratch memory.
+    """
+    last = len(X_WF) - 1
+    write_identity(X_WF, last)
     for j in range(len(chain.kind)):
-        compose(X_WM, chain.X_MF[j], X_WF[j])
-        value = q[chain.position[j]]
-        _move(chain.kind[j], chain.axis_F[j], value, X_WF[j], X_WM)
-    compose(X_WM, chain.X_ME, X_WE)
+        compose_by_lanes(X_WF, last, chain.X_MF[j], X_WF, j)
+        kind, axis_F = chain.kind[j], chain.axis_F[j]
+        value = _row(q, chain.position[j])
+        move_by_lanes(kind, axis_F, value, X_WF, j, X_WF, last)
+    compose_by_lanes(X_WF, last, chain.X_ME, X_WE, 0)
 
 
 @helper
-def _move(kind, axis_F, value, X_WF, X_WM):
-    """Computes the pose of a joint's moving body from that of its frame F."""
-    x, y, z = axis_F[0], axis_F[1], axis_F[2]
-    if kind != REVOLUTE:
-        for r in range(3):
-            along = X_WF[r, 0] * x + X_WF[r, 1] * y + X_WF[r, 2] * z
-            X_WM[r, 3] = X_WF[r, 3] + value * along
-            for c in range(3):
-                X_WM[r, c] = X_WF[r, c]
+def _write_error(X_WE, target, e, first):
+    """Writes the weighted error in the constrained directions."""
+    X_WT = target.X_WT
+    for r in range(3):
+        _write_row(e, first + 3 + r, X_WT[r, 3] - entry(X_WE, 0, r, 3))
+    if not has_free(target.weights):
+        _write_turn(X_WE, X_WT, e, first)
         return
-    s, c = math.sin(value), math.cos(value)
-    v = 1.0 - c
-    for r in range(3):
-        # Rodrigues' formula, multiplied by rows of R_WF.
-        i, j, k = X_WF[r, 0], X_WF[r, 1], X_WF[r, 2]
-        along = v * (i * x + j * y + k * z)
-        X_WM[r, 0] = c * i + s * (j * z - k * y) + along * x
-        X_WM[r, 1] = c * j + s * (k * x - i * z) + along * y
-        X_WM[r, 2] = c * k + s * (i * y - j * x) + along * z
-        X_WM[r, 3] = X_WF[r, 3]
-
-
-@helper
-def _error(X_WE, target, e):
-    """Computes the weighted error in the constrained directions."""
-    _pose_error(X_WE, target.X_WT, e)
-    if has_free(target.weights):
-        turn_W = asked_rotation(X_WE, target.X_WT, target.weights)
+    X = np.eye(4)
+    for k in range(WIDTH):
+        for r in range(3):
+            for c in range(4):
+                X[r, c] = X_WE[0, r, c, k]
+        turn_W = asked_rotation(X, X_WT, target.weights)
         for c in range(3):
-            e[c] = _LENGTH * turn_W[c]
-        _leave_free(target, e)
-
-
-@helper
-def _pose_error(X_WE, X_WT, e):
-    """Fills in the weighed pose error from E to T, in W."""
-    R = np.zeros((3, 3))
-    for r in range(3):
-        for c in range(3):
-            for k in range(3):
-                R[r, c] += X_WT[r, k] * X_WE[c, k]
-    x = 0.5 * (R[2, 1] - R[1, 2])
-    y = 0.5 * (R[0, 2] - R[2, 0])
-    z = 0.5 * (R[1, 0] - R[0, 1])
-    sine = math.sqrt(x * x + y * y + z * z)
-    cosine = 0.5 * (R[0, 0] + R[1, 1] + R[2, 2] - 1.0)
-    factor = 1.0
-    if sine > 1e-9:
-        factor = math.atan2(sine, cosine) / sine
-    e[0] = _LENGTH * factor * x
-    e[1] = _LENGTH * factor * y
-    e[2] = _LENGTH * factor * z
-    for r in range(3):
-        e[3 + r] = X_WT[r, 3] - X_WE[r, 3]
-
-
-@helper
-def _leave_free(target, twist):
-    """Rotates a twist from W into T, and sets free directions to zero."""
-    for first in (0, 3):
-        x, y, z = twist[first], twist[first + 1], twist[first + 2]
+            e[first + c, k] = _LENGTH * turn_W[c]
+    for half in (0, 3):
+        at = first + half
+        v = _row(e, at), _row(e, at + 1), _row(e, at + 2)
         for axis in range(3):
-            total = 0.0
-            if target.weights[first + axis] != 0.0:
-                total = dot((x, y, z), target.X_WT[:3, axis])
-            twist[first + axis] = total
+            _write_row(e, at + axis, _along(target, half, axis, v))
 
 
 @helper
-def _leave_columns(target, J):
+def _write_turn(X_WE, X_WT, e, first):
+    """Writes the weighed rotation from E to T, in W.
+
+    It is the axis times 2 sin(x / 2), with the angle x, which costs no arc
+    tangent. Where it counts, at small angles, that is the angle.
+    """
+    trace = in_all(0.0)
+    for r in range(3):
+        for k in range(3):
+            trace = trace + X_WT[r, k] * entry(X_WE, 0, r, k)
+    # 1 + cos(x), which is 2 cos(x / 2)^2; the axis is multiplied by sin(x).
+    above = greatest(0.5 * (trace + 1.0), 1e-9)
+    factor = _LENGTH * root(2.0 / above)
+    _write_row(e, first, factor * _turn(X_WE, X_WT, 2, 1))
+    _write_row(e, first + 1, factor * _turn(X_WE, X_WT, 0, 2))
+    _write_row(e, first + 2, factor * _turn(X_WE, X_WT, 1, 0))
+
+
+@helper
+def _turn(X_WE, X_WT, r, c):
+    """Returns an entry of the axis times the sine of the angle, as lanes."""
+    total = in_all(0.0)
+    for k in range(3):
+        total = total + X_WT[r, k] * entry(X_WE, 0, c, k)
+        total = total - X_WT[c, k] * entry(X_WE, 0, r, k)
+    return 0.5 * total
+
+
+@helper
+def _along(target, half, axis, v):
+    """Returns a vector's entry along an axis of T; zero in free directions."""
+    if target.weights[half + axis] == 0.0:
+        return in_all(0.0)
+    X_WT = target.X_WT
+    return v[0] * X_WT[0, axis] + v[1] * X_WT[1, axis] + v[2] * X_WT[2, axis]
+
+
+@helper
+def _leave_columns(target, J, first):
     """Removes the free directions from a Jacobian."""
-    if has_free(target.weights):
-        for j in range(J.shape[1]):
-            _leave_free(target, J[:, j])
+    if not has_free(target.weights):
+        return
+    for j in range(J.shape[1]):
+        for half in (0, 3):
+            at = first + half
+            v = _cell(J, at, j), _cell(J, at + 1, j), _cell(J, at + 2, j)
+            for axis in range(3):
+                _write_cell(J, at + axis, j, _along(target, half, axis, v))
 
 
 @helper
-def _jacobian(chain, first, X_WF, X_WE, J):
+def _write_jacobian(chain, first, X_WF, X_WE, J, row):
     """Writes the Jacobian of a pose, with angles weighted as in the error.
 
     Its columns are the arms' joints; those that do not move E are left
     unchanged.
     """
-    a = np.empty(3)
     for i in range(len(chain.kind)):
         j = chain.position[i] - first
         if j < 0:
             continue
-        X, axis_F = X_WF[i], chain.axis_F[i]
-        for r in range(3):
-            a[r] = 0.0
-            for c in range(3):
-                a[r] += X[r, c] * axis_F[c]
+        x, y, z = chain.axis_F[i, 0], chain.axis_F[i, 1], chain.axis_F[i, 2]
+        a = _axis(X_WF, i, 0, x, y, z)
+        b = _axis(X_WF, i, 1, x, y, z)
+        c = _axis(X_WF, i, 2, x, y, z)
         if chain.kind[i] == REVOLUTE:
-            dx = X_WE[0, 3] - X[0, 3]
-            dy = X_WE[1, 3] - X[1, 3]
-            dz = X_WE[2, 3] - X[2, 3]
-            for r in range(3):
-                J[r, j] = _LENGTH * a[r]
-            J[3, j] = a[1] * dz - a[2] * dy
-            J[4, j] = a[2] * dx - a[0] * dz
-            J[5, j] = a[0] * dy - a[1] * dx
+            dx = entry(X_WE, 0, 0, 3) - entry(X_WF, i, 0, 3)
+            dy = entry(X_WE, 0, 1, 3) - entry(X_WF, i, 1, 3)
+            dz = entry(X_WE, 0, 2, 3) - entry(X_WF, i, 2, 3)
+            _write_cell(J, row, j, _LENGTH * a)
+            _write_cell(J, row + 1, j, _LENGTH * b)
+            _write_cell(J, row + 2, j, _LENGTH * c)
+            _write_cell(J, row + 3, j, b * dz - c * dy)
+            _write_cell(J, row + 4, j, c * dx - a * dz)
+            _write_cell(J, row + 5, j, a * dy - b * dx)
         else:
             for r in range(3):
-                J[r, j] = 0.0
-                J[3 + r, j] = a[r]
+                _write_cell(J, row + r, j, in_all(0.0))
+            _write_cell(J, row + 3, j, a)
+            _write_cell(J, row + 4, j, b)
+            _write_cell(J, row + 5, j, c)
+
+
+@helper
+def _axis(X, i, r, x, y, z):
+    """Returns an entry of a joint's axis in W, as lanes."""
+    return entry(X, i, r, 0) * x + entry(X, i, r, 1) * y + entry(X, i, r, 2) * z
 
 
 @helper
 def _factor(J, damping, L):
     """Fills in the Cholesky factor L of J J' + damping^2 I."""
-    rows = len(J)
-    for r in range(rows):
+    for r in range(len(J)):
         for c in range(r + 1):
-            total = damping * damping if r == c else 0.0
+            total = in_all(0.0)
             for j in range(J.shape[1]):
-                total += J[r, j] * J[c, j]
+                total = total + _cell(J, r, j) * _cell(J, c, j)
             for i in range(c):
-                total -= L[r, i] * L[c, i]
-            # Prevents a negative square from rounding.
-            square = max(total, 0.25 * damping * damping)
-            L[r, c] = math.sqrt(square) if r == c else total / L[c, c]
+                total = total - _cell(L, r, i) * _cell(L, c, i)
+            if r == c:
+                # Prevents a negative square from rounding.
+                square = damping * damping
+                total = root(greatest(total + square, 0.25 * square))
+            else:
+                total = total / _cell(L, c, c)
+            _write_cell(L, r, c, total)
 
 
 @helper
-def _damped_step(J, e, damping, L, step):
-    """Fills in J' (J J' + damping^2 I)^-1 e, and the Cholesky factor L."""
+def _write_step(J, e, damping, L, x, step):
+    """Writes J' (J J' + damping^2 I)^-1 e, with L and x as working memory."""
     rows = len(e)
     _factor(J, damping, L)
-    x = np.empty(rows)
     for r in range(rows):
-        x[r] = e[r]
+        total = _row(e, r)
         for i in range(r):
-            x[r] -= L[r, i] * x[i]
-        x[r] /= L[r, r]
+            total = total - _cell(L, r, i) * _row(x, i)
+        _write_row(x, r, total / _cell(L, r, r))
     for r in range(rows - 1, -1, -1):
+        total = _row(x, r)
         for i in range(r + 1, rows):
-            x[r] -= L[i, r] * x[i]
-        x[r] /= L[r, r]
+            total = total - _cell(L, i, r) * _row(x, i)
+        _write_row(x, r, total / _cell(L, r, r))
     for j in range(J.shape[1]):
-        step[j] = 0.0
+        total = in_all(0.0)
         for r in range(rows):
-            step[j] += J[r, j] * x[r]
+            total = total + _cell(J, r, j) * _row(x, r)
+        _write_row(step, j, total)

@@ -8,6 +8,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several, truths
+from remosplat_drake.base.lanes import WIDTH
 from remosplat_drake.controller.planning.kernels.base_spheres import (
     base_spheres,
     may_stand,
@@ -46,32 +47,46 @@ def reaching(space, line, arms, draws, most):
     base, count, free, seeds = base_spheres(space), 0, 0, 0
     found = np.empty((len(draws), draws.shape[2]))
     is_open = np.empty(len(draws), np.bool_)
-    for k in range(len(draws)):
-        if free >= most:
+    q, error = np.empty((draws.shape[2], WIDTH)), np.empty(WIDTH)
+    group, k = np.empty(WIDTH, np.int64), 0
+    while k < len(draws) and free < most:
+        lanes = 0
+        while k < len(draws) and lanes < WIDTH:
+            if may_stand(space, line, base, draws[k, 0]):
+                group[lanes], lanes = k, lanes + 1
+            k += 1
+        if lanes == 0:
             break
-        if not may_stand(space, line, base, draws[k, 0]):
-            continue
-        seeds += 1
-        q = _nearest_draw(arms, draws[k])
-        error = reach_from(arms, q, _STEPS, 0.01 * TOLERANCE)
-        if error < TOLERANCE:
-            found[count] = q
-            is_open[count] = is_free(space, line, q)
-            free += is_open[count]
-            count += 1
+        group[lanes:] = group[0]
+        _write_seeds(arms, draws, group, q)
+        reach_from(arms, q, _STEPS, 0.01 * TOLERANCE, error)
+        for lane in range(lanes):
+            if free >= most:
+                break
+            seeds += 1
+            if error[lane] < TOLERANCE:
+                found[count] = q[:, lane]
+                is_open[count] = is_free(space, line, found[count])
+                free += is_open[count]
+                count += 1
     return found[:count].copy(), is_open[:count].copy(), seeds
 
 
 @helper
-def _nearest_draw(arms, draws):
-    """Returns the draw nearest to the aim, with the first one's base pose."""
-    best, least = 0, np.inf
-    for k in range(len(draws)):
-        for j in range(arms.first):
-            draws[k, j] = draws[0, j]
-        error = least
-        if len(draws) > 1:
-            error = reach_from(arms, draws[k], 0, TOLERANCE)
-        if error < least:
-            best, least = k, error
-    return draws[best].copy()
+def _write_seeds(arms, draws, group, q):
+    """Writes the draw of each of eight groups that is nearest to the aim."""
+    trial, error = np.empty(q.shape), np.empty(WIDTH)
+    nearest = np.full(WIDTH, np.inf)
+    for draw in range(draws.shape[1]):
+        for lane in range(WIDTH):
+            for j in range(len(q)):
+                from_base = draw if j >= arms.first else 0
+                trial[j, lane] = draws[group[lane], from_base, j]
+        if draws.shape[1] > 1:
+            reach_from(arms, trial, 0, TOLERANCE, error)
+        else:
+            error[:] = 0.0
+        for lane in range(WIDTH):
+            if error[lane] < nearest[lane]:
+                nearest[lane] = error[lane]
+                q[:, lane] = trial[:, lane]
