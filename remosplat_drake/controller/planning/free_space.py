@@ -11,6 +11,9 @@ from remosplat_drake.controller.planning.kernels.looks import (
 )
 from remosplat_drake.controller.planning.kernels.map_looks import rooms
 from remosplat_drake.controller.planning.kernels.map_work import MapWork
+from remosplat_drake.controller.planning.kernels.motion_samples import (
+    MotionSamples,
+)
 from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
@@ -80,8 +83,11 @@ class FreeSpace:
         self.stopping, self.backing = stopping, backing
         self.lower, self.upper = bounds
         self.checks = 0
-        own, own_level = no_own_arrays(robot), np.zeros(0)
-        if self_clearance is not None:
+        if self_clearance is None:
+            own, own_level = no_own_arrays(robot), np.zeros(0)
+            own_bend = np.zeros((robot.n_u, robot.n_u, 0))
+        else:
+            own_bend = self_clearance.bend
             own, least = self_clearance.arrays, self_clearance.stopping
             own_level = self_clearance.distances(start, least)
             own_level = np.minimum(own_level, least)
@@ -98,11 +104,13 @@ class FreeSpace:
             ball_level=ball_level,
             # The hand, whose balls are the last, collides most often.
             ball_order=np.arange(len(balls.first) - 1)[::-1],
-            work=MapWork.make(len(ball_level)),
+            samples=MotionSamples.make(robot.arrays.values.tree, robot.n_q),
+            work=MapWork.make(len(ball_level), robot.n_u),
             own=own,
             own_level=own_level,
             link_level=_most_by_link(own.values.pairs, own_level),
-            own_work=OwnWork.make(robot.arrays.values.tree, own.values.pairs),
+            own_bend=own_bend,
+            own_work=OwnWork.make(own.values.pairs, own_bend.shape[2]),
             movers=standing.arrays,
             mover_level=standing.levels(robot.spheres_at(start)),
             lower=self.lower,

@@ -7,7 +7,6 @@ late or was pushed continues from its present place.
 """
 
 import dataclasses as dc
-from itertools import pairwise
 
 import numpy as np
 
@@ -102,12 +101,14 @@ def timed_path(
 
 def _refined(corners: np.ndarray) -> np.ndarray:
     """Adds points on stretches that are longer than a step."""
-    parts = [corners[:1]]
-    for a, b in pairwise(corners):
-        pieces = max(1, int(np.ceil(np.linalg.norm(b - a) / _STEP)))
-        share = np.arange(1, pieces + 1)[:, None] / pieces
-        parts.append(a + share * (b - a))
-    return np.concatenate(parts)
+    way = np.diff(corners, axis=0)
+    pieces = np.ceil(np.linalg.norm(way, axis=1) / _STEP).astype(int)
+    pieces = np.maximum(pieces, 1)
+    stretch = np.repeat(np.arange(len(pieces)), pieces)
+    before = np.repeat(np.cumsum(pieces) - pieces, pieces)
+    share = (np.arange(1, len(stretch) + 1) - before) / pieces[stretch]
+    points = corners[:-1][stretch] + share[:, None] * way[stretch]
+    return np.concatenate([corners[:1], points])
 
 
 def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:

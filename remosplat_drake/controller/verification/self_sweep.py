@@ -6,7 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.base.lanes import WIDTH
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
+from remosplat_drake.robot.motion_bounds import hessian_bound
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
@@ -88,6 +90,21 @@ class SelfClearance:
                 self.robot.screw_turns,
             )
         )
+
+    @cached_property
+    def bend(self) -> np.ndarray:
+        """Bounds on accelerations of the second link, seen from the first.
+
+        For each two entries of the command and each pair of links, and for zero
+        or more pairs that do not exist, so that kernels may read eight at a
+        time, shape (n_u, n_u, m).
+        """
+        bound = hessian_bound(
+            self.rate, self.robot.screw_turns, self.lever >= 0.0
+        )
+        missing = -len(bound) % WIDTH
+        bound = np.pad(bound, ((0, missing), (0, 0), (0, 0)))
+        return np.ascontiguousarray(bound.transpose(1, 2, 0))
 
     def distances(self, q: np.ndarray, enough: float = np.inf) -> np.ndarray:
         """Computes the distances of all pairs of shapes.

@@ -6,11 +6,13 @@ from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import remosplat_drake as rs
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.sampling import random_states
 from remosplat_drake.signals.distance_field import DistanceField
 
 STOPPING = 0.02
@@ -99,3 +101,26 @@ def test_a_robot_that_stands_too_near_may_leave(maze):
     assert space.is_free(q)
     assert space.is_free_between(q, maze.q)
     assert not space.is_free_between(q, q + np.array([0.02, 0, 0]))
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return rs.load_robot("panda", "paper")
+
+
+@settings(max_examples=effort(20, 200))
+@given(seed=st.integers(0, 2**32 - 1), length=st.floats(0.01, 4.0))
+def test_an_arm_keeps_off_itself_as_by_looking_very_often(
+    panda, empty, seed, length
+):
+    own = SelfClearance.make(panda, 0.01)
+    bounds = panda.position_lower, panda.position_upper
+    space = FreeSpace(panda, empty, 0.02, own, bounds, panda.q_home)
+    a, end = random_states(panda, 2, np.random.default_rng(seed))
+    b = a + min(1.0, length / np.linalg.norm(end - a)) * (end - a)
+    way = a + np.linspace(0, 1, 201)[:, None] * (b - a)
+    least = min(own.distances(q, 0.02).min() for q in way)
+    if space.is_free(a) and space.is_free_between(a, b):
+        assert least >= own.stopping - 0.006
+    else:
+        assert least < own.stopping + 1e-4

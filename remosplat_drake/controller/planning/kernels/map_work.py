@@ -7,45 +7,92 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.lanes import WIDTH
+from remosplat_drake.controller.planning.kernels.part_stack import PartStack
 
-class MapWork(NamedTuple):
-    """Working arrays for m spheres, and balls around several spheres.
+
+class MapQueries(NamedTuple):
+    """At most n queries of a map.
 
     Attributes:
-        item: Balls and spheres to check, shape (m,).
-        opened: Balls whose enclosed spheres are checked next, shape (m,).
-        bend: Bounds on accelerations, shape (m,) [m/s^2].
-        p_WS: Centres in W, shape (m, 3) [m].
-        p_before: One of these centres at the end of a part, shape (3,) [m].
-        reach: Clearances up to which results are exact, shape (m,) [m].
-        found: Clearances, shape (m,) [m].
-        room: Rooms: clearances minus required clearances, shape (m,) [m].
-        wanted: Rooms with which a part of a motion is free, shape (m,) [m].
+        item: The ball or sphere of each, shape (n,).
+        p_WS: Its centre in W, shape (n, 3) [m].
+        R_WL: Orientation of its link, which only maps in Python use, shape (n,
+            3, 3).
+        wanted: Rooms up to which results are exact, shape (n,) [m].
+        reach: Clearances up to which results are exact, shape (n,) [m].
+        room: Output: rooms, which are clearances minus required ones, shape
+            (n,) [m].
     """
 
     item: np.ndarray
-    opened: np.ndarray
-    bend: np.ndarray
     p_WS: np.ndarray
-    p_before: np.ndarray
-    reach: np.ndarray
-    found: np.ndarray
-    room: np.ndarray
+    R_WL: np.ndarray
     wanted: np.ndarray
+    reach: np.ndarray
+    room: np.ndarray
 
     @staticmethod
-    def make(m: int) -> "MapWork":
+    def make(n: int) -> "MapQueries":
+        """Makes the memory.
+
+        Args:
+            n: Largest number of queries.
+        """
+        return MapQueries(
+            np.zeros(n, np.int64),
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+            np.zeros(n),
+            np.zeros(n),
+            np.zeros(n),
+        )
+
+
+class MapWork(NamedTuple):
+    """Memory for m balls and spheres.
+
+    Attributes:
+        queries: The queries.
+        parts: Parts of a motion, with balls and spheres.
+        speed: Absolute values of the command, shape (n_u,).
+        bend: Bounds on accelerations, -1 if not computed yet, shape (m,)
+            [m/s^2].
+        p_WS: Centres at eight samples in W, shape (1, 3, 8), and a number [m].
+        way: Bounds on the paths from each sample to the next, shape (m, 8) [m].
+        either: One of these, with a number before it and one after it, shape
+            (10,) [m].
+        wanted: Rooms up to which results are exact at the samples, shape (8,)
+            [m].
+        room: Rooms at the samples, shape (16,) [m].
+    """
+
+    queries: MapQueries
+    parts: PartStack
+    speed: np.ndarray
+    bend: np.ndarray
+    p_WS: np.ndarray
+    way: np.ndarray
+    either: np.ndarray
+    wanted: np.ndarray
+    room: np.ndarray
+
+    @staticmethod
+    def make(m: int, n_u: int) -> "MapWork":
         """Makes the memory.
 
         Args:
             m: Number of balls and spheres.
+            n_u: Length of the command.
         """
-        whole, real = np.zeros((2, m), np.int64), np.zeros((5, m))
         return MapWork(
-            whole[0].copy(),
-            whole[1].copy(),
-            real[0].copy(),
-            np.zeros((m, 3)),
-            np.zeros(3),
-            *(row.copy() for row in real[1:]),
+            MapQueries.make(WIDTH * m),
+            PartStack.make(m),
+            np.zeros(n_u),
+            np.zeros(m),
+            np.zeros((2, 3, WIDTH)),
+            np.zeros((m, WIDTH)),
+            np.zeros(WIDTH + 2),
+            np.zeros(WIDTH),
+            np.zeros(2 * WIDTH),
         )

@@ -9,68 +9,88 @@ from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.robot.kinematics import TreeArrays
+from remosplat_drake.base.lanes import WIDTH
+from remosplat_drake.controller.planning.kernels.part_stack import PartStack
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 
-DEPTH = 12
-"""Largest number of halvings of a motion, plus one."""
 
-MOST = 2 ** (DEPTH - 2)
-"""Largest number of parts of a motion."""
+class SelfMotionWork(NamedTuple):
+    """Memory for motions with s shapes, k pairs of these and l pairs of links.
 
-_KEPT = 16
-"""Largest number of stored samples of a motion; few are needed."""
+    Attributes:
+        p_WC: Centres of the shapes at the samples, shape (s, 3, 8) [m].
+        p_WL: Centres of the links' boxes, the same.
+        pose: Pose of a link in another one, shape (13, 8).
+        room: Rooms between two links or shapes at the samples, shape (16,) [m].
+        n_A: For each pair of shapes, a unit vector in the frame A of the first
+            one's link: the direction from the first to the second in which they
+            were apart at last, zero at first, shape (k, 3).
+        bend: Bounds on the accelerations of links, shape (l or some more,)
+            [m/s^2].
+        parts: Parts of the motion, with pairs of links.
+        X_WA: Pose of a link, shape (4, 4).
+        X_WB: Pose of another, shape (4, 4).
+        n_W: One of the directions in W, shape (3,).
+    """
+
+    p_WC: np.ndarray
+    p_WL: np.ndarray
+    pose: np.ndarray
+    room: np.ndarray
+    n_A: np.ndarray
+    bend: np.ndarray
+    parts: PartStack
+    X_WA: np.ndarray
+    X_WB: np.ndarray
+    n_W: np.ndarray
+
+    @staticmethod
+    def make(pairs: PairArrays, bends: int) -> "SelfMotionWork":
+        """Makes the memory.
+
+        Args:
+            pairs: The pairs of shapes.
+            bends: Length of `bend`.
+        """
+        return SelfMotionWork(
+            p_WC=np.zeros((len(pairs.shapes.body), 3, WIDTH)),
+            p_WL=np.zeros((len(pairs.link_boxes.body), 3, WIDTH)),
+            pose=np.zeros((13, WIDTH)),
+            room=np.zeros(2 * WIDTH),
+            n_A=np.zeros((len(pairs.first), 3)),
+            bend=np.zeros(bends),
+            parts=PartStack.make(len(pairs.boxes)),
+            X_WA=np.eye(4),
+            X_WB=np.eye(4),
+            n_W=np.zeros(3),
+        )
 
 
 class OwnWork(NamedTuple):
-    """Stored samples of a motion, for b bodies, s shapes, l links and k pairs.
+    """Memory for s shapes, l boxes of links and k pairs of shapes.
 
     Attributes:
-        row: For each time, the row of its stored sample, or -1, shape (`MOST` +
-            1,).
-        is_taken: Whether a row stores a sample, shape (m,), bool. The last row
-            never does; it is for samples that are not stored.
-        X_WL: Poses of all bodies at the samples, shape (m, b, 4, 4).
-        p_WC: Centres of the shapes, shape (m, s, 3) [m].
-        p_WL: Centres of the links' boxes, shape (m, l, 3) [m].
-        guess: The latest computed directions from the first to the second shape
-            of each pair, in the frame of the first shape's link, shape (k, 3).
-        guess_W: One of them in W, shape (3,).
-        stack: Times of samples, shape (`DEPTH`,).
-        room: Rooms at these times, shape (`DEPTH`,) [m].
+        p_WC: Centres of the shapes, shape (s, 3) [m].
+        p_WL: Centres of the links' boxes, shape (l, 3) [m].
+        offset_W: Vector from a shape to another in W, shape (3,) [m].
         gjk: Arrays of `gjk.make_work`.
+        motion: Memory for motions.
     """
 
-    row: np.ndarray
-    is_taken: np.ndarray
-    X_WL: np.ndarray
     p_WC: np.ndarray
     p_WL: np.ndarray
-    guess: np.ndarray
-    guess_W: np.ndarray
-    stack: np.ndarray
-    room: np.ndarray
+    offset_W: np.ndarray
     gjk: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    motion: SelfMotionWork
 
     @staticmethod
-    def make(tree: TreeArrays, pairs: PairArrays) -> "OwnWork":
-        """Makes the memory for a robot.
-
-        Args:
-            tree: The robot's tree.
-            pairs: The pairs of its shapes.
-        """
-        m = _KEPT + 1
+    def make(pairs: PairArrays, bends: int) -> "OwnWork":
+        """Makes the memory; see `SelfMotionWork.make`."""
         return OwnWork(
-            row=np.zeros(MOST + 1, np.int64),
-            is_taken=np.zeros(m, bool),
-            X_WL=np.zeros((m, len(tree.parent), 4, 4)),
-            p_WC=np.zeros((m, len(pairs.shapes.body), 3)),
-            p_WL=np.zeros((m, len(pairs.link_boxes.body), 3)),
-            guess=np.zeros((len(pairs.first), 3)),
-            guess_W=np.zeros(3),
-            stack=np.zeros(DEPTH, np.int64),
-            room=np.zeros(DEPTH),
+            p_WC=np.zeros((len(pairs.shapes.body), 3)),
+            p_WL=np.zeros((len(pairs.link_boxes.body), 3)),
+            offset_W=np.zeros(3),
             gjk=make_work(),
+            motion=SelfMotionWork.make(pairs, bends),
         )

@@ -6,6 +6,9 @@ import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.kernels.map_work import MapWork
+from remosplat_drake.controller.planning.kernels.motion_samples import (
+    MotionSamples,
+)
 from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.robot_arrays import RobotArrays
@@ -28,11 +31,15 @@ class SpaceArrays(NamedTuple):
         ball_level: Clearance that each ball and sphere keeps, shape (m,) [m].
         ball_order: Order in which balls are checked, shape (g,). Kernels change
             it, so only one thread at a time may use a space.
+        samples: Samples of a part of a motion.
         work: Working memory for checks against the map.
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
         link_level: Largest distance that any pair of shapes of each pair of
             links keeps, shape (l,) [m].
+        own_bend: Bounds on the accelerations of points on one link as seen from
+            the other, for each two entries of the command and each pair of
+            links, shape (n_u, n_u, l or some more).
         own_work: Working memory for checks of these pairs.
         movers: Standing movers as further obstacles, enlarged by the distance
             to keep.
@@ -49,10 +56,12 @@ class SpaceArrays(NamedTuple):
     balls: SphereTree | Packed[SphereTree]
     ball_level: np.ndarray
     ball_order: np.ndarray
+    samples: MotionSamples
     work: MapWork
     own: OwnArrays | Packed[OwnArrays]
     own_level: np.ndarray
     link_level: np.ndarray
+    own_bend: np.ndarray
     own_work: OwnWork
     movers: MoverArrays
     mover_level: np.ndarray

@@ -91,7 +91,18 @@ def longest_way(p, q, bend, time) -> float:
         bend: Bound on the point's acceleration [m/s^2].
         time: Time between the two positions [s].
     """
-    return apart(p, q) + bend * time * time / 3.0
+    return apart(p, q) + detour(bend, time)
+
+
+@helper
+def detour(bend, time) -> float:
+    """Bounds how much longer a path is than the straight line [m].
+
+    Args:
+        bend: Bound on the point's acceleration [m/s^2].
+        time: Time from the path's start to its end [s].
+    """
+    return bend * time * time / 3.0
 
 
 @kernel(linked=True)
