@@ -149,5 +149,5 @@ def test_why_nothing_arrives_is_said_once_and_for_all(maze):
         run.tick(maze.X_WT, field)
     assert not any(r.status == REACHED for r in run.selection.latest)
     assert run.selection.failures == 2
-    assert "lacks" in run.selection.unreachable
+    assert "too near" in run.selection.unreachable
     assert "20 mm" in run.selection.unreachable
