@@ -28,7 +28,7 @@ class Event:
     """Something that happened in a run.
 
     Attributes:
-        time: When it happened, by the diagram's clock [s].
+        time: Time of the event, by the diagram's clock [s].
         kind: `SUPERVISOR`, `STANDING`, `MAP`, `TARGET`, `REQUEST` or
             `TROUBLE`.
         text: Description of the event, for display.

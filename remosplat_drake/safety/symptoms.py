@@ -40,7 +40,7 @@ class Symptom:
     Attributes:
         name: Name of the rule that found it.
         message: What is wrong, in words for a person.
-        dwell: How long it may last before the robot must stop [s].
+        dwell: Time that it may last before the robot must stop [s].
     """
 
     name: str

@@ -9,7 +9,7 @@ from remosplat_drake.robot.payload import Payload
 
 @dc.dataclass(frozen=True)
 class Load:
-    """What a robot carries; copying returns the object itself.
+    """Payload of a robot on a port; copying returns the object itself.
 
     `Load` wraps the payload, since in some versions of Drake the value of a
     port must not be None.

@@ -9,7 +9,7 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance between a mover and a mapped surface that may be its own
+"""Largest distance of a mapped surface from a mover to which it may belong
 [m]."""
 
 

@@ -44,7 +44,7 @@ class SupervisorState:
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
         kept_clearance: The largest clearance since the start of motion [m].
         since: Time at which each current symptom began [s], by its name.
-        payload: What the robot carried at the latest tick; None for nothing.
+        payload: The object carried at the latest tick; None for none.
         map_revision: Revision of the latest map that left the robot enough
             clearance.
     """

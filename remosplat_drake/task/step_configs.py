@@ -71,7 +71,7 @@ class Approach(StepConfig):
     along: Annotated[
         list[Annotated[float, Unbounded("a direction")]], Len(3, 3)
     ] = dc.field(default_factory=lambda: [0.0, 0.0, 1.0])
-    # How far it moves [m].
+    # Distance of the motion [m].
     distance: Length = 0.1
     # Its speed [m/s].
     speed: Speed = 0.1
@@ -101,7 +101,7 @@ class Retreat(Approach):
 class Lift(StepConfig):
     """Moves the end effector straight along a direction in W, up by default."""
 
-    # How far it moves along the axes of W [m].
+    # The motion, along the axes of W [m].
     by: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
     # Its speed [m/s].
     speed: Speed = 0.1

@@ -95,7 +95,7 @@ class ArcPath:
             moved: The motions, relative to their starts, shape (n, 3) [m, m,
                 rad].
             delay: Longest delay of this path [s].
-            share: Share of its way by which a motion may differ.
+            share: Permitted difference, as a fraction of the distance.
 
         Returns:
             For each motion the one along this path that fits best, shape (n,
@@ -258,8 +258,8 @@ def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
     Speeds are reported late, so the integral is compared with delayed poses.
 
     Args:
-        samples: Where it was.
-        share: Share of its way by which a motion may differ.
+        samples: The measured poses and speeds of the base.
+        share: Permitted difference, as a fraction of the distance.
 
     Returns:
         The difference, in words; empty if they agree.
@@ -291,9 +291,9 @@ def follow_problem(
 
     Args:
         commanded: Its commands.
-        samples: Where it was.
+        samples: The measured poses and speeds of the base.
         delay: Longest time from a command to its effect in the odometry [s].
-        share: Share of its way by which a motion may differ.
+        share: Permitted difference, as a fraction of the distance.
     """
     found = _compared(
         commanded.arcs,
@@ -328,7 +328,7 @@ def _compared(
         poses: The measured poses, shape (k, 3) [m, m, rad].
         began: Time since which the expected path is known [s].
         delay: Longest delay [s].
-        share: Share of its way by which a motion may differ.
+        share: Permitted difference, as a fraction of the distance.
 
     Returns:
         The measured motion and the expected one, in words, and the duration

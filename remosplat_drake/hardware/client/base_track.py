@@ -147,7 +147,7 @@ def with_base_sample(
     Args:
         track: The track before.
         state: The status.
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
         commanded: The base's commands; None if they are unknown.
         config: The longest delay of commands, and the accuracy of fixes.
     """
@@ -199,7 +199,7 @@ def with_localization(
     Args:
         track: The previous track; without odometry the packet is ignored.
         data: The encoded packet.
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
     """
     if track.filter is None:
         return track

@@ -43,7 +43,7 @@ def with_movers(
     Args:
         heard: The state so far.
         data: The encoded packet.
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
         config: Limit on how far its stamp may be ahead of our clock.
     """
     try:

@@ -89,7 +89,7 @@ def with_arm_status(
     Args:
         measurement: The measurement before.
         data: The encoded packet.
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
         n: Number of the arm's joints.
         config: The expiry times.
         rate_limit: Bounds on the joints' speeds, shape (n,) [rad/s]; None for
@@ -134,7 +134,7 @@ def with_base_status(
     Args:
         measurement: The measurement before.
         data: The encoded packet.
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
         config: The expiry times.
         commanded: The base's commands; None if they are unknown.
     """

@@ -51,7 +51,7 @@ def advanced(
     Args:
         stream: The history so far.
         stamp: Stamp of the new message, by the sender's wall clock [s].
-        received: When it came, by our wall clock [s].
+        received: Time of its arrival, by our wall clock [s].
         changed: Whether its content differs from that of the message before.
         expiry: Jumps of the clock beyond this value are stored [s].
     """

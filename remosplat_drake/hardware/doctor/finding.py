@@ -16,7 +16,7 @@ class Finding:
         result: One of PASSED, ADVICE, FAILED and SKIPPED.
         found: The found value.
         wanted: The expected value.
-        source: Where it was looked up.
+        source: Source of the found value.
         mend: Advice to correct the fault; empty if there is none.
     """
 
@@ -50,7 +50,7 @@ def judged(
         good: Whether the check has passed.
         found: The found value.
         wanted: The expected value.
-        source: Where it was looked up.
+        source: Source of the found value.
         mend: How to mend it.
         otherwise: The result if the check has not passed, FAILED or ADVICE.
     """

@@ -27,7 +27,7 @@ class Ramp:
     Attributes:
         utime: The command's stamp [us].
         period: Control period [s].
-        length: How long the ramp from the command to zero takes [s].
+        length: Duration of the ramp from the command to zero [s].
     """
 
     utime: int
@@ -49,7 +49,7 @@ def encode_ramp(time: float, period: float, length: float) -> bytes:
     Args:
         time: The command's stamp, by the wall clock [s].
         period: Control period [s].
-        length: How long the ramp from the command to zero takes [s].
+        length: Duration of the ramp from the command to zero [s].
     """
     message = command_ramp()
     message.utime = to_utime(time)
