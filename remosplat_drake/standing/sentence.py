@@ -222,7 +222,8 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
     if now.beyond:
         advice = _out_of_reach(now)
     text += advice and f": {advice}"
-    text += way and f"; {way}"
+    more = way.removesuffix(f"; {advice}")  # An action is named once.
+    text += more and f"; {more}"
     return Standing(
         stands.HELD,
         text,

@@ -183,6 +183,16 @@ SENTENCES = {
         selection=Selection(DIRECT, unreachable="no path found"),
     ),
     "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
+    " target; all lack 3 mm": held(
+        things.SOLID,
+        "the can",
+        HAND,
+        0.021,
+        selection=Selection(
+            DIRECT, unreachable="all lack 3 mm; move or turn the target"
+        ),
+    ),
+    "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
     " target; guidance has found no way": held(
         things.SOLID,
         "the can",
