@@ -9,6 +9,7 @@ import logging
 import multiprocessing
 import os
 import signal
+import threading
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -212,9 +213,18 @@ def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
 def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
     """Assigns a GPU to a worker, before any library initialises CUDA."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     logging.getLogger("drake").setLevel(logging.WARNING)
     with started.get_lock():
         worker = started.value
         started.value += 1
     if gpus:
         os.environ[VISIBLE_GPUS] = gpu_for(worker, gpus)
+
+
+def _end_with_parent():
+    """Ends this worker when its parent is gone, even if it was killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
