@@ -25,7 +25,10 @@ _ALONG = 1e-3
 
 
 def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
-    """Fixes the joints that model a robot's planar base.
+    """Removes the joints that model a robot's planar base.
+
+    Their links are removed, too, if these are mere frames at the same place.
+    Otherwise the joints are fixed.
 
     Args:
         urdf: The robot, whose document is changed.
@@ -34,9 +37,14 @@ def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
     Returns:
         The robot without these joints; None if it has none.
     """
-    joints = _planar_joints(urdf)
-    if joints is None:
+    chain = _planar_chain(urdf)
+    if chain is None:
         return None
+    joints = [joint for joint in chain if joint.kind != FIXED]
+    if all(_is_frame(urdf, joint) for joint in chain):
+        for joint in chain:
+            urdf.root.remove(urdf.links[joint.parent])
+            urdf.root.remove(joint.element)
     for joint in joints:
         joint.element.set("type", FIXED)
         for tag in ("axis", "limit"):
@@ -48,13 +56,19 @@ def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
     return Urdf(urdf.path, text, urdf.dialect, urdf.loops)
 
 
-def _planar_joints(urdf: Urdf) -> list[UrdfJoint] | None:
-    """Returns the first three joints of a robot if they form a planar base.
+def _is_frame(urdf: Urdf, joint: UrdfJoint) -> bool:
+    """Whether a joint's parent has no parts, and is where its child is."""
+    at_child = origin_pose(joint.element).IsNearlyIdentity(0.0)
+    return at_child and not len(urdf.links[joint.parent])
 
-    Prismatic joints are horizontal, with the range of a base; revolute joints
-    are vertical.
+
+def _planar_chain(urdf: Urdf) -> list[UrdfJoint] | None:
+    """Returns a robot's joints up to the third that moves, if that is a base.
+
+    Prismatic joints are horizontal, with the range of a base or without
+    limits; revolute joints are vertical.
     """
-    link, X_WL, found = urdf.base, RigidTransform(), []
+    link, X_WL, chain, found = urdf.base, RigidTransform(), [], []
     while len(found) < 3:
         ahead = urdf.outboard(link)
         if len(ahead) != 1:
@@ -65,9 +79,10 @@ def _planar_joints(urdf: Urdf) -> list[UrdfJoint] | None:
             if not joint.moves or not _is_planar(joint, X_WL):
                 return None
             found.append(joint)
+        chain.append(joint)
         link = joint.child
     slides = sum(joint.kind == PRISMATIC for joint in found)
-    return found if slides in (1, 2) else None
+    return chain if slides in (1, 2) else None
 
 
 def _is_planar(joint: UrdfJoint, X_WJ: RigidTransform) -> bool:
@@ -77,5 +92,6 @@ def _is_planar(joint: UrdfJoint, X_WJ: RigidTransform) -> bool:
     up = abs(axis[2]) / np.linalg.norm(axis)
     if joint.kind != PRISMATIC:
         return up > 1 - _ALONG
-    roams = joint.lower <= -ROAM and joint.upper >= ROAM
-    return up < _ALONG and roams
+    # A missing limit is nan, and bounds nothing.
+    is_bounded = joint.lower > -ROAM or joint.upper < ROAM
+    return up < _ALONG and not is_bounded

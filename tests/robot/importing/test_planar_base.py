@@ -1,6 +1,7 @@
 """Joints at the root that stand for a base that drives are no arm's."""
 
 from pathlib import Path
+from xml.etree.ElementTree import SubElement
 
 import pytest
 
@@ -24,10 +25,13 @@ def robot(*joints: tuple[str, str, str]) -> Urdf:
 
 X, Y = ("prismatic", "1 0 0", FAR), ("prismatic", "0 1 0", FAR)
 YAW, ROLL = ("revolute", "0 0 1", FAR), ("revolute", "1 0 0", FAR)
+ENDLESS = [("prismatic", axis, "") for axis in ("1 0 0", "0 1 0")]
 RAIL = ("prismatic", "1 0 0", FAR.replace("1000", "2"))
 
 
-@pytest.mark.parametrize("base", [(X, Y, YAW), (YAW, X, YAW), (YAW, X, Y)])
+@pytest.mark.parametrize(
+    "base", [(X, Y, YAW), (YAW, X, YAW), (YAW, X, Y), (*ENDLESS, YAW)]
+)
 def test_three_joints_in_the_plane_are_a_base(base):
     findings = Findings()
     urdf = without_planar_base(robot(*base, ROLL, ROLL), findings)
@@ -37,6 +41,19 @@ def test_three_joints_in_the_plane_are_a_base(base):
     assert findings.guessed == [
         ("base", "omni, as j0, j1, j2 move it in the plane")
     ]
+
+
+def test_links_are_removed_only_if_they_are_mere_frames():
+    """Their names are then free for the base that replaces them."""
+    bare, findings = robot(X, Y, YAW, ROLL), Findings()
+    urdf = without_planar_base(bare, findings)
+    assert urdf is not None
+    assert (urdf.base, list(urdf.joints)) == ("l3", ["j3"])
+    bulky = robot(X, Y, YAW, ROLL)
+    SubElement(bulky.links["l1"], "collision")
+    urdf = without_planar_base(bulky, findings)
+    assert urdf is not None
+    assert (urdf.base, len(urdf.joints)) == ("l0", 4)
 
 
 @pytest.mark.parametrize(
