@@ -30,6 +30,7 @@ from remosplat_drake.station.mover_bodies import (
     add_mover_bodies,
     let_pass,
 )
+from remosplat_drake.station.neighbours import let_neighbours_overlap
 from remosplat_drake.station.object_bodies import (
     ObjectReader,
     add_object_bodies,
@@ -171,6 +172,7 @@ def add_dynamic_body(
     bodies = add_mover_bodies(plant, movers)
     things = add_object_bodies(plant, objects, config.object_friction)
     plant.Finalize()
+    let_neighbours_overlap(plant, scene_graph, robot)
     for hand in hands:
         soften_pads(plant, scene_graph, hand, config.pad_modulus)
     let_pass(plant, scene_graph, bodies)

@@ -3,10 +3,11 @@
 Each joint has a damper that pulls it to its commanded velocity, and that the
 contact solver treats implicitly: torque = d (v_desired - v), limited to the
 joint's effort limit. d is the joint's inertia divided by the time constant, so
-one time constant suits all joints of all robots. There is no position gain,
-since the error of a blocked joint would accumulate. As a consequence, the
-velocity of a joint under load has an error of torque / d; the time constant is
-short to keep it small.
+one time constant suits all joints of all robots. It is at least a multiple of
+the joint's viscous friction, which would otherwise stop a light joint. There is
+no position gain, since the error of a blocked joint would accumulate. As a
+consequence, the velocity of a joint under load has an error of torque / d; the
+time constant is short to keep it small.
 """
 
 import dataclasses as dc
@@ -25,6 +26,10 @@ from remosplat_drake.station.hand import (
     finger_slices,
 )
 from remosplat_drake.station.station_config import DynamicStation
+
+_OVER_FRICTION = 100.0
+"""Smallest ratio of a motor's gain to its joint's viscous friction; a free
+joint is then slower than commanded by 1 % at most."""
 
 DRIVE_SHARE = 0.8
 """Fraction of the base's effort limit that drives it forward. The rest prevents
@@ -54,7 +59,7 @@ def make_motors(
     q0: np.ndarray,
     config: DynamicStation,
 ) -> Motors:
-    """Computes the motors' gains from the robot's inertia.
+    """Computes the motors' gains from the robot's inertia and friction.
 
     The gain of a finger is so large that a finger that is blocked while its
     commanded speed is `hand_speed` pushes with its effort limit.
@@ -73,8 +78,12 @@ def make_motors(
     plant.Finalize()
     joints = (*robot.joint_names, *finger_joints(hands))
     inertia = _inertia(plant, robot, joints, q0)
-    effort = _effort_limits(plant, robot, joints)
+    effort = effort_limits(plant, robot, joints)
+    friction = np.array(
+        [plant.GetJointByName(n).default_damping_vector()[0] for n in joints]
+    )
     damping = inertia / config.velocity_time_constant
+    damping = np.maximum(damping, _OVER_FRICTION * friction)
     for hand, fingers in zip(
         hands, finger_slices(hands, robot.n_q), strict=True
     ):
@@ -107,9 +116,22 @@ def _inertia(
     ]
 
 
-def _effort_limits(
+def effort_limits(
     plant: MultibodyPlant, robot: RobotModel, joints: tuple[str, ...]
 ) -> np.ndarray:
+    """Reads the effort limits of some joints' motors.
+
+    Args:
+        plant: The finalized plant with the robot.
+        robot: The robot, to name in errors.
+        joints: Names of the m joints.
+
+    Returns:
+        The limits, infinite where there is none, shape (m,) [N, N m].
+
+    Raises:
+        FileError: A joint has no actuator.
+    """
     actuators = actuator_by_joint(plant)
     for name in joints:
         if name not in actuators:

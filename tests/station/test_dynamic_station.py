@@ -1,12 +1,18 @@
 """Inertia, motors and contact of the dynamic station."""
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.station.station_config import DynamicStation
+
+DATA = Path(__file__).resolve().parents[1] / "data"
 
 
 def make(robot, harness, q0, scene=None, hand=None, **settings):
@@ -51,6 +57,45 @@ def test_commanded_velocities_are_reached_within_50_ms(robot, harness):
     dut.command(u)
     dut.advance(0.05)
     np.testing.assert_allclose(dut.u, u, rtol=1e-3)
+
+
+FLANGE = """
+  <link name="flange">
+    <inertial><mass value="0.1"/>
+      <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <collision><geometry><box size="0.1 0.08 0.08"/></geometry></collision>
+  </link>
+  <joint name="fix" type="fixed">
+    <parent link="wrist"/><child link="flange"/>
+  </joint>
+"""
+"""A link that is fixed to the wrist, and overlaps the forearm before it."""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("</robot>", f"{FLANGE}</robot>"),
+        ('<axis xyz="1 0 0"/>', '<axis xyz="1 0 0"/><dynamics damping="5"/>'),
+    ],
+    ids=["overlap", "friction"],
+)
+def test_neither_coarse_shapes_nor_friction_hold_a_joint(
+    old, new, tmp_path, harness
+):
+    """As those of a TIAGo's arm did."""
+    for name in ("three_link.yaml", "three_link_spheres.yaml"):
+        shutil.copy(DATA / name, tmp_path)
+    text = (DATA / "three_link.urdf").read_text()
+    assert old in text
+    (tmp_path / "three_link.urdf").write_text(text.replace(old, new))
+    robot = load_robot(tmp_path / "three_link.yaml")
+    dut = make(robot, harness, start(robot))
+    dut.command(np.array([0.0, 0.0, 0.5]))
+    dut.advance(0.1)
+    np.testing.assert_allclose(dut.u, [0, 0, 0.5], atol=0.006)
+    assert dut.eval("cheat.contact").robot == ()
 
 
 def test_a_full_base_command_is_held_back_by_the_motors(frankie, harness):
