@@ -5,6 +5,7 @@ import math
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from drake import (
@@ -38,7 +39,9 @@ COMMAND_PERIOD = 10_000  # [us]
 
 @contextlib.contextmanager
 def running(
-    *arguments: str, environment: dict[str, str] | None = None
+    *arguments: str,
+    environment: dict[str, str] | None = None,
+    folder: Path | None = None,
 ) -> Iterator[subprocess.Popen[str]]:
     """A command of `remosplat` as a process; ended by SIGTERM."""
     with subprocess.Popen(
@@ -47,6 +50,7 @@ def running(
         stderr=subprocess.PIPE,
         text=True,
         env=environment,
+        cwd=folder,
     ) as process:
         try:
             yield process

@@ -1,14 +1,13 @@
 """`remosplat import-robot`: one command from a URDF to a run that reaches."""
 
-import importlib.util
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytest.importorskip("trimesh")
 
+from model_sources import real_robots
 from runs import PROGRESS
 from toy_robot import toy_urdf, write_toy
 
@@ -19,19 +18,6 @@ from remosplat_drake.base import progress
 from remosplat_drake.commands.main import USER_ERROR, main
 
 COARSE = ["--tolerance", "40"]
-
-
-def real_robots() -> Path | None:
-    """The folder of the package `example-robot-data`, if it is installed."""
-    spec = importlib.util.find_spec("cmeel")
-    places = [Path(np.__file__).resolve().parents[1]]
-    if spec is not None and spec.origin is not None:
-        places.append(Path(spec.origin).resolve().parents[1])
-    for place in places:
-        robots = place / "cmeel.prefix/share/example-robot-data/robots"
-        if robots.is_dir():
-            return robots
-    return None
 
 
 def test_what_is_written_is_run_and_reaches(tmp_path, capsys):

@@ -1,11 +1,7 @@
 """The launch files of the guide, and the drivers that they start."""
 
-import re
-import shlex
-import xml.etree.ElementTree as ElementTree
-from pathlib import Path
-
 import pytest
+from ros2_guide import SECTIONS
 
 from apps.studies.imports.case import LIST, Robots
 from remosplat_drake.app.scenario import load_scenario
@@ -21,21 +17,13 @@ from remosplat_drake.robot.robot_description import (
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
-GUIDE = Path(__file__).parents[2] / "docs/guides/ros2_launch.md"
 DOMAIN, LONGEST = 90, 30
-
-SECTIONS = re.findall(
-    r"^## (\w+).*?```yaml\n(.*?)```.*?```xml\n(.*?)```",
-    GUIDE.read_text(),
-    re.M | re.S,
-)
 
 
 def description_of(name: str) -> RobotDescription:
     """The robot of a section; a TIAGo by the joints that a study imports."""
     if name != "TIAGo":
-        shipped = {"Universal": "ur5e", "Fetch": "fetch"}[name]
-        return load_robot_description(shipped)
+        return load_robot_description("fetch" if name == "Fetch" else "ur5e")
     robots = load_strict(Robots, LIST).robots
     (joints,) = [robot.joints for robot in robots if robot.name == "tiago"]
     n = 2 + len(joints)
@@ -49,17 +37,13 @@ def description_of(name: str) -> RobotDescription:
 
 
 def test_there_is_a_section_for_each_robot():
-    names = [name for name, _, _ in SECTIONS]
-    assert names == ["Universal", "TIAGo", "Fetch"]
+    assert list(SECTIONS) == ["Universal", "TIAGo", "Fetch", "UR5e"]
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "launch"), SECTIONS, ids=[x[0] for x in SECTIONS]
-)
-def test_a_launch_file_starts_the_drivers_of_its_yaml(
-    name, text, launch, monkeypatch
-):
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_launch_file_starts_the_drivers_of_its_yaml(name, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
+    text = SECTIONS[name].hardware
     assert len(text.splitlines()) <= LONGEST
     hardware = load_scenario("TableReach", text).hardware
     description, news = description_of(name), []
@@ -80,8 +64,7 @@ def test_a_launch_file_starts_the_drivers_of_its_yaml(
         drivers.add("hand-driver")
     assert hardware.arm_driver.stops, "driver-check fails without"
     started = set()
-    for executable in ElementTree.fromstring(launch).iter("executable"):
-        program, command, *arguments = shlex.split(executable.get("cmd", ""))
+    for program, command, *arguments in SECTIONS[name].commands:
         assert program == "remosplat"
         CommandParser(command).parse_args(arguments)
         started.add(command)

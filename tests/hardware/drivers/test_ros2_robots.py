@@ -1,4 +1,8 @@
-"""Whole robots on ROS 2: controller, drivers and robot are processes."""
+"""Whole robots on ROS 2: controller, drivers and robot are processes.
+
+Scenario and drivers are those of the guide: its YAML, and the programs that its
+launch files start. The stand-in replaces the robot's own nodes.
+"""
 
 import contextlib
 import os
@@ -10,8 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from effort import effort
+from model_sources import ridgeback_ur5e, tiago
 from patience import PATIENCE
 from robot_process import Client, running
+from ros2_guide import SECTIONS
+from runs import PATIENT
 
 from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.acceptance.hardware_processes import free_url
@@ -25,7 +32,6 @@ from remosplat_drake.hardware.drivers import ros2_messages as ros
 from remosplat_drake.hardware.stand_in.ros2_robot import FAULTS_TOPIC
 
 DOMAIN = 87
-ROBOTS = Path(__file__).parents[3] / "apps" / "examples" / "robots.yaml"
 
 BUSY = """
 hardware: {connect_timeout: 300, base_status_expiry: 0.5, base_latency: 0.5,
@@ -36,9 +42,10 @@ supervisor: {max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5,
 """A busy computer may be late; only the arm's statuses must not be old."""
 
 TARGETS = {
-    "Ur5e": ([0.5, 0.3, 0.4], [0.5, -0.3, 0.6]),
+    "Universal": ([0.5, 0.3, 0.4], [0.5, -0.3, 0.6]),
+    "TIAGo": ([0.9, 0.5, 0.9], [1.0, 0.2, 0.95]),
     "Fetch": ([1.15, 0.0, 0.66], [1.0, 0.0, 0.9]),
-    "Ridgeback": ([0.95, 0.6, 0.8], [1.15, 0.0, 0.66]),
+    "UR5e": ([0.95, 0.6, 0.8], [1.15, 0.0, 0.66]),
 }
 """Two targets of each robot, between which it goes to and fro."""
 
@@ -56,43 +63,101 @@ STALE = 0.08
 """Age beyond all limits on that of a status, and below that of a late one [s]:
 the stand-in makes up for stalls with stamps that are some milliseconds off."""
 
+slow_robots = pytest.mark.parametrize(
+    "name", effort(["Fetch", "UR5e"], list(TARGETS))
+)
 
-def scenario_text(name: str) -> str:
-    """Overrides of a scenario that does not come to its end."""
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory) -> Callable[[str], str]:
+    """The description of each robot; that of an imported one is made once."""
+    made: dict[str, str] = {"Universal": "ur5e", "Fetch": "fetch"}
+    imports = {"UR5e": ridgeback_ur5e, "TIAGo": tiago}
+
+    def model(name: str) -> str:
+        if name not in made:
+            made[name] = str(imports[name](tmp_path_factory.mktemp(name)))
+        return made[name]
+
+    return model
+
+
+def write_lab(folder: Path, name: str, model: str, url: str, laps: int) -> None:
+    """Writes a robot's scenario, of which the guide is a part."""
     poses = [
         f"{{translation: {p_W}, rpy_deg: [180, 0, 0]}}" for p_W in TARGETS[name]
     ]
-    targets = ", ".join(poses * 100)
-    return f"{BUSY}\n{SCENE}\ntargets: [{targets}]\ntime_limit: 100000"
+    text = (
+        f"{SCENE}robot: {{model: {model}}}\n"
+        f"targets: [{', '.join(poses * laps)}]\ntime_limit: 100000\n"
+        f"{SECTIONS[name].hardware}  lcm_url: {url}\n"
+    )
+    indented = re.sub("^(?=.)", "  ", text, flags=re.M)
+    (folder / "lab.yaml").write_text(f"Lab:\n{indented}")
 
 
 @contextlib.contextmanager
-def drivers(name: str, url: str) -> Iterator[None]:
-    """A robot on ROS 2 and its drivers."""
+def launched(folder: Path, name: str) -> Iterator[None]:
+    """The robot of a folder's scenario, and the drivers of its launch file."""
     own = dict(os.environ, ROS_DOMAIN_ID=str(DOMAIN))
-    scenario = f"{ROBOTS}:{name}"
+    lines = [["hardware-sim", "lab.yaml", "--ros2"]]
+    for program, *line in SECTIONS[name].commands:
+        assert program == "remosplat"
+        lines.append(line)
     with contextlib.ExitStack() as programs:
-        line = ["hardware-sim", scenario, "--ros2"]
-        programs.enter_context(running(*line, environment=own))
-        kinds = ["arm-driver", *(["base-driver"] if name != "Ur5e" else [])]
-        for kind in kinds:
-            line = [kind, scenario, "--lcm-url", url]
-            programs.enter_context(running(*line, environment=own))
+        for line in lines:
+            program = running(*line, environment=own, folder=folder)
+            programs.enter_context(program)
         yield
 
 
+def run_line(url: str, text: str) -> list[str]:
+    """The controller's arguments, with overrides of its scenario."""
+    return [
+        *("run", "lab.yaml", "--hardware", "--without-doctor", "--headless"),
+        *("--lcm-url", url, "--scenario-text", text),
+    ]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", effort(["Fetch"], list(TARGETS)))
-def test_statuses_that_come_late_stop_a_robot(name, lone_robot):
+@slow_robots
+def test_a_robot_reaches_its_targets_through_ros_2(
+    name, models, lone_robot, tmp_path
+):
+    url = free_url()
+    write_lab(tmp_path, name, models(name), url, laps=1)
+    line = run_line(url, PATIENT)
+    with launched(tmp_path, name), running(*line, folder=tmp_path) as run:
+        client, operator = Client(url), Consent(url, again=True)
+        moved = np.zeros(1)
+
+        def ends() -> bool:
+            nonlocal moved
+            operator.give()
+            if client.arm:
+                q = np.array([s.joint_position for s in client.arm])
+                moved = np.maximum(np.ptp(q, axis=0), moved)
+                del client.arm[1:]
+            return run.poll() is not None
+
+        client.wait_for(ends)
+        summary, said = run.communicate()
+    assert run.returncode == 0, summary + said
+    assert "reached all 2" in summary
+    assert (moved > 1e-3).all(), moved
+
+
+@pytest.mark.slow
+@slow_robots
+def test_statuses_that_come_late_stop_a_robot(
+    name, models, lone_robot, tmp_path
+):
     """It rests as long as they are late, also if its operator arms it."""
     url = free_url()
-    line = [
-        *("run", f"{ROBOTS}:{name}", "--hardware", "--without-doctor"),
-        *("--headless", "--lcm-url", url),
-        *("--scenario-text", scenario_text(name)),
-    ]
+    write_lab(tmp_path, name, models(name), url, laps=100)
+    line = run_line(url, BUSY)
     fault = Ros2Node(DOMAIN, "a test").writer(FAULTS_TOPIC, ros.String)
-    with drivers(name, url), running(*line) as run:
+    with launched(tmp_path, name), running(*line, folder=tmp_path) as run:
         client, operator = Client(url), Consent(url, again=True)
         client.wait_for(lambda: bool(client.arm))
         ages: list[float] = []
