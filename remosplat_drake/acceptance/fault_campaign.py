@@ -10,6 +10,7 @@ simulated robot's true motion is evaluated.
 import dataclasses as dc
 import math
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from remosplat_drake.acceptance.fault_case import (
@@ -22,6 +23,7 @@ from remosplat_drake.acceptance.fault_case import (
     Part,
 )
 from remosplat_drake.acceptance.fault_run import STOP_LIMIT, FaultRun
+from remosplat_drake.acceptance.hardware_processes import STAND_IN
 from remosplat_drake.acceptance.motion_judge import (
     CREEP,
     StopQuality,
@@ -64,17 +66,21 @@ class FaultResult:
     problem: str = ""
 
 
-def run_case(case: FaultCase, world: World) -> FaultResult:
+def run_case(
+    case: FaultCase, world: World, stand_in: Sequence[str] = STAND_IN
+) -> FaultResult:
     """Runs robot and controller, injects one fault, and judges the outcome.
 
     Args:
         case: The fault to inject, and the outcome to expect.
         world: World of the default scenario, with the true geometry.
+        stand_in: Command line of the simulated robot, which takes the arguments
+            of `hardware-sim`.
     """
     problem = ""
     for _ in range(_ATTEMPTS):
         with tempfile.TemporaryDirectory() as folder:
-            run = FaultRun(case, Path(folder))
+            run = FaultRun(case, Path(folder), stand_in)
             problem = run.carry_out()
             if not problem:
                 return _judged(run, case, world)

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
@@ -60,13 +61,20 @@ class FaultRun:
             release [s].
     """
 
-    def __init__(self, case: FaultCase, folder: Path):
+    def __init__(
+        self,
+        case: FaultCase,
+        folder: Path,
+        stand_in: Sequence[str] = processes.STAND_IN,
+    ):
         """Prepares a run.
 
         Args:
             case: The fault to inject.
             folder: Empty folder for the run's files.
+            stand_in: Command line of the simulated robot.
         """
+        self._stand_in = stand_in
         self.motion = folder / "motion.npz"
         self.began, self.released = math.nan, math.inf
         self.commanded = math.nan
@@ -155,13 +163,17 @@ class FaultRun:
     def _start_robot(self, stack: contextlib.ExitStack) -> subprocess.Popen:
         """Starts the stand-in, and the driver of its arm if there is one."""
         options = ["--fci", str(self._fci)] if self._case.arm_driver else []
-        robot = stack.enter_context(
-            processes.robot(self._far, *self._robot, *options)
-        )
+        robot = stack.enter_context(self._robot_process(*options))
         if self._case.arm_driver:
             self._tap.wait(self._arm_answers, _START_UP)
             self._start_arm_driver(stack)
         return robot
+
+    def _robot_process(
+        self, *options: str
+    ) -> contextlib.AbstractContextManager[subprocess.Popen]:
+        line = (*self._robot, *options)
+        return processes.robot(self._far, *line, stand_in=self._stand_in)
 
     def _arm_answers(self) -> bool:
         try:
@@ -255,7 +267,7 @@ class FaultRun:
         """Ends the fault, unless it ends by itself."""
         case = self._case
         if case.part is Part.DRIVER_KILLED:
-            stack.enter_context(processes.robot(self._far, *self._robot))
+            stack.enter_context(self._robot_process())
             gone = time.time()
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,9 @@ import sys
 from remosplat_drake.commands.main import main
 sys.exit(main())
 """
+
+STAND_IN = (sys.executable, "-c", _COMMAND, "hardware-sim")
+"""Command line of the stand-in, without arguments."""
 
 _FIRST = -10
 """Niceness of the processes: they have priority, since computers of real robots
@@ -69,15 +72,18 @@ def wire_works(patience: float = 1.0) -> bool:
 
 
 @contextlib.contextmanager
-def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
-    """Runs `remosplat hardware-sim` at an LCM URL until the context ends.
+def robot(
+    url: str, *arguments: str, stand_in: Sequence[str] = STAND_IN
+) -> Iterator[subprocess.Popen]:
+    """Runs a simulated robot at an LCM URL until the context ends.
 
     Args:
         url: The LCM URL.
-        arguments: Further arguments of the command.
+        arguments: Further arguments of `hardware-sim`.
+        stand_in: Command line of the robot, which takes the same arguments.
     """
-    line = ["hardware-sim", *arguments, "--lcm-url", url]
-    with program(*line) as process:
+    line = [*stand_in, *arguments, "--lcm-url", url]
+    with _running(line, subprocess.DEVNULL) as process:
         yield process
 
 

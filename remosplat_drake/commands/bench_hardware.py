@@ -1,12 +1,16 @@
 """The tables of `remosplat bench` about a robot on a wire."""
 
 import math
+from collections.abc import Sequence
 
 from rich.console import Console
 
 from remosplat_drake.acceptance.fault_campaign import FaultResult, run_case
 from remosplat_drake.acceptance.fault_cases import CASES
-from remosplat_drake.acceptance.hardware_processes import wire_works
+from remosplat_drake.acceptance.hardware_processes import (
+    STAND_IN,
+    wire_works,
+)
 from remosplat_drake.acceptance.loop_cases import (
     RATES,
     load,
@@ -22,12 +26,16 @@ from remosplat_drake.base.table import Table
 from remosplat_drake.commands.tables import open_console, print_table
 
 
-def run_faults(console: Console, only: str = "") -> list[FaultResult]:
+def run_faults(
+    console: Console, only: str = "", stand_in: Sequence[str] = STAND_IN
+) -> list[FaultResult]:
     """Runs the fault campaign and prints a table.
 
     Args:
         console: Console for the table.
         only: Text that the names of the cases contain; empty for all cases.
+        stand_in: Command line of the simulated robot, which takes the arguments
+            of `hardware-sim`.
 
     Raises:
         RemoSplatError: No case has such a name, or this computer does not
@@ -42,7 +50,7 @@ def run_faults(console: Console, only: str = "") -> list[FaultResult]:
     results, news = [], open_console(stderr=True)
     with Progress(news) as progress:
         for case in progress.over(cases, "breaking things"):
-            result = run_case(case, world)
+            result = run_case(case, world, stand_in)
             news.print(f"{case.name}: {result.problem or 'as it should be'}")
             news.print(f"  {result.reason or result.case.outcome}", style="dim")
             results.append(result)

@@ -123,15 +123,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Simulates the robot until Ctrl-C or the time limit."""
+def run(
+    arguments: argparse.Namespace, plant_type: type[RobotPlant] = RobotPlant
+) -> int:
+    """Simulates the robot until Ctrl-C or the time limit.
+
+    Args:
+        arguments: The command's arguments.
+        plant_type: Class that moves the robot's rigid bodies.
+    """
     console = open_console(stderr=True)
     schedule = [parse_fault(text) for text in arguments.fault]
     if arguments.record:
         check_writable(arguments.record)
     scenario = load_scenario(arguments.scenario)
     world = load_world(scenario, blank=True)
-    plant = _plant(scenario, world)
+    plant = _plant(plant_type, scenario, world)
     driver = _arm_driver(arguments, world)
     description, ros, url = world.robot.description, None, arguments.lcm_url
     if arguments.ros2:
@@ -216,10 +223,12 @@ def _arm_driver(
     return None if arguments.fci is None else FciArm(arguments.fci)
 
 
-def _plant(scenario: Scenario, world: World) -> RobotPlant:
+def _plant(
+    plant_type: type[RobotPlant], scenario: Scenario, world: World
+) -> RobotPlant:
     config = scenario.station
     if not isinstance(config, DynamicStation):
         config = DynamicStation(time_step=PERIOD)
-    return RobotPlant(
+    return plant_type(
         config, world.robot, world.fixed_truth, world.q0, world.objects
     )
