@@ -1,4 +1,4 @@
-"""Two simulators, one robot: MuJoCo's motion is Drake's, and contact is felt."""
+"""MuJoCo moves a robot as Drake does, and measures its contacts."""
 
 import numpy as np
 import pytest
