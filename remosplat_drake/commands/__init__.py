@@ -1,1 +1,1 @@
-"""The `remosplat` command line, one file a command."""
+"""The `remosplat` command line, with one file per command."""

@@ -1,4 +1,4 @@
-"""Flags, progress and table of the cameras' refinement in `reconstruct`."""
+"""The refinement of camera poses in `reconstruct`: flags, progress, table."""
 
 import argparse
 from functools import partial
@@ -30,24 +30,31 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         "--align",
         choices=("auto", "off"),
         default="auto",
-        help="refine poses and the depths' scale if views then agree"
-        " better (auto)",
+        help=(
+            "auto: refine camera poses and the scale of depths, and keep "
+            "the result if views then agree better (default: auto)"
+        ),
     )
     group.add_argument(
         "--camera",
         choices=("auto", "exact"),
         default="auto",
-        help="refine errors that all images share, too: focal length,"
-        " lens, delay, read-out and mount (auto); or assume that everything"
-        " except the depths' scale and offset is exact",
+        help=(
+            "auto: with --align, also refine errors that all images share: "
+            "focal length, lens, delay, read-out and mount; exact: assume "
+            "that the camera is exact, except scale and offset of its "
+            "depths (default: auto)"
+        ),
     )
     group.add_argument(
         "--depth-scale-std",
         type=float,
         default=CameraPrior.scale,
         metavar="S",
-        help="standard deviation of the sensor's scale, by its specification"
-        f" ({CameraPrior.scale:g})",
+        help=(
+            "standard deviation of the depth sensor's scale, from its "
+            f"specification ({CameraPrior.scale:g})"
+        ),
     )
     group.add_argument(
         "--length",
@@ -56,9 +63,11 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar=_LENGTH,
-        help="a measured distance of two points, each a pixel (column U,"
-        " row V) of a frame, from which the scale follows; may be"
-        " repeated",
+        help=(
+            "measured distance of two points, each given by a frame and a "
+            "pixel (column U, row V); it determines the scale; may be "
+            "repeated"
+        ),
     )
 
 
@@ -66,7 +75,8 @@ def check_alignment(arguments: argparse.Namespace):
     """Checks the flags of the refinement.
 
     Raises:
-        FieldError: A deviation is out of range, or a length names no pixels.
+        FieldError: The standard deviation is out of range, or a length has an
+            invalid frame, pixel or distance.
     """
     check_positive("reconstruct", arguments, "depth_scale_std")
     if arguments.depth_scale_std > 1:
@@ -74,7 +84,7 @@ def check_alignment(arguments: argparse.Namespace):
         raise FieldError("reconstruct", "--depth-scale-std", problem)
     for values in arguments.length:
         if any(value != int(value) or value < 0 for value in values[:6]):
-            problem = "names frames and pixels by whole numbers from 0"
+            problem = "needs whole numbers from 0 for frames and pixels"
             raise FieldError("reconstruct", "--length", problem)
         if not 0 < values[6] < 1e4:
             problem = "must end in a length > 0 [m]"
@@ -87,7 +97,7 @@ def aligned(
     console: Console,
     stages: KeptStages,
 ) -> tuple[Alignment | None, AlignmentSummary | None]:
-    """Refines a capture by the flags, and prints the result."""
+    """Refines a capture's cameras as the flags require; prints the result."""
     if arguments.align == "off":
         return None, None
     scale = arguments.depth_scale_std
@@ -116,7 +126,7 @@ def _length(values: list[float]) -> Length:
 
 
 def print_alignment(console: Console, summary: AlignmentSummary):
-    """Prints residuals by the distance of views, and the corrections."""
+    """Prints the residuals between views, and the corrections of the camera."""
     table = Table(title="distances of points from other views' surfaces [mm]")
     for heading in ("distance of views [m]", "pairs", "median", "95 %"):
         table.add_column(heading, justify="right")

@@ -12,7 +12,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 
 _STAYS = 1
 _PATIENCE = 1.0
-"""Time for the controller to answer [s]."""
+"""Time that is waited for the controller's answer [s]."""
 
 EXAMPLES = """
 remosplat arm
@@ -27,7 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rehearsal",
         action="store_true",
-        help=f"on the stand-in's wire, {REHEARSAL_URL}",
+        help=(
+            f"arm the stand-in for the robot (hardware-sim) at {REHEARSAL_URL}"
+        ),
     )
     parser.add_argument(
         "--session",
@@ -55,7 +57,7 @@ def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
     """Returns the session to arm.
 
     Raises:
-        RemoSplatError: There is none, or there are several.
+        RemoSplatError: No controller waits, or several controllers wait.
     """
     if session is not None:
         leases = [
@@ -66,6 +68,7 @@ def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
     if len(leases) > 1:
         names = "; ".join(f"{a.identity.session}: {a.identity}" for a in leases)
         raise RemoSplatError(
-            f"several controllers are on {url}, give one to --session: {names}"
+            f"several controllers wait on {url}; choose one with --session: "
+            f"{names}"
         )
     return leases[0]

@@ -1,4 +1,4 @@
-"""`remosplat arm-driver`: between the station's wire and any other arm."""
+"""`remosplat arm-driver`: connects any arm with the controller by LCM."""
 
 import argparse
 import time
@@ -30,10 +30,11 @@ from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
 _PATIENCE = 3.0
-"""Longest time for the arm to come to rest at the end [s]."""
+"""Longest time that is waited at the end for the arm to come to rest [s]."""
 
 _AFTERWARDS = 0.2
-"""Time for which a stopped arm's mode is sent before the driver ends [s]."""
+"""Time for which the mode of a stopped arm is sent before the driver ends
+[s]."""
 
 EXAMPLES = """
 remosplat arm-driver my_arm.yaml
@@ -84,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _leave(
     driver: ArmDriver, link: ArmLink, pacer: Pacer, has_stopped: bool
 ) -> None:
-    """Brings the arm to rest, or reports for a moment why it has stopped."""
+    """Brings the arm to rest, or sends the reason of its stop for a moment."""
     try:
         end = time.monotonic() + (_AFTERWARDS if has_stopped else _PATIENCE)
         while time.monotonic() < end:

@@ -1,4 +1,4 @@
-"""`remosplat base-driver`: between the station's wire and a mobile base."""
+"""`remosplat base-driver`: connects a mobile base with the controller."""
 
 import argparse
 import contextlib
@@ -56,13 +56,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arcl",
         metavar="HOST[:PORT]",
-        help="also query an Omron base over ARCL whether it may move",
+        help=(
+            "address of an Omron base; the driver also queries over ARCL "
+            "whether the base may move"
+        ),
     )
     parser.add_argument(
         "--arcl-password-file",
         type=Path,
         metavar="FILE",
-        help="file with the password of ARCL",
+        help="file that contains the password of ARCL",
     )
 
 
@@ -122,7 +125,7 @@ def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
 def _arcl(
     arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
-    """Queries ARCL during the context, if a flag requests it."""
+    """Queries ARCL inside the `with` block, if a flag requests it."""
     if arguments.arcl is None:
         yield []
         return
@@ -135,7 +138,7 @@ def _arcl(
 
 
 def _password(arguments: argparse.Namespace) -> str:
-    """Reads the password of ARCL from a file: command lines are public."""
+    """Reads ARCL's password from a file, since command lines are public."""
     path = arguments.arcl_password_file
     if path is None:
         raise FieldError("--arcl", arguments.arcl, "needs --arcl-password-file")

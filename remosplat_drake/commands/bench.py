@@ -44,13 +44,14 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
     "solvers": solver_cases,
     "mesh": mesh_cases,
 }
-"""Functions that make the groups of timed functions, by their names."""
+"""For each group of timed cases, the function that makes the cases."""
 
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
-"""Other packages that each group times if they are installed."""
+"""Packages of other projects that a group also times, if they are installed."""
 
 ON_A_WIRE = ("hardware", "sight", "faults")
-"""Groups that drive the stand-in robot, each with its own table."""
+"""Groups that run the real-time loop with a simulated robot (stand-in); each
+prints its own table."""
 
 EXAMPLES = """
 remosplat bench tick
@@ -60,7 +61,7 @@ remosplat bench --compare before.json
 
 
 STDOUT = "-"
-"""The value of `--json` without a file."""
+"""Value of `--json` if no file is given."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,9 +70,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "group",
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
-        help="only this group of cases (default: all timed groups);"
-        " hardware drives the stand-in robot in real time, sight does so with"
-        " cameras that see a person move, faults injects faults into it",
+        help=(
+            "only this group of cases (default: all timed groups). The "
+            "groups hardware, sight and faults drive the stand-in for a "
+            "real robot: hardware in real time, sight with cameras that see "
+            "a moving person, faults with injected faults"
+        ),
     )
     parser.add_argument(
         "--scenario", help="scenario for the groups tick and solvers"
@@ -87,14 +91,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=STDOUT,
         metavar="FILE",
-        help="write the numbers, too; without FILE: print them as one JSON"
-        " document on stdout, and nothing else there",
+        help=(
+            "also write the numbers to FILE; without FILE: print only one "
+            "JSON document to stdout"
+        ),
     )
     parser.add_argument(
         "--compare",
         type=Path,
         metavar="FILE",
-        help="show ratios to timings written earlier",
+        help="show ratios to the timings in a file that --json wrote earlier",
     )
 
 
@@ -106,7 +112,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.group in ON_A_WIRE:
         for flag in ("scenario", "compare"):
             if getattr(arguments, flag):
-                raise RemoSplatError(f"--{flag} is not for {arguments.group}")
+                raise RemoSplatError(
+                    f"--{flag} has no effect on the group "
+                    f"{arguments.group}; leave it out"
+                )
     if arguments.json not in (None, STDOUT):
         check_writable(Path(arguments.json))
     if arguments.group in ("hardware", "sight"):
@@ -127,8 +136,8 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [arguments.group] if arguments.group else GROUPS
     news, timings = open_console(stderr=True), []
     for group in chosen:
-        # The groups run in this order: other libraries, which the last groups
-        # load, change the scheduling of threads.
+        # The order of the groups matters: the last ones load other libraries,
+        # which change the scheduling of threads.
         with Progress(news) as progress:
             cases = progress.over(makers[group](), f"measuring {group}")
             timings += [measure(case) for case in cases]

@@ -1,4 +1,4 @@
-"""The tables of `remosplat bench` about a robot on a wire."""
+"""Makes the tables of `remosplat bench` about a robot that uses LCM."""
 
 import math
 from collections.abc import Sequence
@@ -88,7 +88,7 @@ def _check_wire() -> None:
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """Makes a table with one row per fault; the reasons follow it."""
+    """Makes the table of injected faults, with one row per fault."""
     return Table(
         "",
         (
@@ -115,7 +115,7 @@ def fault_table(results: list[FaultResult]) -> Table:
 
 
 def fault_rows(results: list[FaultResult]) -> list[dict]:
-    """Returns the results as JSON types; null for a missing number."""
+    """Converts the results to JSON types; a missing number becomes null."""
     rows = []
     for result in results:
         row = {"fault": result.case.name, **vars(result)}
@@ -134,7 +134,7 @@ def _milli(value: float, decimals: int) -> str:
 
 
 def loop_table(loops: list[LoopQuality]) -> Table:
-    """Makes a table with one row per rate: median, 99th percentile, maximum."""
+    """Makes the table of loop timing, with one row per control rate."""
     return Table(
         "",
         (

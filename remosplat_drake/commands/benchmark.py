@@ -65,7 +65,8 @@ REPORT, PAGE = "report.md", "report.html"
 """Names of the report's files in the output folder."""
 
 CRASHED, UNUSABLE, UNFINISHED = 1, 2, 3
-"""Exit codes: a trial crashed, a scene cannot be used, and trials are left."""
+"""Exit codes: a trial crashed; a scene cannot be used; some trials have not run
+yet."""
 
 HEADING = "Benchmark"
 
@@ -91,28 +92,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="generated",
         metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|mbm-grasp:DIR"
         "|mbm-carry:DIR|scan:NAME|robots[:SCENE,...]",
-        help="our own scenes (default), the published ones in DIR, either with"
-        " movers that cross the way, MotionBenchMaker's problems in DIR,"
-        " without or with the object to be grasped, or carried back as well,"
-        " targets in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA,"
-        " or random targets for any robot: in clutter and a trained scene, or"
-        " in the SCENEs clutter, trained, shelf, box, under_table",
+        help=(
+            "generated: our scenes (default). published:DIR: the paper's "
+            "scenes in DIR. moving: scenes with moving obstacles. mbm:DIR, "
+            "mbm-grasp:DIR and mbm-carry:DIR: MotionBenchMaker's problems in "
+            "DIR, without the object to be grasped, with it, and with it "
+            "carried back as well. scan: targets in scanned scenes, as "
+            "scan:demo, scan:FILE.yaml or scan:redkitchen:DATA. robots: "
+            "random targets for any robot, in the SCENEs clutter, trained, "
+            "shelf, box, under_table (default: clutter,trained)"
+        ),
     )
     parser.add_argument(
         "--robot",
         default="",
         metavar="NAME|FILE",
-        help="robot of all methods (default: that of each; for mbm panda,"
-        " a mobile robot starts displaced; for robots all shipped"
-        " ones, or several, joined by commas)",
+        help=(
+            "robot that all methods drive (default: the robot of each "
+            "method; for mbm panda; for robots all shipped robots). For "
+            "robots, give one or several, joined by commas. For mbm, a "
+            "mobile robot starts at a displaced pose"
+        ),
     )
     parser.add_argument(
         "--methods",
         metavar="A,B,...",
-        help="names, FILE or FILE:NAME of benchmark/methods.yaml's kind, your"
-        " own controller as MODULE:FUNCTION (see custom_controller.py), or"
-        f" groups: {', '.join(GROUPS)} (default: {METHODS}; for moving:"
-        f" {MOVING_METHODS}; for robots: {ROBOTS_METHOD})",
+        help=(
+            "methods to compare: names; FILE or FILE:NAME of a file like "
+            "benchmark/methods.yaml; your own controller as MODULE:FUNCTION "
+            f"(see custom_controller.py); or groups: {', '.join(GROUPS)} "
+            f"(default: {METHODS}; for moving: {MOVING_METHODS}; for robots: "
+            f"{ROBOTS_METHOD})"
+        ),
     )
     parser.add_argument(
         "--spheres",
@@ -123,8 +134,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="settings that override those of every method, e.g."
-        " '{time_limit: 5}'",
+        help=(
+            "YAML of settings that override those of every method, e.g. "
+            "'{time_limit: 5}'"
+        ),
     )
     parser.add_argument(
         "--output",
@@ -144,16 +157,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ray",
         metavar="ADDRESS",
-        help="run on the Ray cluster at this address instead (extra"
-        " `cluster`); auto: that of this machine",
+        help=(
+            "run the trials on the Ray cluster at this address (extra "
+            "`cluster`); auto: the cluster of this machine"
+        ),
     )
     parser.add_argument(
         "--stop-after",
         type=positive,
         default=math.inf,
         metavar="MINUTES",
-        help="start no new trial after that time, and report the results"
-        " so far; the same command continues with the rest",
+        help=(
+            "after this time, start no further trial and report the results "
+            "so far; the same command then continues with the remaining "
+            "trials"
+        ),
     )
     add_splat_arguments(parser)
     add_json_argument(parser)
@@ -163,10 +181,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the missing trials and prints the tables.
 
     Returns:
-        0: all trials were run. 1: a trial crashed or a splat could not be
-            made.
-        2: a scene cannot be used; the others have been run.
-        3: `--stop-after` has left some trials.
+        0: all trials have run. 1: a trial crashed, or a splat could not be
+        made. 2: a scene cannot be used; the trials in other scenes have run. 3:
+        `--stop-after` ended the run, and some trials have not run.
     """
     started = monotonic()
     console = open_console(stderr=True)
@@ -217,7 +234,11 @@ def run(arguments: argparse.Namespace) -> int:
 def _trials(
     arguments: argparse.Namespace, folders: tuple[Path, ...], drawing: Drawing
 ) -> list[Trial]:
-    """All trials, scene by scene: an interrupt leaves complete scenes."""
+    """Returns all trials, scene by scene.
+
+    With this order, an interrupted run has the results of all methods in most
+    scenes.
+    """
     chosen = arguments.methods or default_methods(arguments.suite)
     names = chosen.split(",")
     trials: list[Trial] = []
@@ -244,7 +265,7 @@ def _trials(
 
 @dc.dataclass(frozen=True)
 class _Outcome:
-    """The results of a run, and its remaining trials."""
+    """The results of a run, and the trials that have not run."""
 
     results: list[TrialResult]
     failed_splats: list[SplatRecord]
@@ -297,7 +318,7 @@ def _report(results: list[TrialResult], output: Path) -> str:
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:
-    """Prints failures and remaining trials; returns the exit code."""
+    """Prints failures and the count of unrun trials; returns the exit code."""
     crashed = [r for r in outcome.results if r.outcome("text") == CRASH]
     broken = [
         *((f"{r.method} in {r.scene}", r.error) for r in crashed),

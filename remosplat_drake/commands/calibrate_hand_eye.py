@@ -42,35 +42,42 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
         "scenario",
-        help="NAME, FILE or FILE:NAME: the robot, its camera, and the assumed"
-        " mount of the camera",
+        help=(
+            "scenario, as NAME, FILE or FILE:NAME, with the robot, its "
+            "camera, and the assumed mount of the camera"
+        ),
     )
     parser.add_argument(
         "--board",
         metavar="CxR:SQUARE:MARKER",
-        help="a ChArUco board: squares along each side, their size and that"
-        " of the markers [m], e.g. 7x5:0.04:0.03, maybe with :DICTIONARY of"
-        " OpenCV; without it the scene itself serves, if the mount is right"
-        " to a few degrees",
+        help=(
+            "a ChArUco board: numbers of squares along its sides, side "
+            "length of squares and of markers [m], and optionally "
+            ":DICTIONARY of OpenCV, e.g. 7x5:0.04:0.03. Without a board, "
+            "overlapping depth images of the scene are used; then the "
+            "assumed mount must be right to a few degrees"
+        ),
     )
     parser.add_argument(
         "--capture",
         type=Path,
         metavar="FOLDER",
-        help="recorded images with the poses of the assumed mount (default:"
-        " images of the camera on the wire)",
+        help=(
+            "recorded images, with camera poses by the assumed mount "
+            "(default: images received over LCM)"
+        ),
     )
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="the robot's wire (default: the scenario's hardware.lcm_url)",
+        help="LCM URL of the robot (default: the scenario's hardware.lcm_url)",
     )
     parser.add_argument(
         "--frames",
         type=int,
         default=15,
         metavar="N",
-        help="images to take from the wire (default: %(default)s)",
+        help="number of images to receive over LCM (default: %(default)s)",
     )
     parser.add_argument(
         "--write",
@@ -84,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(soft_wrap=True)
     if arguments.write and split_spec(arguments.scenario) is None:
         raise RemoSplatError(
-            "--write: shipped scenarios cannot be changed; name a file"
+            "--write: shipped scenarios cannot be changed; give a scenario file"
         )
     board = arguments.board and CharucoBoard.parse(arguments.board)
     scenario = load_scenario(arguments.scenario)
@@ -142,7 +149,7 @@ def _capture(
     config: WristCameraConfig,
     console: Console,
 ) -> Capture:
-    """Reads the images from files or from the wire."""
+    """Reads the images from files, or receives them over LCM."""
     if arguments.capture is not None:
         return read_capture(resolve(arguments.capture))
     hardware = scenario.hardware
@@ -152,10 +159,10 @@ def _capture(
     robot = load_scenario_robot(scenario)
     camera = LcmCamera(config, robot, hardware)
     console.print(
-        f"move the camera to {arguments.frames} places that see the same, and"
-        f" turn it by {math.degrees(APART):.0f} deg or more between them,"
-        " about different axes; images are taken while the robot stands still;"
-        " Ctrl-C ends"
+        f"move the camera to {arguments.frames} places that show the same "
+        f"scene; between two places, turn it by {math.degrees(APART):.0f} deg "
+        "or more, about different axes; an image is taken whenever the robot "
+        "stands still; Ctrl-C ends"
     )
     told = -1
     with stop_signals() as request:

@@ -1,4 +1,4 @@
-"""`remosplat camera-driver`: an Intel RealSense on the station's wire."""
+"""`remosplat camera-driver`: sends the images of an Intel RealSense by LCM."""
 
 import argparse
 from functools import partial
@@ -31,15 +31,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): size and"
-        " field of view of the sent images",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "that defines the size and field of view of the sent images"
+        ),
     )
     add_wire_argument(parser)
     add_camera_wire_argument(parser)
     parser.add_argument(
         "--camera",
         metavar="NAME",
-        help="one of the scenario's `cameras` (default: the one on the wrist)",
+        help="one of the scenario's `cameras` (default: the wrist camera)",
     )
     parser.add_argument(
         "--serial",

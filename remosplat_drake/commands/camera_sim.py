@@ -1,4 +1,4 @@
-"""`remosplat camera-sim`: stand in for a camera of the real robot."""
+"""`remosplat camera-sim`: simulates a camera of the real robot, on LCM."""
 
 import argparse
 import os
@@ -31,8 +31,8 @@ from remosplat_drake.sight.simulated.wire_camera import WireCamera
 _YIELD = 10
 
 _MOST_AHEAD = 50_000
-"""Longest time by which an image is rendered ahead [us]: the robot is drawn at
-its present position."""
+"""Longest time by which an image is rendered before its time stamp [us]. It is
+short, since the robot is drawn at its present position."""
 
 EXAMPLES = """
 remosplat camera-sim StudioLive
@@ -47,16 +47,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
-        " the camera and its surroundings",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with the camera and its surroundings"
+        ),
     )
     add_wire_argument(parser, REHEARSAL_URL)
     add_camera_wire_argument(parser)
     parser.add_argument(
         "--camera",
         metavar="NAME",
-        help="one of the scenario's `cameras`, in place of the camera on the"
-        " wrist",
+        help="one of the scenario's `cameras` (default: the wrist camera)",
     )
     parser.add_argument(
         "--rate",
@@ -68,9 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, once each part of the robot has sent a status.
+    """Sends images, from the first status of every part of the robot to Ctrl-C.
 
-    Movers begin to move when the robot does.
+    Movers begin to move when the robot first moves.
     """
     scenario = load_scenario(arguments.scenario)
     if arguments.camera is not None:
@@ -96,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _camera(
     name: str | None, scenario: Scenario, world: World, lcm: DrakeLcm
 ) -> CameraSim | WireCamera:
-    """The camera on the wrist, or the one with the given name."""
+    """Returns the camera on the wrist, or the one with the given name."""
     robot, truth, tracks = world.robot, world.truth, tracks_of(scenario)
     if name is None:
         wrist = scenario.camera or WristCameraConfig()
@@ -105,7 +106,7 @@ def _camera(
 
 
 def _listen(inbox: Inbox, heard: HeardConfiguration, duration: float) -> None:
-    """Follows the robot until the next image is due [s]."""
+    """Receives the robot's statuses until the next image is due."""
     end = time.monotonic() + duration
     while time.monotonic() < end:
         for channel, data in inbox.fetch(timeout=0.005):

@@ -1,4 +1,4 @@
-"""Inspects a capture before work starts, then refuses, repairs or warns."""
+"""Inspects a capture before work starts, and refuses, repairs or warns."""
 
 import argparse
 from collections.abc import Iterable
@@ -35,8 +35,10 @@ def add_inspection_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--repair",
         action="store_true",
-        help="undo what the inspection finds: inverted poses, wrong units,"
-        " axes and orders, wrong frames",
+        help=(
+            "repair defects that the inspection finds: inverted poses, "
+            "wrong units, axes, orders or frames"
+        ),
     )
     defects = "; ".join(f"{name}: {what}" for name, what in DEFECTS.items())
     parser.add_argument(
@@ -50,10 +52,10 @@ def add_inspection_arguments(parser: argparse.ArgumentParser):
 
 
 def check_inspection_arguments(arguments: argparse.Namespace):
-    """Checks that all accepted names are defects, before any work starts.
+    """Checks, before any work, that all accepted names are names of defects.
 
     Raises:
-        RemoSplatError: A name is not a defect's.
+        RemoSplatError: A name is not the name of a defect.
     """
     check_names(arguments.accept, DEFECTS)
 
@@ -98,12 +100,13 @@ def admitted(
 def after_alignment(
     warnings: list[str], capture: Capture, undone: np.ndarray
 ) -> list[str]:
-    """Returns the remaining warnings after cameras have been refined.
+    """Returns the warnings that remain after the refinement of the cameras.
 
     Args:
         warnings: The warnings before.
         capture: The capture with refined cameras and depths.
-        undone: Errors of the camera that were corrected, see `camera_errors`.
+        undone: Names of the camera errors that were corrected, see
+            `camera_errors`.
     """
     rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
     if len(rest) == len(warnings):
@@ -130,7 +133,7 @@ def _gate(finding: Finding) -> Gate:
 
 
 def _otherwise(result: Repair, tried: bool) -> str:
-    """The remedy, and the flag that accepts the defects."""
+    """Describes the remedy for defects."""
     anyway = "to use it anyway"
     if tried and result.undone:
         done = ", ".join(finding.remedy for finding in result.undone)

@@ -1,4 +1,4 @@
-"""The flags that name a capture, and its reader."""
+"""Flags that select a capture and its frames, and their reader."""
 
 import argparse
 import dataclasses as dc
@@ -18,16 +18,16 @@ from remosplat_drake.capture.formats import (
 from remosplat_drake.commands.flags import check_positive
 
 TRUTH = "truth.json"
-"""Name of the file with a rendered capture's true geometry, an RMMI file beside
-its images."""
+"""Name of the RMMI file, beside a rendered capture's images, with its true
+geometry."""
 
 KEYFRAMES = 150
-"""Default of the largest number of used frames, with which a map is made within
-minutes."""
+"""Default of the largest number of used frames. With so many frames, making a
+map takes minutes."""
 
 _MOST_MISSED = 0.01
-"""Largest fraction of the seen surfaces in unused frames only that gives no
-warning."""
+"""Fraction of the seen surfaces that only unused frames show; a larger fraction
+causes a warning."""
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
@@ -45,27 +45,29 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
         "--stride",
         type=int,
         default=1,
-        help="step between frames that are used (1)",
+        help="use only every N-th frame (1)",
     )
     parser.add_argument(
         "--keyframes",
         type=int,
         default=KEYFRAMES,
         metavar="N",
-        help="largest number of used frames: those that together show most"
-        f" surfaces, preferably sharp ones; 0 uses all ({KEYFRAMES})",
+        help=(
+            "largest number of used frames; sharp frames that together show "
+            f"most surfaces are selected; 0 uses all ({KEYFRAMES})"
+        ),
     )
     parser.add_argument(
         "--max-depth",
         type=float,
         metavar="Z",
-        help="largest trusted depth; deeper pixels are unknown [m]",
+        help="largest depth that is used; deeper pixels count as unknown [m]",
     )
     parser.add_argument(
         "--max-size",
         type=int,
         metavar="N",
-        help="shrink larger images to that width or height [pixels]",
+        help="shrink larger images to this width or height [pixels]",
     )
 
 
@@ -91,14 +93,16 @@ def captured(
 
     Args:
         arguments: The command's flags.
-        console: Console for the number of used frames, if some are left out.
+        console: Console on which the number of used frames is printed, if some
+            are left out.
         report: Called with the progress.
         stages: Storage for the selection of frames.
-        counting: A flag of the command line that names frames by their numbers,
-            which keyframes would change; None without one.
+        counting: A flag of the command line that contains frame numbers, which
+            a selection of keyframes would change; None if there is none.
 
     Returns:
-        The capture; its notes say if its frames miss many of the seen surfaces.
+        The capture. A note in it warns if its frames do not show many of the
+        seen surfaces.
 
     Raises:
         RemoSplatError: The capture cannot be read, or a flag is unusable.
@@ -119,8 +123,9 @@ def captured(
         raise FieldError(
             "reconstruct",
             "--keyframes",
-            f"would renumber the frames that {counting} names; use all of them"
-            f" (0), or at most {arguments.keyframes} by --stride",
+            f"would change the frame numbers that {counting} uses; set it to "
+            f"0 to use all frames, or reduce them to {arguments.keyframes} by "
+            "--stride",
         )
     if keyframes.missed > _MOST_MISSED:
         note = f"{keyframes.words} (--keyframes N uses more)"

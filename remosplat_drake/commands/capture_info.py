@@ -1,4 +1,4 @@
-"""`remosplat capture-info`: a capture's contents, and its defects."""
+"""`remosplat capture-info`: describes a capture and finds its defects."""
 
 import argparse
 from pathlib import Path
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _document(path: Path, kind: str, inspection: CaptureInspection) -> dict:
-    """The document of `--json` about a capture."""
+    """Makes the document of `--json` about a capture."""
     height, width = inspection.size
     near, median, far = inspection.depth
     registration, overlap = inspection.registration, inspection.overlap
@@ -157,11 +157,11 @@ def _rows(inspection: CaptureInspection) -> list[tuple[str, str]]:
 def _registration(inspection: CaptureInspection) -> str:
     registration = inspection.registration
     if registration is None:
-        return "too few edges to tell"
+        return "too few edges to compare colour and depth"
     right, down = registration.shift
     return (
-        f"edges match best moved by {right:+d}, {down:+d} pixels"
-        f" (correlation {registration.correlation:.2f})"
+        f"edges of colour and depth match best if shifted by {right:+d}, "
+        f"{down:+d} pixels (correlation {registration.correlation:.2f})"
     )
 
 

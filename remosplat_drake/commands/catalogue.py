@@ -1,4 +1,4 @@
-"""All commands by group, each in one line, as `remosplat --help` shows them.
+"""Lists all commands by group, each in one line, for `remosplat --help`.
 
 This module imports no command, so that help appears at once.
 """
@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 
 class Group(NamedTuple):
-    """Commands that serve one purpose.
+    """A group of commands that serve one purpose.
 
     Attributes:
         title: The purpose.
-        example: A command line of one of them.
-        commands: Purpose of each command, in one line, by name.
+        example: A command line of one command of the group.
+        commands: Purpose of each command, in one line, by the command's name.
     """
 
     title: str
@@ -45,7 +45,7 @@ GROUPS = (
             "capture-info": "describe an RGB-D capture and check it",
             "reconstruct": "make a splat from an RGB-D capture",
             "quality": "measure the errors of a splat's distances",
-            "convert": "turn a splat from one format of file into another",
+            "convert": "convert a splat to another file format",
             "render-capture": "render RGB-D views of a scene, a model or a"
             " mesh",
         },
@@ -55,7 +55,7 @@ GROUPS = (
         "remosplat doctor TableReach --skip all",
         {
             "doctor": "check robot, wire and computer before the robot moves",
-            "driver-check": "check that a robot's drivers follow the rules",
+            "driver-check": "check that a robot's drivers follow the protocol",
             "arm": "arm a real robot that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
@@ -67,8 +67,8 @@ GROUPS = (
             "ros2-target": "send targets from ROS 2 to a teleoperation",
             "ros2-objects": "read a scenario's objects from MoveIt on ROS 2",
             "camera-driver": "send the images of a RealSense camera",
-            "hardware-sim": "simulate the real robot on the same wire",
-            "sight": "detect movers by cameras, and send them to a robot",
+            "hardware-sim": "simulate the real robot and its drivers",
+            "sight": ("detect movers by cameras, and send them to a robot"),
             "camera-sim": "simulate a camera of the real robot",
         },
     ),

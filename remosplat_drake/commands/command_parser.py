@@ -1,4 +1,4 @@
-"""`CommandParser`: the flags of one command, whose errors are one line."""
+"""`CommandParser`: parses the flags of one command, with one-line errors."""
 
 import argparse
 import importlib
@@ -23,7 +23,7 @@ def load_command(name: str) -> ModuleType:
         name: One of `COMMANDS`.
 
     Raises:
-        MissingLibraryError: A library of the system is not installed.
+        MissingLibraryError: A shared library of the system is not installed.
     """
     with interrupts_deferred(), libraries_named("Drake"):
         return importlib.import_module(
@@ -34,11 +34,11 @@ def load_command(name: str) -> ModuleType:
 class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of one command.
 
-    Errors in them are `RemoSplatError`s with a suggestion; `argparse` would
-    print several lines and exit.
+    Invalid arguments raise a `RemoSplatError` with a suggestion. `argparse`
+    itself would print several lines and exit.
 
     Attributes:
-        examples: Command lines that work, one a line.
+        examples: Example command lines, one per line.
     """
 
     def __init__(self, command: str):
@@ -57,10 +57,10 @@ class CommandParser(argparse.ArgumentParser):
             description=f"{summary[0].upper()}{summary[1:]}.",
             epilog=f"examples:\n  {indented}",
             formatter_class=_HelpFormatter,
-            # No abbreviations of flags: --har must not move a real robot.
+            # Flags cannot be abbreviated: --har must not move a real robot.
             allow_abbrev=False,
         )
-        # By default, `argparse` parses -1e-3 as a flag.
+        # Without this pattern, `argparse` would parse -1e-3 as a flag.
         self._negative_number_matcher = _NUMBER
         self.register("type", float, number)
         self.register("type", int, whole_number)
@@ -72,13 +72,13 @@ class CommandParser(argparse.ArgumentParser):
 
         Args:
             args: The arguments.
-            namespace: Object that receives their values; None: a new one.
+            namespace: Object that receives the values; None makes a new one.
 
         Raises:
             RemoSplatError: An argument is unknown, missing or unusable.
         """
-        # Checked first, so that a misspelt required flag is not reported as
-        # missing.
+        # Unknown flags are checked first, so that a misspelt required flag is
+        # not reported as missing.
         for word in args:
             if word == "--":
                 break
@@ -87,7 +87,7 @@ class CommandParser(argparse.ArgumentParser):
                 self._refuse(flag)
         namespace, rest = self.parse_known_args(args, namespace)
         if rest:
-            self.error(f"{rest[0]!r} is one argument too many")
+            self.error(f"{rest[0]!r} is an unexpected argument")
         return namespace
 
     def error(self, message: str) -> NoReturn:
@@ -96,7 +96,7 @@ class CommandParser(argparse.ArgumentParser):
         raise RemoSplatError(f"{self._command}: {message}")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Like `argparse`, with suggestions for mistakes."""
+        """Checks a value's choices; an error suggests a similar choice."""
         if action.choices is not None and value not in action.choices:
             problem = unknown_name("choice", value, map(str, action.choices))
             raise argparse.ArgumentError(action, problem)
@@ -127,7 +127,7 @@ class CommandParser(argparse.ArgumentParser):
 
 
 class _HelpFormatter(argparse.HelpFormatter):
-    """Fills paragraphs, and leaves the lines of examples as they are."""
+    """A help formatter that wraps paragraphs, but not the lines of examples."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         if "\n" in text:
@@ -136,7 +136,7 @@ class _HelpFormatter(argparse.HelpFormatter):
 
 
 def _commands_with(flag: str) -> Iterator[str]:
-    """The commands that have a flag; all modules that load are searched."""
+    """Returns the commands that have a flag."""
     for command in COMMANDS:
         try:
             parser = CommandParser(command)

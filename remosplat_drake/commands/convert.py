@@ -1,4 +1,4 @@
-"""`remosplat convert`: a splat from one format of file to another."""
+"""`remosplat convert`: converts a splat to another file format."""
 
 import argparse
 from pathlib import Path
@@ -45,7 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     suffixes = ", ".join(sorted(f.suffix for f in FORMATS))
     parser.add_argument(
-        "source", metavar="A", help=f"a splat: {suffixes}, or a folder of SOG"
+        "source",
+        metavar="A",
+        help=(f"the splat to convert: {suffixes}, or a folder of SOG"),
     )
     parser.add_argument(
         "output",
@@ -56,26 +58,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--surfels",
         action="store_true",
-        help="convert ellipsoids to discs with the shortest axis as normal",
+        help="convert ellipsoids to discs, whose normal is the shortest axis",
     )
     parser.add_argument(
         "--crop",
         type=float,
         nargs=6,
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
-        help="keep the splats between these corners, in A's coordinates",
+        help=(
+            "keep only splats in the box between these corners, in A's "
+            "coordinates"
+        ),
     )
     parser.add_argument(
         "--model",
         choices=_MODELS,
-        help="kind of splats in a checkpoint, if its name does not contain it",
+        help=(
+            "kind of splats in a checkpoint, if its file name does not "
+            "contain the kind"
+        ),
     )
     add_cleaning_arguments(parser)
     add_placement_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Converts the file, and prints the steps and losses."""
+    """Converts the file, and prints the steps and the loss of precision."""
     check_cleaning(arguments)
     check_placement(arguments)
     target = format_of_name(arguments.output)
@@ -106,15 +114,15 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(f"{arguments.output}: {target.title}, {_description(splat)}")
     if splat.is_surfel and not target.keeps_surfels:
         console.print(
-            f"It contains the discs as ellipsoids {1e6 * THICKNESS:.0f} um"
-            " thick;"
-            " read here, they are discs again."
+            f"It stores the discs as ellipsoids {1e6 * THICKNESS:.0f} um "
+            "thick; this program reads them as discs again."
         )
     if splat.uncertainty is not None and not target.keeps_uncertainty:
         largest = f"{1e3 * splat.uncertainty.max():.1f} mm"
         console.print(
-            f"The splats' uncertainty, up to {largest}, is lost:"
-            f" {target.title} cannot store it, so oracles will subtract none."
+            f"The splats' uncertainty, up to {largest}, is lost: "
+            f"{target.title} cannot store it, so oracles will not subtract it "
+            "from distances."
         )
     if target.loss:
         again = read_splat(arguments.output)
@@ -141,7 +149,7 @@ def _description(splat: GaussianSplat) -> str:
 
 
 def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
-    """Result of reading the file again, in one line."""
+    """Returns one line on the differences after reading the file again."""
     error = conversion_error(before, after)
     parts = {
         "position": (1e3 * error.position, "mm"),

@@ -64,8 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot"
-        " and its wire",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with the robot and its LCM URL"
+        ),
     )
     parser.add_argument(
         "--lcm-url",
@@ -77,7 +79,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--report",
         type=Path,
         metavar="FILE",
-        help="file of the report (default: where `run --hardware` reads it)",
+        help=(
+            "file of the report (default: the file that `run --hardware` reads)"
+        ),
     )
     parser.add_argument(
         "--yes",
@@ -89,8 +93,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="DRILL",
-        help=f"skip a drill: one of {', '.join(DRILLS)}, or all; no real"
-        " robot is driven with such a report",
+        help=(
+            f"skip a drill: one of {', '.join(DRILLS)}, or all; with such a "
+            "report, no real robot can be driven"
+        ),
     )
     parser.add_argument(
         "--patience",
@@ -126,7 +132,10 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(f"the report is {path}")
     lacking = report.lacking(needed_checks(robot.n_base > 0))
     if lacking and not report.failed:
-        console.print(f"it allows no run; it lacks {', '.join(lacking)}")
+        console.print(
+            "the report does not permit a run; missing checks: "
+            f"{', '.join(lacking)}"
+        )
     if arguments.json:
         print_json(report)
     return 1 if report.failed else 0
@@ -170,7 +179,7 @@ def _drill(
     arguments: argparse.Namespace,
     console: Console,
 ) -> Iterator[Finding]:
-    """Yields the findings of the drills that a person agrees to."""
+    """Yields the findings of the drills (motions) that a person agrees to."""
     watched = drills.WatchedRobot(scenario.hardware, robot)
 
     def say(text: str) -> None:
@@ -200,7 +209,7 @@ def _drill(
 def _base_speeds(
     scenario: Scenario, console: Console
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drives the base's step by the diagram of every run.
+    """Drives the base with a step in speed, by the diagram of every run.
 
     Returns:
         Times of the ticks since the first one [s], and the measured speeds of

@@ -1,4 +1,4 @@
-"""`remosplat driver-check`: checks a robot's driver by the wire's rules."""
+"""`remosplat driver-check`: checks a robot's drivers by the LCM protocol."""
 
 import argparse
 import contextlib
@@ -26,7 +26,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 _PERIOD = 0.001
 _LOOK = 2.0
-"""Time between two checks for missing observations [s]."""
+"""Time between two checks of whether everything was observed [s]."""
 
 _LONGEST = 3600.0
 
@@ -43,37 +43,42 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
         "scenario",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot"
-        " and its wire",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with the robot and its LCM URL"
+        ),
     )
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="the wire (default: the scenario's hardware.lcm_url)",
+        help="LCM URL of the robot (default: the scenario's hardware.lcm_url)",
     )
     parser.add_argument(
         "--duration",
         type=positive,
         default=300.0,
         metavar="S",
-        help="longest time to listen; the check ends earlier once everything"
-        " was observed"
-        " (default: %(default)s)",
+        help=(
+            "longest time to listen; the check ends earlier if everything "
+            "was observed (default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--skip",
         action="append",
         default=[],
         choices=(STOP, RESTART),
-        help="do not wait for a stop, or for a restart of a driver;"
-        " missing observations are not conformant, except for the"
-        " restart",
+        help=(
+            "do not wait for a stop, or for a restart of a driver. A rule "
+            "that was not observed counts as violated, except for the "
+            "restart"
+        ),
     )
     add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Listens and judges; returns 1 if a rule is violated or unobserved."""
+    """Checks the drivers; returns 1 if a rule is violated or unobserved."""
     if arguments.duration > _LONGEST:
         problem = f"must be at most {_LONGEST:g}"
         raise FieldError("driver-check", "--duration", problem)
@@ -90,9 +95,9 @@ def run(arguments: argparse.Namespace) -> int:
     slower = 1e3 * (config.arm_status_period - 1e-3)
     if slower > 1:
         console.print(
-            f"at {config.arm_status_rate:g} Hz a silent arm is detected"
-            f" {slower:.0f} ms later than at 1 kHz: it continues to move until"
-            " then"
+            f"at {config.arm_status_rate:g} Hz an arm that stops sending is "
+            f"detected {slower:.0f} ms later than at 1 kHz, and moves for "
+            "that much longer"
         )
     if arguments.json:
         print_json(findings)
@@ -111,7 +116,7 @@ def _listen(
     arguments: argparse.Namespace,
     console: Console,
 ) -> RobotRecord:
-    """Listens until everything was observed, and two seconds longer."""
+    """Listens until two seconds after everything was observed."""
     packets: list[Packet] = []
     seen, looked, told, complete = Seen(), 0, "", False
     listener = MulticastListener(config.url)
@@ -136,7 +141,8 @@ def _listen(
             still = seen.missing(
                 STOP not in arguments.skip, RESTART not in arguments.skip
             )
-            # A motion that has been seen only just goes on for a while.
+            # A motion that was just detected continues for a while; the rest of
+            # it is recorded, too.
             if ends or (complete and not still):
                 request.is_heeded = True
                 return gather(packets, config, robot, passed)
@@ -144,4 +150,4 @@ def _listen(
             line = "; ".join(still)
             if still and line != told:
                 told = line
-                console.print(f"still to be seen: {line}", highlight=False)
+                console.print(f"not observed yet: {line}", highlight=False)

@@ -1,4 +1,4 @@
-"""Flags that the drivers of arm, base and hand have in common."""
+"""Flags that the commands of arm, base and hand drivers share."""
 
 import argparse
 
@@ -13,7 +13,7 @@ from remosplat_drake.hardware.ros_config import Tell
 
 
 def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
-    """Declares the flags for the driven robot and its wire.
+    """Declares the flags for the robot's scenario and its LCM URL.
 
     Args:
         parser: The command's parser.
@@ -21,30 +21,38 @@ def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
     """
     parser.add_argument(
         "scenario",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): its"
-        f" hardware.{part}_driver defines the connection to the {part}",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            f"whose hardware.{part}_driver defines the connection to the "
+            f"{part}"
+        ),
     )
     parser.add_argument(
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="fields of the scenario to override, as for `remosplat run`",
+        help=(
+            "YAML of fields that override the scenario's, as for `remosplat "
+            "run`"
+        ),
     )
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="the station's wire (default: the scenario's hardware.lcm_url;"
-        " ttl=1 reaches other computers)",
+        help=(
+            "LCM URL of the controller (default: the scenario's "
+            "hardware.lcm_url; ttl=1 reaches other computers)"
+        ),
     )
 
 
 def open_driver_wire(
     arguments: argparse.Namespace, config: HardwareConfig
 ) -> tuple[DrakeLcm, str]:
-    """Joins the wire that the command line or the scenario names.
+    """Joins the LCM network that the command line or the scenario names.
 
     Returns:
-        The wire, and its URL.
+        The LCM interface, and its URL.
 
     Raises:
         RemoSplatError: The URL is unusable.
@@ -69,7 +77,7 @@ def no_driver(scenario: Scenario, part: str) -> FieldError:
 
 
 def teller(console: Console, part: str) -> Tell:
-    """Returns a function that prints news of a driver.
+    """Returns a function that prints a driver's messages.
 
     Args:
         console: The console.
@@ -79,7 +87,7 @@ def teller(console: Console, part: str) -> Tell:
 
 
 def announce(console: Console, url: str, config: object) -> None:
-    """Prints what a driver connects, by its tag in scenario files.
+    """Prints the LCM URL and the kind of driver that it connects.
 
     Args:
         console: The console.

@@ -22,14 +22,14 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 
 INCOMPLETE = 2
-"""Exit code of a successful run with an incomplete file."""
+"""Exit code of a successful run of which a file is incomplete."""
 
 _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
 
 LONGEST_REPLAY = 600.0
-"""Length of the page's replay of a run on a real robot [s]: each minute takes 6
-MB, and a run may last for hours."""
+"""Longest part of a real robot's run that the page can replay [s]. It is
+limited, since each minute takes 6 MB and a run may last for hours."""
 
 _COLOURS = {
     stands.WAITING: "cyan",
@@ -40,7 +40,7 @@ _COLOURS = {
     stands.STOPPED: "bold red",
     stands.ENDED: "bold red",
 }
-"""Colours of sentences, by their kind."""
+"""Colours of the sentences about the robot's state, by their kind."""
 
 
 def drive(
@@ -59,8 +59,8 @@ def drive(
         rate: Real-time rate of a simulation, as `simulation.run` takes it;
             None if the station is the real robot.
         patience: Time that a stopped robot waits for a release [s].
-        page: The page that records the motion; on the real robot, only for
-            `LONGEST_REPLAY`. None for no page.
+        page: The page, which records the motion for replay, up to
+            `LONGEST_REPLAY` on a real robot. None for no page.
 
     Returns:
         The result of the run, and the timing of a real robot's loop, which is
@@ -95,7 +95,7 @@ def drive(
 
         def explain(t: float, standing: Standing):
             if standing.kind == stands.HELD:
-                # Without line breaks in a pipe, which has no width.
+                # In a pipe, which has no width, lines are not broken.
                 line = Text(f"{t:.2f} s  ", "dim")
                 line.append(standing.text, _COLOURS[standing.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
@@ -122,7 +122,7 @@ def drive(
 
 
 def log_is_whole(application: Application, console: Console) -> bool:
-    """Prints the missing parts of files that were written during a run.
+    """Prints which files of a run are incomplete; returns whether none is.
 
     Args:
         application: The diagram that ran; its log is closed.
@@ -139,12 +139,12 @@ def log_is_whole(application: Application, console: Console) -> bool:
 
 
 def say_trouble(trouble: str, console: Console) -> None:
-    """Prints the missing parts of files in one line, with the files' names."""
+    """Prints a message about an incomplete file in one line."""
     console.print(Text(trouble, "bold red"), soft_wrap=True)
 
 
 def strangers(application: Application) -> str:
-    """A line on other programs on a real robot's wire; empty if none."""
+    """Returns a line on other programs that send to a real robot, or ""."""
     assert isinstance(application.station, HardwareStation)
     guard = application.station.link.guard
     said = guard.summary() if guard else ""
@@ -152,7 +152,7 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
-    """Returns the robot's state, and below it the tick in numbers.
+    """Returns the robot's state, followed by numbers about the tick.
 
     Args:
         t: Time since the start of the run [s].

@@ -1,7 +1,7 @@
-"""A first scenario for a new robot.
+"""Writes a first scenario for a new robot.
 
-It has a post on the floor, and targets on both sides of it. Its targets are
-those that a simulated run has reached.
+The scene has a post on the floor, and targets on both sides of it. A trial run
+in simulation has reached all targets of the scenario.
 """
 
 import dataclasses as dc
@@ -32,28 +32,29 @@ TARGETS = 2
 """Number of targets of each end effector."""
 
 TRIES = 6
-"""Number of scenes that are tried."""
+"""Largest number of random scenes that are tried."""
 
 TIME_LIMIT = 20.0
 """Time limit of the scenario [s]."""
 
 _ROOM = 0.12
-"""Least clearance at the start and at the targets [m]."""
+"""Least clearance of the robot at the start and at the targets [m]."""
 
 _SELF_ROOM = 0.02
 """Least distance between two parts of the robot at the targets [m]."""
 
 _MARGIN = 0.2
-"""Distance of targets from joint limits, as a share of the range."""
+"""Least distance of joint positions at the targets from joint limits, as a
+fraction of the range."""
 
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
 }"""
-"""Settings of the trial run: no search for targets that are not reached
-soon."""
+"""Settings of the trial run. They disable planning, so that a target that is
+not reached soon is dropped."""
 
 _DISCS = 4000
-"""Number of discs of the splat."""
+"""Number of discs in the scene's splat."""
 
 
 @dc.dataclass(frozen=True)
@@ -79,10 +80,10 @@ def write_first_scenario(
     """Writes `scenario.yaml` with its scene into the robot's folder.
 
     Args:
-        robot: The robot, whose description is in that folder.
+        robot: The robot. Its description is in `folder`.
         folder: The folder.
         on_try: Called with the number of scenes tried so far, and the largest
-            number of tries.
+            number of scenes.
 
     Raises:
         RemoSplatError: The robot reaches no target in any of the scenes, or its
@@ -106,7 +107,8 @@ def write_first_scenario(
     tried, goals, scene = best
     kept = tried.reached // effectors
     if kept < TARGETS:
-        # A run with fewer goals differs, so each written scenario is run first.
+        # A run with fewer targets differs, so the scenario is run again with
+        # only the targets that it will contain.
         _write(folder, goals[:kept], scene, robot)
         tried = _try(folder)
     return tried
@@ -115,7 +117,7 @@ def write_first_scenario(
 def _scenes(
     robot: RobotModel,
 ) -> Iterator[tuple[PrimitiveScene, list[np.ndarray]]]:
-    """Posts that leave the start and the goals free, and these goals."""
+    """Yields random posts and targets, such that start and targets are free."""
     made = 0
     for seed in range(10 * TRIES):
         if made == TRIES:
@@ -134,7 +136,7 @@ def _scenes(
 
 
 def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
-    """A valid configuration at some distance from home."""
+    """Draws a valid configuration at some distance from home; None if none."""
     n = robot.n_q - len(robot.home)
     for _ in range(200):
         q = robot.q_home
@@ -158,7 +160,7 @@ def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
 
 
 def _lowest(robot: RobotModel, q: np.ndarray) -> float:
-    """Height of the lowest sphere that the arm moves [m]."""
+    """Returns the height of the lowest sphere that the arm moves [m]."""
     spheres = robot.spheres_at(q)
     low = (spheres.p_WS[:, 2] - spheres.radius)[robot.moved_by_arm]
     return float(low.min(initial=np.inf))
@@ -167,7 +169,7 @@ def _lowest(robot: RobotModel, q: np.ndarray) -> float:
 def _post(
     robot: RobotModel, states: list[np.ndarray], rng: np.random.Generator
 ) -> Cylinder | None:
-    """A post beside the path of a hand that no state touches."""
+    """Makes a post beside the hand's path that no given state touches."""
     ends = np.array([robot.end_effector_poses(q)[:, :3, 3] for q in states])
     for _ in range(100):
         hand = rng.integers(ends.shape[1])

@@ -1,4 +1,4 @@
-"""`remosplat fit-hulls`: convex collision shapes from a robot's meshes."""
+"""`remosplat fit-hulls`: makes convex collision shapes of a robot's meshes."""
 
 import argparse
 from pathlib import Path
@@ -29,12 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "robot",
         metavar="ROBOT",
-        help="the name of a shipped robot or a robot's description file",
+        help="name of a shipped robot, or a robot description file",
     )
     parser.add_argument(
         "--spheres",
         default="covering",
-        help="the sphere set that encloses the meshes (covering)",
+        help="name of the sphere set that encloses the meshes (covering)",
     )
     parser.add_argument(
         "--links", nargs="+", default=[], help="only these links (default all)"
@@ -44,18 +44,23 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1.0,
         metavar="MM",
-        help="largest distance by which a mesh extends beyond its shapes (1"
-        " mm)",
+        help=(
+            "largest distance by which a mesh may extend beyond its shapes "
+            "(1 mm)"
+        ),
     )
     parser.add_argument(
         "--output",
         type=Path,
-        help="folder for .obj files and the elements of a URDF that name them",
+        help=(
+            "folder for the shapes (.obj), and for URDF elements that refer "
+            "to them"
+        ),
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Cuts the meshes, prints a table and writes the shapes."""
+    """Cuts the meshes into convex shapes, prints a table, writes the shapes."""
     if not 0.0 < args.tolerance < float("inf"):
         raise FieldError("--tolerance", str(args.tolerance), "expected > 0")
     description = load_robot_description(args.robot)

@@ -1,4 +1,4 @@
-"""`remosplat fit-spheres`: cover any robot with a few spheres."""
+"""`remosplat fit-spheres`: covers any robot with a few spheres."""
 
 import argparse
 from pathlib import Path
@@ -29,8 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "model",
         metavar="MODEL",
-        help="a URDF, SDF or *.dmd.yaml file, a robot's description file or"
-        " the name of a shipped robot",
+        help=(
+            "a URDF, SDF or *.dmd.yaml file, a robot description file, or "
+            "the name of a shipped robot"
+        ),
     )
     parser.add_argument(
         "--count", type=int, help=f"largest number of spheres ({COUNT})"
@@ -39,8 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--tolerance",
         type=float,
         metavar="MM",
-        help="instead of a count: largest distance by which spheres protrude"
-        " from a link [mm], if --most spheres per link suffice",
+        help=(
+            "instead of --count: largest distance by which spheres may "
+            "protrude from a link [mm]; it holds if --most spheres per link "
+            "suffice"
+        ),
     )
     parser.add_argument(
         "--most",
@@ -57,20 +62,24 @@ def add_arguments(parser: argparse.ArgumentParser):
         nargs="+",
         default=[],
         metavar="LINK=FACTOR",
-        help="fit finer (> 1) or coarser (< 1) spheres to a link",
+        help=(
+            "fit finer (factor > 1) or coarser (factor < 1) spheres to a link"
+        ),
     )
     parser.add_argument(
         "--meshes",
         action="store_true",
-        help="fit to the meshes of the robot's description (extra `meshes`)"
-        " instead of to its collision shapes",
+        help=(
+            "cover the meshes of the robot description (extra `meshes`) "
+            "instead of its collision shapes"
+        ),
     )
     parser.add_argument(
         "--with-collision",
         nargs="+",
         default=[],
         metavar="LINK",
-        help="with --meshes: cover the collision shapes of these links too",
+        help="with --meshes: for these links, cover the collision shapes, too",
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(

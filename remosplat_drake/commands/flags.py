@@ -27,16 +27,19 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
         "--record",
         type=Path,
         metavar="FILE.mcap",
-        help="write every tick, and the real camera's images, as an MCAP file"
-        " for Foxglove",
+        help=(
+            "write every tick, and the images of a real camera, to an MCAP "
+            "file for Foxglove"
+        ),
     )
     parser.add_argument(
         "--live",
         type=int,
         metavar="PORT",
-        help="with --record: let Foxglove connect to ws://127.0.0.1:PORT"
-        " (usually"
-        " 8765; extra `live`)",
+        help=(
+            "with --record: Foxglove can connect to ws://127.0.0.1:PORT "
+            "(default port 8765; extra `live`)"
+        ),
     )
     parser.add_argument(
         "--rviz",
@@ -87,20 +90,23 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
         "--doctor",
         type=Path,
         metavar="FILE",
-        help="report of `remosplat doctor` (default: where the doctor"
-        " writes it)",
+        help=(
+            "report of `remosplat doctor` (default: the file that the "
+            "doctor writes by default)"
+        ),
     )
     parser.add_argument(
         "--without-doctor",
         action="store_true",
-        help="drive a robot without such a report",
+        help="drive a robot without a report of `remosplat doctor`",
     )
 
 
 def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
-    """Refuses a real robot without a valid report, unless permitted.
+    """Refuses to drive a real robot without a valid report of the doctor.
 
-    A rehearsal moves no real robot, and a shadow run moves no robot.
+    A rehearsal, which moves no real robot, and a shadow run, which moves no
+    robot, need no report; neither does a run with `--without-doctor`.
 
     Args:
         arguments: The command line with `--doctor`, `--without-doctor`,
@@ -123,7 +129,7 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that those flags that are given are positive and finite.
+    """Checks that some flags, if they are given, are positive and finite.
 
     Raises:
         FieldError: A value is not positive or not finite; the error names the
@@ -137,10 +143,10 @@ def check_positive(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_finite(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that those flags that are given are finite.
+    """Checks that some flags, if they are given, are finite.
 
     Raises:
-        FieldError: A flag holds NaN or infinity; the error names the flag.
+        FieldError: A flag contains NaN or infinity; the error names the flag.
     """
     for name in names:
         value = getattr(arguments, name)

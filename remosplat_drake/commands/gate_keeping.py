@@ -1,4 +1,4 @@
-"""Prints the knowledge about a map, and lets people accept its problems."""
+"""Prints the state of a map, and lets a person accept its problems."""
 
 import argparse
 import dataclasses as dc
@@ -20,7 +20,7 @@ from remosplat_drake.safety.gates import (
 
 
 def add_accept_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares `--accept`, with which a user accepts a problem of the map."""
+    """Declares the flag `--accept`, which accepts a problem of the map."""
     gates = "; ".join(f"{name}: {what}" for name, what in GATES.items())
     parser.add_argument(
         "--accept",
@@ -34,10 +34,10 @@ def add_accept_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def check_accepted(arguments: argparse.Namespace) -> None:
-    """Checks that all accepted names are gates, before any work starts.
+    """Checks, before any work, that all accepted names are names of gates.
 
     Raises:
-        RemoSplatError: A name is not a gate's.
+        RemoSplatError: A name is not the name of a gate.
     """
     check_names(arguments.accept)
 
@@ -45,7 +45,7 @@ def check_accepted(arguments: argparse.Namespace) -> None:
 def describe(
     knowledge: MapKnowledge, warnings: Iterable[Gate], console: Console
 ) -> None:
-    """Prints the knowledge about a map, and its faults."""
+    """Prints the content, the error and the problems of a map."""
     for line in knowledge.lines():
         _tell(console, line)
     for gate in warnings:
@@ -54,11 +54,12 @@ def describe(
 
 @dc.dataclass(frozen=True)
 class Admission:
-    """Permission for a run to begin, and its terms.
+    """Permission for a run to begin, with its warnings and accepted problems.
 
     Attributes:
         knowledge: The knowledge about the run's map.
-        passage: Result of the gates: the warnings, and the accepted gates.
+        passage: Result of the gates (checks before a run): warnings, and
+            accepted problems.
         hardware: Whether a real robot will move.
     """
 
@@ -67,10 +68,10 @@ class Admission:
     hardware: bool
 
     def announce(self, console: Console) -> None:
-        """Prints the map's state; asks to confirm accepted gates.
+        """Prints the map's state; a person must confirm accepted problems.
 
         Raises:
-            RemoSplatError: No person confirms an accepted gate.
+            RemoSplatError: No person has confirmed an accepted problem.
         """
         describe(self.knowledge, self.passage.warnings, console)
         for gate in self.passage.accepted:
@@ -79,7 +80,7 @@ class Admission:
             _tell(console, f"accepted: {gate}", "bold yellow")
 
     def document(self) -> dict:
-        """Returns the part of the admission that a run's files contain."""
+        """Returns the data about the map that a run's files contain."""
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
@@ -95,7 +96,7 @@ def admit(
     where: str,
     start: Sequence[Gate] = (),
 ) -> Admission:
-    """Lets a run begin, or refuses it; prints nothing yet.
+    """Permits a run or refuses it, without printing.
 
     Args:
         knowledge: The knowledge about the run's map.
@@ -123,15 +124,16 @@ def _confirm(gate: Gate, console: Console) -> None:
     """Requests that a person types a gate's name before a real robot moves.
 
     Raises:
-        RemoSplatError: There is no terminal, or something else is typed.
+        RemoSplatError: There is no terminal, or the typed text is not the
+            gate's name.
     """
     flag = f"--accept {gate.name}"
     if sys.stdin is None or not sys.stdin.isatty():
         raise RemoSplatError(
-            f"{flag}: with --hardware a person has to confirm that at a"
-            f" terminal, and there is none ({gate.problem})"
+            f"{flag}: with --hardware a person must confirm this at a "
+            f"terminal, but the program has no terminal ({gate.problem})"
         )
-    # Input from before the question is not an answer to it.
+    # Input that was typed before the question is discarded.
     termios.tcflush(sys.stdin, termios.TCIFLUSH)
     _tell(console, str(gate))
     console.print(
@@ -142,7 +144,7 @@ def _confirm(gate: Gate, console: Console) -> None:
 
 
 def _tell(console: Console, line: str, style: str = "") -> None:
-    """Prints one line, without wrapping, in which brackets are not markup."""
+    """Prints one line without wrapping; brackets in it are not markup."""
     console.print(
         line, style=style, markup=False, highlight=False, soft_wrap=True
     )

@@ -1,4 +1,4 @@
-"""`remosplat hand-driver`: between the station's wire and a gripper."""
+"""`remosplat hand-driver`: connects a gripper with the controller by LCM."""
 
 import argparse
 
@@ -23,7 +23,7 @@ from remosplat_drake.robot.robot_description import load_robot_description
 EXAMPLES = """
 remosplat hand-driver my_robot.yaml
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the hand until Ctrl-C; its fingers stay where they are then."""
+    """Drives the hand until Ctrl-C, which leaves the fingers where they are."""
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.hand_driver is None:

@@ -1,4 +1,4 @@
-"""`remosplat hardware-sim`: simulates the real robot on its wire."""
+"""`remosplat hardware-sim`: simulates the real robot and its LCM drivers."""
 
 import argparse
 import gc
@@ -42,13 +42,13 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer after which the stand-in catches up [s], since
-a real robot continues meanwhile. After longer ones, its statuses would remain
-too old."""
+"""Longest stall of the computer after which the simulated robot catches up [s],
+as a real robot would have continued. After a longer stall, catching up would
+take so long that statuses are too old."""
 
 _FCI_PATIENCE = 0.002
-"""The same if a driver must answer each millisecond [s]: while the stand-in
-catches up, the driver has no time to answer."""
+"""Longest stall that is caught up if a driver must answer each millisecond [s].
+It is shorter, since the driver has no time to answer meanwhile."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach
@@ -62,8 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the"
-        " robot's start and its obstacles",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with the robot, its start and the obstacles"
+        ),
     )
     add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
@@ -85,35 +87,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME[=VALUE]@START[+DURATION]",
-        help="a fault, START seconds after the first command; may be repeated;"
-        f" one of {', '.join(FAULTS)}",
+        help=(
+            "inject a fault START seconds after the first command; may be "
+            f"repeated; one of {', '.join(FAULTS)}"
+        ),
     )
     parser.add_argument(
         "--fci",
         type=int,
         metavar="PORT",
-        help="control the arm by `remosplat panda-driver --simulated PORT`"
-        " instead of the wire",
+        help=(
+            "receive the arm's commands from `remosplat panda-driver "
+            "--simulated PORT` instead of LCM"
+        ),
     )
     parser.add_argument(
         "--rtde",
         metavar="ADDRESS",
-        help="control a Universal Robots arm by `remosplat arm-driver ur"
-        " ADDRESS` instead of the wire, on an address of this computer"
-        " such as 127.0.0.2",
+        help=(
+            "receive the commands of a Universal Robots arm from `remosplat "
+            "arm-driver ur ADDRESS` instead of LCM; ADDRESS is one of this "
+            "computer, such as 127.0.0.2"
+        ),
     )
     parser.add_argument(
         "--ros2",
         action="store_true",
-        help="simulate a robot on ROS 2 instead of one on the wire: with"
-        " the topics of the scenario's !Ros2Arm and !Ros2Base, for"
-        " `arm-driver` and `base-driver`",
+        help=(
+            "simulate a robot on ROS 2 instead of one on LCM, with the "
+            "topics of the scenario's !Ros2Arm and !Ros2Base, for "
+            "`arm-driver` and `base-driver`"
+        ),
     )
     parser.add_argument(
         "--localization",
         action="store_true",
-        help="also send the base's pose by a localisation, 10 times a"
-        " second; its odometry then has another origin",
+        help=(
+            "also send the base's pose from a simulated localisation, 10 "
+            "times a second; the odometry then has another origin"
+        ),
     )
     parser.add_argument(
         "--record",
@@ -172,7 +184,8 @@ def run(
     patience = _PATIENCE if arguments.fci is None else _FCI_PATIENCE
     pacer = Pacer(TICK / arguments.realtime_rate, patience)
     console.print(f"the robot is on {url}; Ctrl-C ends")
-    # A garbage collection of all loaded modules would take several ticks.
+    # The loaded modules are excluded from garbage collection, which would take
+    # several ticks.
     gc.collect()
     gc.freeze()
     with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
@@ -205,7 +218,7 @@ def run(
 def _arm_driver(
     arguments: argparse.Namespace, world: World
 ) -> FciArm | RtdeArm | None:
-    """Other source of the arm's commands than the wire, if there is one."""
+    """Returns the source of the arm's commands, if it is not LCM."""
     joints = len(world.robot.home)
     if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
         problem = "not with --fci or --rtde: the arm is on ROS 2"

@@ -1,4 +1,4 @@
-"""Waits for people at a browser page, before and after a run."""
+"""Serves a browser page, and waits for its viewers before and after a run."""
 
 import argparse
 import sys
@@ -13,14 +13,14 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import START, waiting
 
 LOCALHOST = "localhost"
-"""Interface that only this computer reaches."""
+"""Network interface that only this computer can reach."""
 
 _PERIOD = 0.05
 """Time between two checks of the page's buttons [s]."""
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags for where and how long a page is served."""
+    """Declares the flags for a page's address and its duration."""
     parser.add_argument(
         "--port",
         type=port_number,
@@ -30,8 +30,10 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
         "--host",
         default=LOCALHOST,
         metavar="ADDRESS",
-        help="interface on which the page is served, 0.0.0.0 for all (default:"
-        " this computer only)",
+        help=(
+            "network interface on which the page is served; 0.0.0.0 for all "
+            "(default: this computer only)"
+        ),
     )
     parser.add_argument(
         "--hold",
@@ -54,7 +56,8 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
-            "--host: not with --hardware: Meshcat cannot identify its visitors"
+            "--host: not with --hardware, since the page cannot identify its "
+            "visitors"
         )
     # Meshcat's default.
     host = "*" if host == "0.0.0.0" else host
@@ -62,7 +65,7 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Whether a page stays open; None means: if a terminal is attached."""
+    """Returns whether a page stays open; None: if there is a terminal."""
     return sys.stdin.isatty() if wanted is None else wanted
 
 
@@ -78,7 +81,7 @@ def add_viewer_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def is_waited_for(arguments: argparse.Namespace) -> bool:
-    """Whether a run waits for a viewer of its page before it begins.
+    """Returns whether a run waits for a viewer of its page before it begins.
 
     Args:
         arguments: The command line, with `wait_for_viewer`, `headless` and
@@ -92,8 +95,8 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
         raise RemoSplatError("--wait-for-viewer: not with --headless")
     if wanted and arguments.hardware:
         raise RemoSplatError(
-            "--wait-for-viewer: not with --hardware, where the robot waits to"
-            " be armed, which no page can do"
+            "--wait-for-viewer: not with --hardware: a real robot waits "
+            "until a person arms it"
         )
     if arguments.headless or arguments.hardware:
         return False
@@ -125,7 +128,7 @@ def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
 
 
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
-    """Keeps a page until Ctrl-C.
+    """Serves a page until Ctrl-C.
 
     Args:
         wanted: Whether the page stays open; None: if a terminal is attached.

@@ -53,7 +53,7 @@ from remosplat_drake.robot.actuators import Actuator
 _INCOMPLETE = 1
 
 _TRIES = 5
-"""Largest number of measurements of an axis until no message is late."""
+"""Largest number of attempts to measure an axis without a late message."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
@@ -68,14 +68,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot,"
-        " and the map of its surroundings",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with the robot and the map of its surroundings"
+        ),
     )
     parser.add_argument(
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="fields of the scenario to override, as for `remosplat run`",
+        help=(
+            "YAML of fields that override the scenario's, as for `remosplat "
+            "run`"
+        ),
     )
     add_robot_choice(parser)
     parser.set_defaults(hardware=True, shadow=False)
@@ -93,7 +98,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=1.0,
         metavar="F",
-        help="fraction of the robot's speeds, at most 1 (default: %(default)s)",
+        help=(
+            "speed of the motions, as a fraction of the robot's speed "
+            "limits, at most 1 (default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--axes",
@@ -104,7 +112,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="robot description to write to (default: the scenario's)",
+        help=(
+            "robot description file that receives the result (default: the "
+            "scenario's)"
+        ),
     )
     parser.add_argument(
         "--yes", action="store_true", help="move without confirmation"
@@ -178,8 +189,8 @@ def _axes(text: str | None, n: int) -> list[int]:
 
 def _agrees(console: Console, n: int) -> bool:
     console.print(
-        f"{n} axes will move one by one, each forth and back, at up to full"
-        " speed. One person stays at the emergency stop."
+        f"{n} axes will move one after the other, each forth and back, at up "
+        "to full speed. A person must stay at the emergency stop."
     )
     try:
         return console.input("Type 'move' to begin: ").strip() == "move"
@@ -210,12 +221,13 @@ def _identified(
 def _strokes(
     axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> list[Played]:
-    """Moves one axis, more slowly if verification reduces fast motions."""
+    """Moves one axis; repeats it slower if verification reduced the speed."""
     robot, hardware = room.own.robot, application.scenario.hardware
     assert isinstance(application.station, HardwareStation)
     late, fastest = 0, 1.0
     while True:
-        # After a failed attempt, an axis starts from where it stopped.
+        # After a failed attempt, the motion starts from the position at which
+        # the axis stopped.
         reading = await_robot(application.station.link, robot, hardware)
         about = room.about(reading)
         stroke = find_stroke(about, reading.q_W, axis, limit, fastest)

@@ -1,4 +1,4 @@
-"""`remosplat import-robot`: from a robot's own files to a first run."""
+"""`remosplat import-robot`: prepares a robot from its URDF or other files."""
 
 import argparse
 import shutil
@@ -62,8 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="[NAME=]LINK",
-        help="link whose frame is moved to targets; once for each of several"
-        " arms (default: found or guessed, for one arm or two)",
+        help=(
+            "link whose frame is moved to targets; repeat it for several "
+            "arms (default: found or guessed, for one or two arms)"
+        ),
     )
     parser.add_argument(
         "--base",
@@ -76,9 +78,12 @@ def add_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="NAME=DIR",
-        help="folder of a package, besides those above the file and in"
-        " ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, COLCON_PREFIX_PATH,"
-        " GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH",
+        help=(
+            "folder of a package. Folders above the file, and in "
+            "ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, "
+            "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, are searched in "
+            "any case"
+        ),
     )
     parser.add_argument(
         "--srdf",
@@ -91,28 +96,32 @@ def add_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="an argument of the xacro",
+        help="an argument of the xacro file",
     )
     parser.add_argument(
         "--tolerance",
         type=float,
         default=1e3 * TOLERANCE,
         metavar="MM",
-        help="largest distance by which spheres protrude from a link's surface"
-        f" ({1e3 * TOLERANCE:g} mm)",
+        help=(
+            "largest distance by which spheres may protrude from a link's "
+            f"surface ({1e3 * TOLERANCE:g} mm)"
+        ),
     )
     parser.add_argument(
         "--no-scenario",
         action="store_true",
-        help="do not create and run a scenario",
+        help="do not create a first scenario and try it in simulation",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Imports a robot into a new folder, which is created at the end."""
+    """Imports a robot into a new folder, which is created last."""
     out = args.out or Path(args.robot.name.partition(".")[0])
     if out.exists():
-        raise FileError(out, "exists already; --out names another folder")
+        raise FileError(
+            out, ("exists already; choose another folder with --out")
+        )
     request = _request(args, out)
     console = open_console()
     findings = Findings()
@@ -163,7 +172,7 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 
 
 def _end_effectors(texts: list[str]) -> dict[str, str]:
-    """Links by the end effectors' names; a single one has an empty name."""
+    """Returns the end effectors' links by name; a single one's name is ""."""
     parts = [text.rpartition("=") for text in texts]
     links = [link for _, _, link in parts]
     if len(links) == 1:
@@ -172,7 +181,7 @@ def _end_effectors(texts: list[str]) -> dict[str, str]:
     if not all(names):
         names = side_names(links)
     if len(set(names)) < len(names) or len(set(links)) < len(links):
-        problem = f"expected names and links that differ, got {texts}"
+        problem = f"names and links must be unique, got {texts}"
         raise FieldError("import-robot", "--end-effector", problem)
     return dict(zip(names, links, strict=True))
 

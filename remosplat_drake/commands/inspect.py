@@ -1,4 +1,4 @@
-"""`remosplat inspect`: the splat near one sphere of the robot."""
+"""`remosplat inspect`: shows the splat as one sphere of the robot sees it."""
 
 import argparse
 from pathlib import Path
@@ -57,8 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sphere",
         metavar="INDEX|LINK",
-        help="index of a sphere, or a link, of which the sphere nearest to the"
-        " scene is shown (default: the nearest sphere)",
+        help=(
+            "index of a sphere, or name of a link, whose sphere nearest to "
+            "the scene is then shown (default: the sphere of the robot that "
+            "is nearest to the scene)"
+        ),
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -66,32 +69,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs="+",
         metavar="Q",
-        help="configuration of the robot (default: the start) [m, rad]",
+        help="configuration q of the robot (default: the start) [m, rad]",
     )
     where.add_argument(
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="take the configuration from a recorded trajectory.npz, at --tick",
+        help=(
+            "take the configuration from a recorded trajectory.npz, at the "
+            "tick --tick"
+        ),
     )
     parser.add_argument(
         "--tick",
         type=int,
         default=-1,
-        help="index of a tick of --trajectory; negative ones count from the"
-        " end (-1)",
+        help=(
+            "index of a tick of --trajectory; negative indices count from "
+            "the end (default: -1)"
+        ),
     )
     parser.add_argument(
         "--output",
         type=Path,
         metavar="FILE.png",
         default=Path("results/depth_views.png"),
-        help="the picture (default: results/depth_views.png)",
+        help="file of the picture (default: results/depth_views.png)",
     )
     parser.add_argument(
         "--page",
         action="store_true",
-        help="show robot, splat and the sensor's rays in the browser",
+        help="show robot, splat and the depth view's rays in the browser",
     )
     parser.add_argument(
         "--save-html",
@@ -103,7 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="settings that override the scenario",
+        help="YAML of settings that override the scenario",
     )
     add_page_arguments(parser)
 
@@ -118,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
     q, place = _configuration(arguments, world)
-    # Settings of the scenario's own depth oracle, if it has one.
+    # The settings are those of the scenario's depth oracle, if it has one.
     sensor = getattr(_map_field(world), "sensor", DepthSensor())
     spheres = world.robot.spheres_at(q)
     candidates = _candidates(arguments.sphere, world.robot.spheres.links)
@@ -172,7 +180,7 @@ def _configuration(
         raise FieldError(
             "inspect",
             "--trajectory",
-            f"is of a robot that does not have {n_q} joints",
+            f"is of a robot with another number of positions than {n_q}",
         )
     if not -ticks <= arguments.tick < ticks:
         raise FieldError("inspect", "--tick", f"there are {ticks} ticks")
@@ -186,7 +194,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Returns the candidate that is nearest to its visible surfaces."""
+    """Returns the sphere, of some, that is nearest to what it sees."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))
@@ -204,7 +212,7 @@ def _facts(views: SphereViews) -> str:
 
 
 def _candidates(chosen: str | None, links: tuple[str, ...]) -> list[int]:
-    """Returns the spheres of INDEX or LINK, or the default one."""
+    """Returns the indices of the spheres that a flag selects, or of all."""
     n = len(links)
     if chosen is None:
         return list(range(n))
@@ -227,7 +235,7 @@ def show(
     views: SphereViews,
     page: MeshcatPage,
 ) -> MeshcatPage:
-    """Draws the robot at q, the map and the sensor's rays on a page."""
+    """Draws the robot at q, the map and the depth view's rays on a page."""
     SplatView(page, world.splat_W or GaussianSplat.empty())
     if world.seen is not None:
         seen = world.seen

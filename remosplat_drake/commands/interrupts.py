@@ -1,4 +1,4 @@
-"""Ctrl-C while a command's modules are being imported."""
+"""Defers Ctrl-C while a command's modules are imported."""
 
 import signal
 import threading
@@ -10,9 +10,9 @@ from contextlib import contextmanager
 def interrupts_deferred() -> Iterator[None]:
     """Defers Ctrl-C until the end of the block.
 
-    If the import of a compiled module is interrupted, the module reports that
-    it is broken. Outside of the main thread, and if another handler is
-    installed, this block has no effect.
+    An interrupted import of a compiled module would report a broken module.
+    Outside the main thread, or if another handler is installed, the block has
+    no effect.
     """
     default = signal.default_int_handler
     if (

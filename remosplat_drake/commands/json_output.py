@@ -1,4 +1,4 @@
-"""The flag `--json`: results of a command, for other programs."""
+"""The flag `--json`, which prints a command's results for other programs."""
 
 import argparse
 import dataclasses as dc
@@ -15,24 +15,24 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--json",
         action="store_true",
-        help="print one JSON document on stdout, and nothing else there",
+        help="print only one JSON document to stdout",
     )
 
 
 def print_json(document: Any) -> None:
-    """Prints a document as JSON; `plain` defines its possible content."""
+    """Prints a document as JSON; see `plain` for the supported types."""
     print(json_text(document))
 
 
 def json_text(document: Any) -> str:
-    """Writes a document as JSON; `plain` defines its possible content."""
+    """Writes a document as JSON text; see `plain` for the supported types."""
     return json.dumps(plain(document), indent=1, ensure_ascii=False)
 
 
 def plain(value: Any) -> Any:
     """Converts dataclasses, arrays, paths and numbers to JSON's types.
 
-    Infinite numbers and NaN become null.
+    Infinities and NaN become null.
 
     Args:
         value: An object of these types, or a list, tuple or mapping of them.

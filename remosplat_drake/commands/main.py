@@ -26,13 +26,14 @@ def exit_code(run: Callable[[], int]) -> int:
     """Reads and runs a command line, and returns its exit code.
 
     Returns:
-        0: success. 1: the robot did not reach its target. 2: an error that the
-        user can correct, as one line on stderr states; or a reader failed
-        unexpectedly, and the line names the log of its traceback. 130:
+        0: success. 1: the robot did not reach its target. 2: an error,
+        described by one line on stderr. The user can correct it; or a reader
+        failed unexpectedly, and the line names a log with the traceback. 130:
         interrupted. Any other exception is a defect and prints its traceback.
     """
-    # Drake announces its server, but the commands print their own line. Drake
-    # sets its logger's level at its import, which is later than here.
+    # Drake prints a line about its web server, which is suppressed here, since
+    # the commands print their own line. Drake reads this variable at its
+    # import, which is later.
     logging.getLogger("drake").addFilter(_is_no_announcement)
     try:
         return run()
@@ -58,7 +59,7 @@ def _is_no_announcement(record: logging.LogRecord) -> bool:
 
 
 def _run(argv: list[str]) -> int:
-    """Handles requests about all commands, or runs one of them."""
+    """Handles --help and --version, or runs a command."""
     if not argv:
         print(overview(), end="", file=sys.stderr)
         return USER_ERROR
@@ -70,7 +71,9 @@ def _run(argv: list[str]) -> int:
         print(__version__)
         return 0
     if command.startswith("-"):
-        raise RemoSplatError(f"{command}: flags come after a command's name")
+        raise RemoSplatError(
+            f"{command}: give the command's name before its flags"
+        )
     if command not in COMMANDS:
         raise RemoSplatError(unknown_name("command", command, COMMANDS))
     arguments = CommandParser(command).parse_args(rest)

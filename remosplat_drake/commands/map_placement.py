@@ -1,4 +1,4 @@
-"""Flags and files for the pose of a map: upright, or as captured."""
+"""Places a map upright or as captured: flags, and the file of the pose."""
 
 import argparse
 from pathlib import Path
@@ -26,10 +26,13 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
         "--up",
         choices=UPS,
         default=AUTO,
-        help="the source of the upward direction and of the floor at z ="
-        " 0: the floor, or else the capture's format (auto); the"
-        " floor, which must be found; the capture's own frame, with"
-        " its floor at z = 0; or none, and no scenario is written",
+        help=(
+            "source of the upward direction and of z = 0. auto: a floor "
+            "that is found, or else the format of the capture. floor: a "
+            "floor, which must be found. capture: the capture's frame, in "
+            "which z is up and z = 0 is the floor. off: unknown, and no "
+            "scenario is written"
+        ),
     )
     parser.add_argument(
         "--floor",
@@ -41,7 +44,7 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
 
 
 def true_scene(arguments: argparse.Namespace) -> PrimitiveScene | None:
-    """Reads the true geometry in the capture's frame, where it is known.
+    """Reads the true geometry in the capture's frame; None if it is unknown.
 
     Raises:
         RemoSplatError: It cannot be read.
@@ -57,10 +60,10 @@ def find_placement(
 ) -> Placement:
     """Finds the pose of the map of a capture.
 
-    If the true geometry is known, the map keeps its frame.
+    If the true geometry is known, the map's frame does not change.
 
     Raises:
-        RemoSplatError: The floor was requested, and none is convincing.
+        RemoSplatError: A floor is required, and no plane is convincing.
     """
     known = arguments.up == AUTO and true_scene(arguments) is not None
     return place(capture, CAPTURE if known else arguments.up)

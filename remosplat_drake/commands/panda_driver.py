@@ -1,4 +1,4 @@
-"""`remosplat panda-driver`: between the station's wire and a real Panda."""
+"""`remosplat panda-driver`: connects a real Panda with the controller."""
 
 import argparse
 
@@ -66,27 +66,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--simulated",
         action="store_true",
-        help="drive the stand-in's arm, which aborts as a real one does",
+        help=(
+            "drive a simulated arm (hardware-sim), which aborts as a real "
+            "one does"
+        ),
     )
     parser.add_argument(
         "--status-only",
         action="store_true",
-        help="publish the arm's statuses, in any mode, and send no commands",
+        help=(
+            "publish the arm's statuses, in any mode, without sending "
+            "commands to the arm"
+        ),
     )
     parser.add_argument(
         "--joint-torque-limit",
         type=positive,
         metavar="N_M",
-        help="external torque on a joint that counts as a collision"
-        " (default: 20 to 12 N m, as in libfranka's example); settings"
-        " in Desk have no effect",
+        help=(
+            "external torque on a joint from which on a collision is "
+            "assumed (default: 20 to 12 N m, as in libfranka's example); "
+            "settings in Desk have no effect"
+        ),
     )
     parser.add_argument(
         "--cartesian-force-limit",
         type=positive,
         metavar="N",
-        help="external force on the hand, and torque in N m, that is a"
-        " collision (default: 20 N, 25 N m)",
+        help=(
+            "external force [N] and torque [N m] on the hand from which on "
+            "a collision is assumed (default: 20 N, 25 N m)"
+        ),
     )
 
 
@@ -95,8 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
     drive = _drive_hand if arguments.hand else _drive_arm
     if arguments.status_only:
         drive = _watch_arm
-    # Before any thread starts. The arm's callback, in its own process, has
-    # precedence over this one.
+    # The priority is set before any thread starts. The arm's callback runs in a
+    # separate process, which has precedence.
     with realtime_priority(DRIVER_PRIORITY - 1):
         drive(open_wire(arguments.lcm_url), arguments)
     return 0
@@ -145,7 +155,7 @@ def _watch_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _library(arguments: argparse.Namespace) -> str:
-    """Returns the module with libfranka's interface; its arm has answered."""
+    """Returns the module with libfranka's interface, after the arm answered."""
     if arguments.simulated:
         return fci_library.__name__
     check_reachable(arguments.host)
@@ -181,7 +191,7 @@ def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _announce(arguments: argparse.Namespace) -> None:
-    """Prints that the robot is under control, and how to end control."""
+    """Prints that the driver controls the robot, and how to end it."""
     open_console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )

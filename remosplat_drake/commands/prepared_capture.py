@@ -1,4 +1,4 @@
-"""`PreparedCapture`: a capture inspected, refined and placed."""
+"""`PreparedCapture`: a capture after inspection, refinement and placement."""
 
 import argparse
 import dataclasses as dc
@@ -33,9 +33,10 @@ class PreparedCapture:
     Attributes:
         capture: The capture, inspected, refined and placed.
         warnings: Warnings of its inspection.
-        alignment: The refinement of its cameras; None if it was not requested.
-        summary: The report's summary of the alignment.
-        placement: Pose of its frame.
+        alignment: The refinement of its cameras; None if `--align off` disables
+            it.
+        summary: Summary of the refinement for the report.
+        placement: Pose of the capture's frame, upright or as captured.
         workspace: Box in which the robot works.
     """
 
@@ -48,7 +49,7 @@ class PreparedCapture:
 
     @property
     def errors(self) -> PoseErrors | None:
-        """Draws of the cameras' errors, in the frame of the capture."""
+        """Random draws of remaining camera errors, in the capture's frame."""
         if self.alignment is None:
             return None
         errors = PoseErrors.of_draws(self.alignment.draws())
@@ -63,7 +64,8 @@ def prepare_capture(
     Args:
         arguments: The command's flags.
         console: Console for progress and results.
-        stages: Storage for the choice of frames and the refinement.
+        stages: Storage of the selected frames and the refinement, to resume an
+            interrupted job.
 
     Raises:
         RemoSplatError: The capture or a flag is unusable.
@@ -96,6 +98,8 @@ def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     workspace = Workspace.around(np.array(arguments.focus))
     if not workspace.is_seen(capture):
         raise FieldError(
-            "reconstruct", "--focus", "is far from all captured surfaces"
+            "reconstruct",
+            "--focus",
+            ("is far from all captured surfaces; choose a point near them"),
         )
     return workspace

@@ -51,7 +51,7 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
-"""Default step between views that are compared."""
+"""Default step between the views whose images are compared."""
 
 EXAMPLES = """
 remosplat quality kitchen.ply my_capture
@@ -67,9 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--capture-pose",
         metavar="FILE",
-        help="a 4 x 4 matrix, as text: the pose of the capture's world in"
-        " the splat's frame (default: SPLAT.pose.txt of `reconstruct"
-        " --floor` beside the splat, or else the identity)",
+        help=(
+            "text file with a 4 x 4 matrix, the pose of the capture's world "
+            "in the splat's frame (default: SPLAT.pose.txt beside the "
+            "splat, which `reconstruct --floor` writes, or else the "
+            "identity)"
+        ),
     )
     parser.add_argument(
         "--truth", metavar="SCENE", help="the true geometry, an RMMI JSON file"
@@ -78,8 +81,11 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--held-out",
         type=int,
         metavar="N",
-        help="compare the image of every N-th view, which training did not"
-        f" use (default: every {COMPARED}th, used by training or not)",
+        help=(
+            "compare the splat with the image of every N-th view; give the "
+            "N of the training, so that these views were not used (default: "
+            f"every {COMPARED}th view, used by training or not)"
+        ),
     )
     parser.add_argument(
         "--focus",
@@ -93,10 +99,12 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--reach",
         type=float,
         default=1.0,
-        help="half the workspace's edge around the focus [m] (1)",
+        help="half of the workspace's edge length, around --focus [m] (1)",
     )
     parser.add_argument(
-        "--method", default="unknown", help="how the splat was made, in words"
+        "--method",
+        default="unknown",
+        help=("description of how the splat was made, for the report"),
     )
     parser.add_argument(
         "--points",
@@ -116,7 +124,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the report and its page, and prints the numbers."""
+    """Measures the errors; writes and prints the report."""
     check_capture_arguments("quality", arguments)
     check_positive("quality", arguments, "held_out", "reach", "points")
     check_finite("quality", arguments, "focus")
@@ -178,7 +186,7 @@ def grade(report: QualityReport) -> str:
 def _placed(
     capture: Capture, arguments: argparse.Namespace, splat: Path
 ) -> Capture:
-    """The capture, its cameras refined and in the splat's frame."""
+    """Returns the capture with refined cameras, in the splat's frame."""
     path = pose_path(splat)
     if arguments.capture_pose is not None:
         path = resolve(arguments.capture_pose)

@@ -1,4 +1,4 @@
-"""Facts of a run for a person who is about to press START."""
+"""Describes a run to a person who is about to press START."""
 
 import numpy as np
 from pydrake.systems.framework import Context, OutputPort
@@ -16,10 +16,10 @@ from remosplat_drake.visualization.robot_view import draw_robot
 from remosplat_drake.visualization.run_view import draw_targets
 
 _NEAR = 0.25
-"""Largest distance from a target of an object that is named [m]."""
+"""Largest distance from a target at which the nearest object is named [m]."""
 
 _SMALL = 0.01
-"""Smaller components of the direction to a target are not mentioned [m]."""
+"""Least component of the direction to a target that is mentioned [m]."""
 
 
 def show_start(application: Application) -> None:
@@ -39,7 +39,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
     Args:
         application: The diagram.
-        knowledge: The knowledge about the map.
+        knowledge: The content, error and problems of the map.
     """
     root = application.diagram.CreateDefaultContext()
     aim = _first_aim(application, root)
@@ -59,7 +59,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
 
 def _first_aim(application: Application, root: Context) -> Aim | None:
-    """Returns the robot's first target; None if that is not known."""
+    """Returns the robot's first target; None if it is not known yet."""
     aim = Aim.of(_value(target_port(application.targets), root))
     return aim if aim.is_known else None
 

@@ -1,4 +1,4 @@
-"""`remosplat reconstruct`: a splat from an RGB-D capture."""
+"""`remosplat reconstruct`: makes a splat from an RGB-D capture."""
 
 import argparse
 import dataclasses as dc
@@ -98,14 +98,19 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=Path,
         required=True,
         metavar="SPLAT.ply",
-        help="file of the splat; its report, seen space and a scenario are"
-        " written beside it",
+        help=(
+            "file of the splat; a report, the seen space and a scenario are "
+            "written beside it"
+        ),
     )
     parser.add_argument(
         "--device",
         choices=DEVICES,
         default=AUTO,
-        help="cuda: train; cpu: refine; none: only place discs (auto)",
+        help=(
+            "cuda: train the splats; cpu: refine them; none: only place "
+            "discs; auto: cuda if available, else cpu (auto)"
+        ),
     )
     add_placement_arguments(parser)
     parser.add_argument(
@@ -119,7 +124,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=int,
         default=8,
         metavar="N",
-        help="every N-th view is not used for training, but for evaluation (8)",
+        help="use every N-th view for evaluation only, not for training (8)",
     )
     parser.add_argument(
         "--truth",
@@ -172,7 +177,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the splat, its report and a scenario of it."""
+    """Makes the splat; writes it with its report and a scenario."""
     _check(arguments)
     device = choose_device(arguments.device)
     check_refinable(device, arguments.refine_cameras)
@@ -183,7 +188,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def stages_path(splat: Path) -> Path:
-    """Returns the folder with the stages of an interrupted reconstruction."""
+    """Returns the folder that keeps an interrupted reconstruction's stages."""
     return splat.with_suffix(".unfinished")
 
 
@@ -225,7 +230,7 @@ def _write_cameras(
     prepared: PreparedCapture,
     arguments: argparse.Namespace,
 ):
-    """Writes refined cameras, in the frame of the capture's files."""
+    """Writes the refined camera poses, in the frame of the capture's files."""
     undone = []
     if prepared.alignment is not None and prepared.alignment.accepted:
         undone.append(prepared.alignment.undone)
@@ -246,7 +251,7 @@ def _suggest(
     arguments: argparse.Namespace,
     console: Console,
 ):
-    """Writes a scenario for the splat, or prints why there is none."""
+    """Writes a scenario for the splat, or prints why it cannot."""
     path = scenario_path(arguments.output)
     if not prepared.placement.has_floor:
         path.unlink(missing_ok=True)
@@ -288,8 +293,8 @@ def _check(arguments: argparse.Namespace):
         raise FieldError(
             "reconstruct",
             "--truth",
-            "is in the capture's frame, which --floor changes; use only one of"
-            " both",
+            "is in the capture's frame, which --floor changes; use only one "
+            "of the two",
         )
     load_robot(arguments.robot)
     splat: Path = arguments.output
@@ -326,7 +331,7 @@ def _reconstruct(
     console: Console,
     stages: KeptStages,
 ) -> Reconstruction:
-    """Runs the pipeline with a progress bar; Ctrl-C saves training's state."""
+    """Runs the pipeline with a progress bar; Ctrl-C saves the training."""
     initialisation = _initialisation(arguments)
     steps, seed = arguments.steps, arguments.seed
     with Progress(console, "starting") as progress:

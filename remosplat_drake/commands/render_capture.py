@@ -1,4 +1,4 @@
-"""`remosplat render-capture`: RGB-D views of a scene, with its ground truth."""
+"""`remosplat render-capture`: renders RGB-D views of a known scene."""
 
 import argparse
 import dataclasses as dc
@@ -95,23 +95,27 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="point that the cameras look at [m] (the scene's target, or"
-        " the middle of a mesh); inside a room, a point of its free"
-        " space",
+        help=(
+            "point that the cameras look at [m] (default: the scene's "
+            "target, or the middle of a mesh); for a room, give a point in "
+            "its free space"
+        ),
     )
     parser.add_argument(
         "--radius",
         type=float,
         metavar="R",
-        help=f"distance of the farthest cameras [m] ({RADIUS:g}, less"
-        " for small meshes)",
+        help=(
+            "largest distance of the cameras from the point [m] "
+            f"({RADIUS:g}, less for small meshes)"
+        ),
     )
     parser.add_argument(
         "--place",
         type=float,
         nargs=4,
         metavar=("X", "Y", "Z", "YAW"),
-        help="pose of a model or mesh [m, deg] (that of its file)",
+        help="pose of a model or mesh [m, deg] (default: as in its file)",
     )
     parser.add_argument(
         "--scale",
@@ -173,7 +177,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
         return _solid_subject(arguments)
     for name in ("place", "scale"):
         if getattr(arguments, name) is not None:
-            problem = "only models and meshes can be placed or scaled"
+            problem = "--pose and --scale are for models and meshes only"
             raise FieldError("render-capture", f"--{name}", problem)
     if arguments.around is not None:
         focus = np.array(arguments.around)
@@ -195,7 +199,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
 
 
 def _primitive_scene(name: str) -> PrimitiveScene | None:
-    """The generated scene or RMMI file with this name; None for other names."""
+    """Returns the generated scene or RMMI file of a name; None for others."""
     family, _, seed = name.partition(":")
     if seed.isdecimal() and family.isidentifier():
         return generate(family, int(seed))

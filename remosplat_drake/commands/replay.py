@@ -130,7 +130,7 @@ def _draw(recorded: RecordedRun, page: MeshcatPage, console: Console) -> None:
 
 
 def _account(recorded: RecordedRun) -> Account:
-    """Returns the facts about the run, with times on the replay's clock."""
+    """Returns the summary of the run, with times on the replay's clock."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     collision = recorded.scenario.controller.collision
@@ -190,5 +190,5 @@ def _smallest(rows: np.ndarray) -> str:
     k = int(rows["clearance"].argmin())
     clearance = float(rows["clearance"][k])
     if not math.isfinite(clearance):
-        return "never within the oracle's influence"
+        return "never within the influence distance"
     return f"at least {1e3 * clearance:.1f} mm, at {rows['time'][k]:.2f} s"

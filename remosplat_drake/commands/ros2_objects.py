@@ -1,4 +1,4 @@
-"""`remosplat ros2-objects`: MoveIt's collision objects for a scenario."""
+"""`remosplat ros2-objects`: reads a scenario's objects from MoveIt."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,7 @@ EXAMPLES = """
 remosplat ros2-objects --out objects.yaml
 remosplat ros2-objects --scene-topic /monitored_planning_scene
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,28 +28,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scene-topic",
         default="/planning_scene",
         metavar="TOPIC",
-        help="moveit_msgs/PlanningScene, as /monitored_planning_scene of"
-        " move_group (default: %(default)s)",
+        help=(
+            "topic of moveit_msgs/PlanningScene, such as "
+            "/monitored_planning_scene of move_group (default: %(default)s)"
+        ),
     )
     parser.add_argument(
         "--object-topic",
         default="/collision_object",
         metavar="TOPIC",
-        help="moveit_msgs/CollisionObject (default: %(default)s)",
+        help="topic of moveit_msgs/CollisionObject (default: %(default)s)",
     )
     parser.add_argument(
         "--frame",
         default="world",
         metavar="FRAME",
-        help="the frame that is the scenario's world (default: %(default)s)",
+        help=(
+            "name of the ROS frame that is the scenario's world W (default: "
+            "%(default)s)"
+        ),
     )
     parser.add_argument(
         "--duration",
         type=positive,
         default=10.0,
         metavar="S",
-        help="how long to listen; Ctrl-C ends it earlier"
-        " (default: %(default)s)",
+        help="time to listen; Ctrl-C ends it earlier (default: %(default)s)",
     )
     parser.add_argument(
         "--out",
@@ -60,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Listens, and writes the objects; returns 1 if one was left out."""
+    """Listens and writes the objects; returns 1 if an object was left out."""
     if arguments.out:
         check_writable(arguments.out)
     console = open_console(stderr=True, soft_wrap=True)

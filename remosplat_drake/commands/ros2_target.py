@@ -1,4 +1,4 @@
-"""`remosplat ros2-target`: targets from ROS 2 to a teleoperation."""
+"""`remosplat ros2-target`: sends targets from ROS 2 to a teleoperation."""
 
 import argparse
 
@@ -29,25 +29,37 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--channel",
         default=PoseStreamConfig.channel,
         metavar="NAME",
-        help="channel of the poses to the teleoperation (default: %(default)s)",
+        help=(
+            "LCM channel of the poses for the teleoperation (default: "
+            "%(default)s)"
+        ),
     )
     parser.add_argument(
         "--velocity-channel",
         default=PoseStreamConfig.velocity_channel,
         metavar="NAME",
-        help="channel of the velocities to it (default: %(default)s)",
+        help=(
+            "LCM channel of the velocities for the teleoperation (default: "
+            "%(default)s)"
+        ),
     )
     parser.add_argument(
         "--topic",
         default="/target_pose",
         metavar="TOPIC",
-        help="PoseStamped of the end effector (default: %(default)s)",
+        help=(
+            "topic of PoseStamped, the end effector's target pose (default: "
+            "%(default)s)"
+        ),
     )
     parser.add_argument(
         "--twist-topic",
         default="/target_twist",
         metavar="TOPIC",
-        help="TwistStamped of the end effector (default: %(default)s)",
+        help=(
+            "topic of TwistStamped, the target's velocity (default: "
+            "%(default)s)"
+        ),
     )
     parser.add_argument(
         "--frame",

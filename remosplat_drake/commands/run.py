@@ -93,19 +93,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--save-scenario",
         type=Path,
         metavar="FILE.yaml",
-        help="write the scenario that is generated for a splat",
+        help=(
+            "file to which the scenario that is generated for a splat is "
+            "written"
+        ),
     )
     parser.add_argument(
         "--headless",
         action="store_true",
-        help="no browser page, as fast as possible",
+        help="run without browser page, as fast as possible",
     )
     parser.add_argument(
         "--realtime-rate",
         type=not_negative,
         metavar="R",
-        help="speed relative to the wall clock, 0 = unlimited (default: the"
-        " scenario's, else 1 with the page, 0 headless)",
+        help=(
+            "simulation speed relative to the wall clock, 0 = unlimited "
+            "(default: the scenario's, or else 1 with the page and 0 "
+            "headless)"
+        ),
     )
     add_robot_arguments(parser)
     parser.add_argument(
@@ -124,7 +130,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="settings that override the scenario, e.g. '{time_limit: 5}'",
+        help=(
+            "YAML of settings that override the scenario, e.g. "
+            "'{time_limit: 5}'"
+        ),
     )
     parser.add_argument(
         "--graphviz",
@@ -196,7 +205,8 @@ def run(arguments: argparse.Namespace) -> int:
     preparation.say_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    # A real robot stands until an operator releases it, after every stop, too.
+    # A real robot does not move until an operator releases it; this holds at
+    # the start and after every stop.
     waits = arguments.hardware or (
         not arguments.headless and is_held(arguments.hold)
     )
@@ -220,7 +230,7 @@ def run(arguments: argparse.Namespace) -> int:
         if application.log is not None:
             application.log.close()
     if page is not None:
-        # The verdict is visible while the recording is being sent.
+        # The result is shown first, since sending the recording takes a while.
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
     document = run_document(result, application, loop, admission.document())
@@ -248,7 +258,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class _Preparation:
-    """Prints the page's address, and shows the steps before the run there."""
+    """Prints the page's address, and shows the preparation of a run on it."""
 
     def __init__(
         self, page: MeshcatPage | None, headless: bool, console: Console
@@ -265,13 +275,14 @@ class _Preparation:
     def tell(self, text: str) -> None:
         """Prints the current step."""
         self.say_address()
-        # Meshcat must be called from one thread, but others compile, too.
+        # Meshcat must be called from one thread only, but other threads compile
+        # kernels, too.
         if self._page is not None and current_thread() is main_thread():
             self._page.show(preparing(text))
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
-    """The speed relative to the wall clock; None for the real robot."""
+    """Returns the speed relative to the wall clock; None for a real robot."""
     if arguments.hardware:
         return None
     if arguments.realtime_rate is not None:
@@ -291,7 +302,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def state_at_end(result: RunResult) -> PageState:
-    """Returns the page's text about a run that has ended.
+    """Returns the text that the page shows after a run.
 
     Args:
         result: Result of the run.

@@ -1,4 +1,4 @@
-"""States of a run's page, before the run and after it."""
+"""Shows the state of a run on its page, before the run and after it."""
 
 from collections.abc import Sequence
 
@@ -13,15 +13,15 @@ from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account, Moment
 
 _TOLD = (stands.MOVING, stands.HELD, stands.STOPPED)
-"""Kinds of standing that are events of a run."""
+"""Kinds of robot states that a saved page lists as events of a run."""
 
 
 def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
-    """Shows the grade of a map as a coloured badge.
+    """Shows the grade of a map as a coloured badge on the page.
 
     Args:
         page: The page of the run on that map.
-        knowledge: The knowledge about the map.
+        knowledge: The content, error and problems of the map.
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:
@@ -39,11 +39,11 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
 
 
 def show_warnings(page: MeshcatPage, warnings: Sequence[Gate]) -> None:
-    """Shows the faults of a run, before it begins.
+    """Shows the warnings about a run, before it begins.
 
     Args:
         page: The page.
-        warnings: The faults, one sentence each.
+        warnings: The warnings, one sentence each.
     """
     page.set_status("", "start", "; ".join(gate.problem for gate in warnings))
 
@@ -55,7 +55,7 @@ def account_of(
     facts: list[tuple[str, str]],
     start: float,
 ) -> Account:
-    """Returns a saved page's account of a run.
+    """Returns the summary of a run for a saved page.
 
     Args:
         result: Result of the run.

@@ -1,4 +1,4 @@
-"""The summary of a run that has ended."""
+"""Prints the summary of a run that has ended."""
 
 from rich.console import Console
 from rich.table import Table
@@ -30,7 +30,7 @@ def print_summary(
 def facts_of(
     result: RunResult, loop: LoopQuality | None
 ) -> list[tuple[str, str]]:
-    """Returns names and values of the measurements, for people.
+    """Returns the measurements of a run as text, by name.
 
     Args:
         result: Result of the run.

@@ -26,7 +26,7 @@ _IN_WORDS = {
     "KinematicStation": "kinematic",
     "DynamicStation": "dynamic",
 }
-"""Names of the library's oracles and stations in the table."""
+"""Names in the table for the library's oracles and stations."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +77,7 @@ def _map_file(scenario: Scenario) -> str:
 
 
 def _entry(name: str, scenario: Scenario) -> dict:
-    """The document of `--json` about a scenario."""
+    """Makes the entry of `--json` about a scenario."""
     scene = scenario.scene
     return {
         "name": name,

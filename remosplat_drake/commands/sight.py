@@ -33,27 +33,36 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): its"
-        " `cameras`, its map, and the robot",
+        help=(
+            "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
+            "with `cameras`, a map, and the robot"
+        ),
     )
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="wire of the robot's drivers (default: the scenario's"
-        f" hardware.lcm_url, {REHEARSAL_URL} unless it says otherwise)",
+        help=(
+            "LCM URL of the robot's drivers (default: the scenario's "
+            f"hardware.lcm_url, whose default is {REHEARSAL_URL})"
+        ),
     )
     parser.add_argument(
         "--camera-url",
         metavar="URL",
-        help="the wire of the images (default: the scenario's"
-        " hardware.camera_url)",
+        help=(
+            "LCM URL of the images (default: the scenario's "
+            "hardware.camera_url)"
+        ),
     )
     parser.add_argument(
         "--session",
         type=Path,
         metavar="DIR",
-        help="folder of a teleoperation with a growing map: objects in its map"
-        " are no longer movers (default: the scenario's map is used)",
+        help=(
+            "session folder of a teleoperation, whose growing map is then "
+            "used: an object in this map no longer counts as a mover "
+            "(default: the scenario's map)"
+        ),
     )
 
 
@@ -72,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _open(
     arguments: argparse.Namespace, scenario: Scenario, console: Console
 ) -> WireSight:
-    """Loads the map and joins the wire."""
+    """Loads the map, and joins the LCM networks of robot and cameras."""
     if not scenario.cameras:
         problem = "is empty: list the cameras that detect movers"
         raise FieldError(scenario.source, "cameras", problem)
@@ -98,7 +107,7 @@ def _open(
 
 
 def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
-    """Processes images, and prints faults of cameras and the progress."""
+    """Processes images; prints problems of cameras and the progress."""
     missing: list[str] = []
     map_in_use = ""
     problems: dict[str, str] = {}
@@ -129,7 +138,7 @@ def _report(sight: WireSight, latency: list[float], console: Console) -> None:
     middle, late = (latency[int(s * (len(latency) - 1))] for s in (0.5, 0.99))
     moving = sum(track.is_trusted for track in sight.sight.tracks)
     console.print(
-        f"{len(latency) / _REPORT:.0f} images a second, {moving} things;"
-        f" sent after {1e3 * middle:.0f} ms, 99 % within {1e3 * late:.0f} ms",
+        f"{len(latency) / _REPORT:.0f} images per second, {moving} movers; "
+        f"sent after {1e3 * middle:.0f} ms, 99 % within {1e3 * late:.0f} ms",
         highlight=False,
     )

@@ -1,4 +1,4 @@
-"""Flags that remove junk from a splat, and their actions."""
+"""Removes junk from a splat, and declares the flags for it."""
 
 import argparse
 from pathlib import Path
@@ -18,41 +18,48 @@ from remosplat_drake.splat.cleaning.views import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _LEAST_SEEN = 0.5
-"""Least fraction of a splat that its own cameras see."""
+"""Least fraction of its splats that the cameras must see; if they see less,
+they do not fit the splat."""
 
 
 def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags that remove junk."""
     group = parser.add_argument_group(
         "cleaning",
-        "Splats of other programs contain Gaussians that are not"
-        " surfaces. These flags remove them first, and write"
-        " B.clean.html, which shows them. Splats that touch a large"
-        " part of the scene stay, unless they are nearly transparent"
-        " or far too large.",
+        "Splats that other programs make contain Gaussians that do not "
+        "represent surfaces (junk). These flags remove junk before all other "
+        "steps, and write B.clean.html, a page that shows it. Large groups "
+        "of connected splats are kept, except nearly transparent and far too "
+        "large splats in them.",
     )
     group.add_argument(
         "--clean",
         action="store_true",
-        help="remove faint splats, giants, needles, sky and floaters",
+        help=(
+            "remove junk: faint, giant and needle-shaped splats, sky, and "
+            "floaters"
+        ),
     )
     group.add_argument(
         "--views",
         type=Path,
         metavar="TRANSFORMS",
-        help="cameras of the training, for --clean: a transforms.json in A's"
-        f" coordinates (default: the {TRANSFORMS} beside A, if it fits)",
+        help=(
+            "with --clean: the cameras of the training, as a "
+            f"transforms.json in A's coordinates (default: the {TRANSFORMS} "
+            "beside A, if it fits)"
+        ),
     )
 
 
 def check_cleaning(arguments: argparse.Namespace) -> None:
-    """Checks the flags by themselves, before a file is read.
+    """Checks the flags for cleaning, before a file is read.
 
     Raises:
         FieldError: `--views` is given without `--clean`.
     """
     if arguments.views is not None and not arguments.clean:
-        problem = "gives the cameras to --clean; use both"
+        problem = "has an effect only with --clean; give both"
         raise FieldError("convert", "--views", problem)
 
 
@@ -92,7 +99,7 @@ def _views(
     source: Path,
     console: Console,
 ) -> Views | None:
-    """The cameras of the flag's file, or else of the file beside the splat."""
+    """Reads the cameras of the flag's file, or of the file beside the splat."""
     beside = source.parent / TRANSFORMS
     path = arguments.views or (beside if beside.is_file() else None)
     if path is None:

@@ -1,4 +1,4 @@
-"""`remosplat convert --guide`: proposes upward direction, floor and scale."""
+"""`remosplat convert --guide`: finds upward direction, floor and scale."""
 
 import argparse
 
@@ -19,13 +19,15 @@ from remosplat_drake.splat.gaussian_splat import (
 )
 
 _OUTSIDE = 0.02
-"""Fraction of the splats at each end of a side that count as outliers."""
+"""Fraction of the splats, at each end of a side, that counts as outliers and is
+ignored."""
 
 _DIRECTIONS = 90
-"""Number of directions along the floor in which a side is measured."""
+"""Number of horizontal directions in which the scene's width is measured."""
 
 _SAME = np.cos(np.deg2rad(15.0))
-"""Least cosine of the angle between directions that count as equal."""
+"""Directions count as equal if the cosine of the angle between them exceeds
+this."""
 
 
 def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
@@ -46,18 +48,21 @@ def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
 
 
 def check_guide(arguments: argparse.Namespace) -> None:
-    """Checks the guide's flags by themselves.
+    """Checks the guide's flags, before a file is read.
 
     Raises:
-        FieldError: A flag sets what the guide should find, or a length is given
-            without the guide, or is not positive.
+        FieldError: A flag sets a value that the guide finds, or a length is
+            given without the guide or is not positive.
     """
     if arguments.length is not None and not arguments.guide:
-        problem = "gives the scene's length to --guide; use both"
+        problem = "has an effect only with --guide; give both"
         raise FieldError("convert", "--length", problem)
     for name in ("scale", "scale_by", "align", "align_points", "up"):
         if arguments.guide and getattr(arguments, name) is not None:
-            problem = f"finds this by itself; use it or {flag_name(name)}"
+            problem = (
+                "finds this value itself; use either --guide or "
+                f"{flag_name(name)}"
+            )
             raise FieldError("convert", "--guide", problem)
     check_positive("convert", arguments, "length")
 
@@ -69,13 +74,14 @@ def guided(
 
     Args:
         splat_G: The splat, as read from its file.
-        length: True length of its longest side along the floor [m]; None if it
-            was not measured, and the unit does not change.
+        length: True length of the scene's longest side along the floor [m].
+            None if it was not measured; the unit of the splat is then not
+            changed.
         console: Console for the results.
 
     Returns:
-        The pose X_FG of the splat's frame in that of the floor [m], and metres
-        per unit.
+        The pose X_FG of the splat's frame G in the floor's frame F [m], and the
+        metres per unit.
 
     Raises:
         FieldError: There is no floor, or the scale would be extreme.
@@ -89,13 +95,17 @@ def guided(
     X_FG = scaled_pose(floor.X_FG, scale)
     console.print(words_of_floor(floor, X_FG))
     for up_G in others:
-        console.print(f"It may be another plane, too: --up {_numbers(up_G)}.")
+        console.print(
+            "Another plane may be the floor instead; for it, use "
+            f"--up {_numbers(up_G)}."
+        )
     flags = f"--align floor --up {_numbers(_up(floor))}"
     if length is None:
         console.print(
-            f"The longest side along the floor is {side:.4g} units of A long."
-            " The length of a unit is unknown: --length says how many metres"
-            " this side has. Until then a unit counts as a metre."
+            f"The longest side along the floor is {side:.4g} units of A long. "
+            "The length of a unit is unknown: give the true length of this "
+            "side in metres by --length. Without it, a unit counts as a "
+            "metre."
         )
     else:
         flags += f" --scale {scale:.6g}"
@@ -110,9 +120,9 @@ def guided(
 def _best_floor(
     splat_G: GaussianSplat,
 ) -> tuple[SplatFloor, list[np.ndarray]]:
-    """The most convincing floor, and the upward directions of other floors.
+    """Returns the best floor, and the upward directions of other candidates.
 
-    If no plane is convincing by itself, the axes are tried as upward direction.
+    If no plane is convincing by itself, each axis is tried as upward direction.
     """
     try:
         return find_splat_floor(splat_G), []
@@ -137,12 +147,12 @@ def _best_floor(
 
 
 def _up(floor: SplatFloor) -> np.ndarray:
-    """The upward direction in G that a floor defines."""
+    """Returns the upward direction in G that a floor defines."""
     return floor.X_FG.rotation().matrix()[2]
 
 
 def _longest_side(splat_G: GaussianSplat, floor: SplatFloor) -> float:
-    """The largest width of a splat along the floor, in its own unit."""
+    """Returns a splat's largest width along the floor, in its own unit."""
     p_F = splat_G.p_GK @ floor.X_FG.rotation().matrix()[:2].T
     angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     ends = (
@@ -159,7 +169,7 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
-    """Prints the results, and their effect on a splat."""
+    """Describes a floor that was found, and its effect on a splat."""
     height = X_FG.translation()[2]
     return (
         f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
@@ -169,7 +179,7 @@ def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
 
 
 def scaled_pose(X_FG: RigidTransform, scale: float) -> RigidTransform:
-    """The pose of a frame that was found in A's unit, in metres."""
+    """Converts a pose's translation from a splat's unit to metres."""
     return RigidTransform(X_FG.rotation(), scale * X_FG.translation())
 
 

@@ -1,4 +1,4 @@
-"""The flags that give a benchmark's scenes their own splats."""
+"""Flags of the benchmark for the splats of its scenes."""
 
 import argparse
 import os
@@ -15,8 +15,8 @@ from remosplat_drake.benchmark.trained_splats import FITS
 from remosplat_drake.oracle.backend import missing_for_gsplat
 
 JOBS_PER_GPU = 8
-"""Default number of splats at once on a GPU; a single one does not use it
-fully."""
+"""Default number of splats that are made at the same time on a GPU; a single
+one does not use the GPU fully."""
 
 
 def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,23 +42,30 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="cuda",
         choices=list(FITS),
-        help="render every scene that has no splat and make one, which is kept"
-        " in the cache: trained on CUDA devices (default), or refined on the"
-        " CPU",
+        help=(
+            "for every scene without a splat, render views and make a "
+            "splat, which is kept in the cache: trained on CUDA devices "
+            "(default), or refined on the CPU"
+        ),
     )
     group.add_argument(
         "--recipe",
         default="",
         metavar="YAML",
-        help="settings that override those of --train, e.g. '{steps: 500,"
-        " width: 320, height: 240}' (see benchmark/splat_recipe.py)",
+        help=(
+            "YAML of settings that override those of --train, e.g. "
+            "'{steps: 500, width: 320, height: 240}' (see "
+            "benchmark/splat_recipe.py)"
+        ),
     )
     group.add_argument(
         "--train-jobs",
         type=int,
         metavar="J",
-        help="splats made at the same time, spread over the GPUs (default:"
-        f" as --jobs, at most {JOBS_PER_GPU} a GPU)",
+        help=(
+            "number of splats that are made at the same time, on all GPUs "
+            f"together (default: as --jobs, at most {JOBS_PER_GPU} per GPU)"
+        ),
     )
 
 
@@ -105,8 +112,8 @@ def _gpus() -> tuple[str, ...]:
     problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(
-            f"--train {problem}; with --train cpu, the splat is refined"
-            " but not trained"
+            f"--train {problem}; use --train cpu, which refines the splats "
+            "without training"
         )
     import torch
 

@@ -1,4 +1,4 @@
-"""Flags that make a splat metric and upright, and their actions."""
+"""Makes a splat metric and upright, and declares the flags for it."""
 
 import argparse
 
@@ -44,9 +44,9 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags for the splat's unit and frame."""
     group = parser.add_argument_group(
         "unit and frame",
-        "Coordinates in these flags are those of A, as a viewer of A"
-        " shows them. The splat is cleaned, cropped, scaled, set"
-        " upright and converted to surfels, in this order.",
+        "All coordinates in these flags are coordinates of A, as a viewer of "
+        "A shows them. The splat is cleaned, cropped, scaled, set upright "
+        "and converted to surfels, in this order.",
     )
     scale = group.add_mutually_exclusive_group()
     scale.add_argument(
@@ -63,8 +63,10 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
     align.add_argument(
         "--align",
         choices=(_FLOOR,),
-        help="find the floor, and set the splat upright on it: z is up, and"
-        " the floor z = 0",
+        help=(
+            "find the floor, and set the splat upright: z is then up, and "
+            "the floor is z = 0"
+        ),
     )
     align.add_argument(
         "--align-points",
@@ -79,15 +81,18 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="the upward direction in A, to 45 degrees, for --align floor:"
-        " 0 -1 0 in many files of COLMAP, 0 1 0 in many of phones"
-        " (default: the side of the floor with most of the splat)",
+        help=(
+            "for --align floor: upward direction in A, with an error of at "
+            "most 45 degrees; 0 -1 0 in many files of COLMAP, 0 1 0 in many "
+            "files of phones (default: the side of the floor with most of "
+            "the splat)"
+        ),
     )
     add_guide_arguments(group)
 
 
 def check_placement(arguments: argparse.Namespace) -> None:
-    """Checks the flags by themselves, before a file is read.
+    """Checks the flags for unit and frame, before a file is read.
 
     Raises:
         FieldError: A number is not finite or enormous, a scale or points are
@@ -121,8 +126,8 @@ def find_placement(
         console: Console for the results.
 
     Returns:
-        The pose X_FG of the splat's frame, None if it does not change, and
-        metres per unit.
+        The pose X_FG of the splat's frame G in the new frame F (None if it does
+        not change), and the metres per unit.
 
     Raises:
         RemoSplatError: There is no clear floor.
@@ -145,7 +150,7 @@ def find_placement(
 
 
 def _scale(arguments: argparse.Namespace) -> float | None:
-    """Metres per unit, if the flags define it."""
+    """Returns the metres per unit, if the flags define it."""
     flag, scale = "--scale", arguments.scale
     if arguments.scale_by is not None:
         flag = "--scale-by"
@@ -163,7 +168,7 @@ def _scale(arguments: argparse.Namespace) -> float | None:
 
 
 def _frame(arguments: argparse.Namespace) -> RigidTransform | None:
-    """The frame of the three points, in A's unit, if there are any."""
+    """Returns the frame that three points define, in A's unit, if given."""
     if arguments.align_points is None:
         return None
     try:
@@ -191,11 +196,15 @@ def _words_of_points(
     z_F = splat_G.p_GK @ (scale * X_FG.rotation().matrix()[2])
     above = float((z_F + X_FG.translation()[2] > 0).mean())
     words = (
-        f"{turn_in_words(X_FG)}, onto the three points; z is up, and the first"
-        f" one the origin. {100 * above:.0f} % of the splats are above."
+        f"{turn_in_words(X_FG)}, so that the three points lie on the floor; z "
+        f"is up, and the first point is the origin. {100 * above:.0f} % of "
+        "the splats are above the floor."
     )
     if above < 0.5:
-        words += " Were the points clockwise, seen from above?"
+        words += (
+            " The points may be in clockwise order, seen from above: "
+            "exchange two."
+        )
     return words
 
 

@@ -1,4 +1,4 @@
-"""`remosplat run scene.ply`: a scenario for a splat without one."""
+"""`remosplat run scene.ply`: generates a scenario for a splat."""
 
 from pathlib import Path
 
@@ -41,22 +41,23 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import Suggestion, suggest_task
 
 _BELOW, _MOST_BELOW = -0.1, 0.05
-"""Height below which wheels cannot stand [m], and largest erroneous fraction of
-a splat's opacity below it."""
+"""Height below which wheels cannot stand [m], and largest fraction of a splat's
+opacity below it that counts as noise."""
 
 _OUTSIDE = 0.02
-"""Fraction of the splats at each end of an axis that count as outliers."""
+"""Fraction of the splats, at each end of an axis, that counts as outliers and
+is ignored."""
 
 _HINT = (
-    "z must be up, z = 0 the floor and metres the unit (`remosplat convert"
-    " --align floor --scale S` or --scenario-text '{scene: {X_WG: ..., scale:"
-    " ...}}')"
+    "z must be up, z = 0 must be the floor, and the unit must be metres (use "
+    "`remosplat convert --align floor --scale S` or --scenario-text "
+    "'{scene: {X_WG: ..., scale: ...}}')"
 )
 
 _UNSEEN = (
-    "the space that the cameras of this splat saw is unknown, so"
-    " all space without splats counts as free; `remosplat"
-    " reconstruct` writes the seen space beside a splat"
+    "it is unknown which space the cameras of this splat saw, so all space "
+    "without splats counts as free; `remosplat reconstruct` writes a file of "
+    "the seen space beside a splat"
 )
 
 
@@ -88,8 +89,8 @@ def load_given(
         return load_scenario(spec, override)
     if hardware:
         raise RemoSplatError(
-            f"--hardware: needs a scenario file that you have reviewed, not a"
-            f" splat: {splat}"
+            "--hardware: a real robot needs a scenario file that you have "
+            f"reviewed, not a splat: {splat}"
         )
     beside = scenario_path(splat)
     if save is None and _is_of(beside, splat):
@@ -99,7 +100,7 @@ def load_given(
 
 
 def _splat_of(spec: str) -> Path | None:
-    """The splat file of a command line that names no scenario."""
+    """Returns the splat file that a command line names; None if a scenario."""
     if split_spec(spec) is not None or spec in shipped_scenarios():
         return None
     path = expand(spec)
@@ -164,7 +165,7 @@ def _made_up(
 
 
 def _laid_over(base: Scenario, override: str, splat: Path) -> Scenario:
-    """A scenario for a splat, with the values of the command line."""
+    """Returns a scenario for a splat, with values from the command line."""
     scenario = base
     if override:
         scenario = load_text(Scenario, override, "--scenario-text", base)
@@ -205,10 +206,10 @@ def _check_floor(splat_W: GaussianSplat) -> None:
 
 
 def _free_space(scenario: Scenario):
-    """Makes a function that returns which points in W are known to be free.
+    """Makes a function that returns whether points in W are known to be free.
 
-    If seen space is unknown, all space counts as seen: the free path from the
-    base excludes targets inside of solids.
+    If the seen space is unknown, all space counts as free here. Targets inside
+    solids are still excluded, since no free path leads to them from the base.
     """
     path = seen_file(scenario)
     if path is None:
@@ -225,7 +226,7 @@ def _words(task: Suggestion, robot: RobotModel) -> str:
     x, y, z = task.X_WT.translation()
     start = "at the origin"
     if not task.X_WG.IsExactlyIdentity():
-        start += ", to which scene.X_WG moves the splat"
+        start += ", after scene.X_WG has moved the splat"
     if task.base_pose is not None:
         start = "from x {:.2f}, y {:.2f} m".format(*task.base_pose)
     return (

@@ -30,8 +30,8 @@ def suggested_entry(
         splat: Name of the splat's file, as written in the scenario.
         task: The task.
         robot: The robot, as written in the scenario.
-        map_error: Largest over-estimate of a distance by the splat [m]; None
-            if it is unknown.
+        map_error: Largest amount by which a distance to the splat exceeds the
+            true one [m]; None if it is unknown.
     """
     scene: dict = {"splat": splat}
     if not task.X_WG.IsExactlyIdentity():
@@ -58,7 +58,7 @@ def suggested_entry(
 
 
 def _placement(X_WG: RigidTransform) -> dict:
-    """Writes a map's pose in W, which is rotated about z only."""
+    """Returns the fields of a map's pose in W, with rotation about z only."""
     yaw = RollPitchYaw(X_WG.rotation()).yaw_angle()
     return {
         "translation": X_WG.translation().round(4).tolist(),
@@ -67,7 +67,7 @@ def _placement(X_WG: RigidTransform) -> dict:
 
 
 def as_yaml(splat: Path, entry: dict) -> str:
-    """Writes an entry as the YAML of a file, named after the splat."""
+    """Formats an entry as a YAML file; the entry is named after the splat."""
     name = "".join(word.capitalize() for word in splat.stem.split("_"))
     return yaml.safe_dump(
         {name: entry}, sort_keys=False, default_flow_style=None
@@ -75,7 +75,7 @@ def as_yaml(splat: Path, entry: dict) -> str:
 
 
 def rounded_error(map_error: float) -> tuple[float, float]:
-    """A map's error and the stopping distance that is safe, rounded up.
+    """Returns a map's error and its safe stopping distance, rounded up.
 
     The error is rounded up to 0.1 mm, the stopping distance to 1 mm.
     """

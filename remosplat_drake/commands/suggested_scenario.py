@@ -1,4 +1,4 @@
-"""The scenario that is suggested for a splat."""
+"""Writes the scenario that is suggested for a splat."""
 
 import textwrap
 from collections.abc import Sequence
@@ -25,7 +25,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
-"""Least distance of measurements behind a point that is free [m]."""
+"""A point counts as free if measured surfaces are at least so far behind it
+[m]."""
 
 
 def write_scenario(
@@ -39,15 +40,16 @@ def write_scenario(
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
-    It contains the verdict on the splat: its error, and a stopping distance
-    that is safe with this error, if the task is feasible with one.
+    Comments in it state the error of the splat and a safe stopping distance.
+    The scenario uses this stopping distance if the task is feasible with it.
 
     Args:
         splat: Path of the splat's file; the scenario is written beside it.
         splat_W: The splat, expressed in W, with the floor at z = 0.
         capture: The capture that the splat was made of, in the same frame.
         workspace: Space in which the target is sought.
-        map_error: Largest over-estimate of a distance by the splat [m].
+        map_error: Largest amount by which a distance to the splat exceeds the
+            true one [m].
         warnings: Faults of the capture, in words.
         robot: Name of the robot, or a file that describes one.
 
@@ -71,7 +73,7 @@ def write_scenario(
 
 
 def _verdict(error: float, safe: float) -> str:
-    """Writes the verdict on a splat as comments in YAML."""
+    """Returns a splat's error and safe stopping distance as YAML comments."""
     text = (
         f"# Distances may be too large by {rounded_up(error)}; stopping"
         f" distances are safe\n# from {rounded_up(safe)} on.\n"
@@ -85,7 +87,7 @@ def _verdict(error: float, safe: float) -> str:
 
 
 def _doubts(warnings: Sequence[str]) -> str:
-    """Writes the faults of the capture as comments in YAML."""
+    """Returns the faults of the capture as YAML comments."""
     return "".join(
         textwrap.fill(
             f"The capture: {warning}",

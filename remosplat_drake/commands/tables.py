@@ -1,4 +1,4 @@
-"""Consoles of commands, and tables that fit them.
+"""Makes consoles for commands, and tables that fit the console.
 
 In a terminal, a table is at most as wide as the terminal. In a pipe or a file,
 nothing is cut and no line is broken.
@@ -16,20 +16,20 @@ from rich.text import Text
 from remosplat_drake.base.table import Table
 
 _ENDLESS = 10_000
-"""Width of a table without a terminal [columns]."""
+"""Width of a table if there is no terminal [columns]."""
 
 _GAP = 2
-"""Width between two columns: padding of cells, and the line."""
+"""Width between two columns: the padding of two cells, and a line."""
 
 _NARROWEST = 16
-"""Width to which a column of text may shrink before words are broken."""
+"""Least width of a column of text. Below it, words would be broken."""
 
 
 def open_console(*, stderr: bool = False, **options) -> Console:
-    """Makes a console; only in a terminal it cuts and wraps texts.
+    """Makes a console, which cuts and wraps texts only in a terminal.
 
     Args:
-        stderr: Whether it prints to stderr, and not to stdout.
+        stderr: Whether the console prints to stderr instead of stdout.
         options: Further arguments of rich's `Console`.
     """
     console = Console(stderr=stderr, **options)
@@ -41,7 +41,7 @@ def open_console(*, stderr: bool = False, **options) -> Console:
 def print_table(
     console: Console, table: Table, styles: dict[str, str] | None = None
 ) -> None:
-    """Prints a table, whole and no wider than the console.
+    """Prints a whole table that is no wider than the console.
 
     Long texts wrap. A table that is still too wide is printed in parts, each of
     which repeats the first column.
@@ -60,7 +60,7 @@ def print_table(
 
 
 def _pieces(table: Table, width: int) -> Iterator[list[int]]:
-    """The columns of each piece; the first column is in all of them."""
+    """Splits a table's columns into parts; each contains the first column."""
     first, *others = (_least(table, i) for i in range(len(table.header)))
     piece, used = [0], first
     for i, least in enumerate(others, start=1):
@@ -73,7 +73,7 @@ def _pieces(table: Table, width: int) -> Iterator[list[int]]:
 
 
 def _least(table: Table, column: int) -> int:
-    """Width without which a column is not readable."""
+    """Returns the least width with which a column is readable."""
     cells = [cell_len(cells[column]) for cells in table.rows]
     words = [cell_len(word) for word in table.header[column].split()]
     widest = max([*cells, 0])

@@ -61,17 +61,17 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 COCKPIT, MESHCAT = "cockpit", "meshcat"
 VIEWERS = (COCKPIT, MESHCAT)
-"""The pages for an operator."""
+"""Choices of the operator's page."""
 
 LOOPBACK = "127.0.0.1"
-"""Interface that only this computer reaches."""
+"""Network interface that only this computer can reach."""
 
 DEFAULT_SCENARIO = "StudioLive"
 """Name of the default scenario."""
 
 MAP_KNOWLEDGE = "map_knowledge.json"
-"""Name of the file in a run's folder with the knowledge about a given map, and
-the accepted gates."""
+"""Name of the file, in a run's folder, with the error and problems of a given
+map, and the problems that were accepted."""
 
 EXAMPLES = """
 remosplat teleop StudioLive
@@ -85,15 +85,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (default: that of the session, or"
-        f" {DEFAULT_SCENARIO})",
+        help=(
+            "NAME, FILE or FILE:NAME (default: the scenario of the session, "
+            f"or {DEFAULT_SCENARIO})"
+        ),
     )
     parser.add_argument(
         "--session",
         type=Path,
         metavar="DIR",
-        help="folder of a new session, or of one to continue (default: a new"
-        " folder in sessions/)",
+        help=(
+            "folder of a new session, or of a session to continue (default: "
+            "a new folder in sessions/)"
+        ),
     )
     add_robot_arguments(parser)
     parser.add_argument(
@@ -111,16 +115,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--realtime-rate",
         type=positive,
         metavar="R",
-        help="speed of a simulation relative to the wall clock (default: the"
-        " scenario's, else 1)",
+        help=(
+            "speed of a simulation relative to the wall clock (default: the "
+            "scenario's, or else 1)"
+        ),
     )
     parser.add_argument(
         "--duration",
         type=positive,
         default=math.inf,
         metavar="S",
-        help="end after this time [s]; without a page, a stop ends it, too"
-        " (default: at Ctrl-C)",
+        help=(
+            "end after this time [s]; without a page, a stop of the robot "
+            "ends the run, too (default: end at Ctrl-C)"
+        ),
     )
     parser.add_argument(
         "--viewer",
@@ -133,8 +141,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--host",
         default=LOOPBACK,
         metavar="ADDRESS",
-        help="interface on which the cockpit is served, 0.0.0.0 for all"
-        " (default: this computer only)",
+        help=(
+            "network interface on which the cockpit is served; 0.0.0.0 for "
+            "all (default: this computer only)"
+        ),
     )
     parser.add_argument(
         "--port",
@@ -145,8 +155,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="settings that override the scenario, e.g."
-        " '{mapping: {voxel: 0.05}}'",
+        help=(
+            "YAML of settings that override the scenario, e.g. "
+            "'{mapping: {voxel: 0.05}}'"
+        ),
     )
     add_record_argument(parser)
     add_accept_argument(parser)
@@ -180,11 +192,13 @@ def run(arguments: argparse.Namespace) -> int:
     )
     log = application.log
     assert log is not None
-    # A page releases a stopped robot, and a person arms a real one. A script of
-    # a given duration does not wait.
+    # With a page, a stopped robot waits for its release there. A real robot
+    # waits for a person who arms it, unless the run has a fixed duration.
     waits = arguments.hardware and math.isinf(arguments.duration)
     try:
-        console.print(f"everything goes to [bold]{folder}[/bold]")
+        console.print(
+            f"all data of the run are written to [bold]{folder}[/bold]"
+        )
         url = page.url if page is not None else ""
         if cockpit is not None:
             url = cockpit.start(
@@ -233,7 +247,7 @@ def _pages(
         return MeshcatPage(port=arguments.port), None
     if importlib.util.find_spec("viser") is None:
         raise MissingExtraError(
-            "the cockpit (or take --viewer meshcat)", "cockpit"
+            "the cockpit (or use --viewer meshcat)", "cockpit"
         )
 
     def announce(issued: CodeIssued):
@@ -256,7 +270,7 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
 def _admitted(
     arguments: argparse.Namespace, scenario: Scenario, world: World
 ) -> Admission | None:
-    """Returns the terms on which a run may begin; None without a map yet.
+    """Returns the permission to begin a run; None if there is no map yet.
 
     Raises:
         RemoSplatError: The run is refused.
@@ -278,13 +292,13 @@ def _begin(
     admission: Admission | None,
     console: Console,
 ) -> tuple[Teleoperation, Application]:
-    """Begins or reopens the session; a failure changes nothing."""
+    """Begins or reopens the session; if this fails, no file is changed."""
     with removed_on_failure(folder):
         teleoperation = open_teleoperation(
             scenario, world, folder, hardware=arguments.hardware
         )
-        # Only for this run: the session stores its scenario without these
-        # overrides.
+        # These overrides apply only to this run: the session stores its
+        # scenario without them.
         scenario.time_limit = min(arguments.duration, LONGEST_RUN)
         if arguments.trajectory is not None:
             scenario.teleop.trajectory = str(arguments.trajectory.resolve())
@@ -312,7 +326,7 @@ def _keep(admission: Admission, run: Path) -> None:
 
 
 def _load_scenario(arguments: argparse.Namespace) -> Scenario:
-    """Loads the scenario with the fields that the flags override.
+    """Loads the scenario, with overrides from the flags.
 
     Raises:
         RemoSplatError: Flags contradict each other, or a file is unusable.
@@ -321,8 +335,8 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     if folder is not None and holds_session(folder):
         if spec is not None:
             raise RemoSplatError(
-                f"{folder} is a session already and has its own scenario;"
-                " leave the name out, or choose another folder"
+                f"{folder} is an existing session with its own scenario; give "
+                "no scenario name, or choose another folder"
             )
         spec = str(folder / SCENARIO_FILE)
     scenario = load_scenario(spec or DEFAULT_SCENARIO, arguments.scenario_text)
@@ -335,14 +349,15 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
         )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(
-            "--hardware: Meshcat's page of a real robot only stops it; take"
-            " the cockpit, or let another program move the target: --trajectory"
-            " FILE, or teleop.pose_stream in the scenario"
+            "--hardware: Meshcat's page can only stop a real robot; use the "
+            "cockpit, or let another program move the target, by "
+            "--trajectory FILE or teleop.pose_stream in the scenario"
         )
     if arguments.headless and not any(sources):
         raise RemoSplatError(
-            "--headless: without the page another program must move the target:"
-            " --trajectory FILE, or teleop.pose_stream in the scenario"
+            "--headless: without a page, another program must move the "
+            "target, by --trajectory FILE or teleop.pose_stream in the "
+            "scenario"
         )
     return scenario
 

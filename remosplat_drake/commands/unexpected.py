@@ -14,13 +14,14 @@ from remosplat_drake.base.reading import UnreadableError
 from remosplat_drake.base.version import __version__
 
 SHOW_TRACEBACK = "REMOSPLAT_TRACEBACK"
-"""Environment variable; unless it is empty, tracebacks are printed, too."""
+"""Name of an environment variable. If it is set, tracebacks are printed,
+too."""
 
 _LONGEST_LINE = 2000
 
 
 def report(error: UnreadableError) -> None:
-    """Prints one line, which names a log with the traceback.
+    """Prints one line, which names a log file with the traceback.
 
     If no log can be written, the traceback itself is printed.
     """
@@ -40,7 +41,8 @@ def report(error: UnreadableError) -> None:
 def one_line(error: Exception) -> str:
     """Returns an error's text as one printable line.
 
-    Names in files may hold line ends and terminals' control characters.
+    This is needed, since names in files may contain line ends and control
+    characters.
     """
     line = "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode()
@@ -52,10 +54,10 @@ def one_line(error: Exception) -> str:
 
 
 def _write_log(text: str) -> Path:
-    """Writes a log and returns its path; equal tracebacks have the same one.
+    """Writes a log and returns its path; equal tracebacks have the same path.
 
-    It contains versions and lines of the program, but no values of variables,
-    no arguments of the command and no environment.
+    The log contains versions and lines of the program, but no values of
+    variables, no arguments of the command and no environment variables.
     """
     digest = hashlib.sha256(text.encode(errors="replace")).hexdigest()
     path = resources.state_dir() / "tracebacks" / f"{digest[:12]}.log"

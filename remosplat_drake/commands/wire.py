@@ -1,4 +1,4 @@
-"""Common flags and checks of commands that use a wire."""
+"""Flags and checks of commands that use LCM."""
 
 import argparse
 from collections.abc import Collection
@@ -34,8 +34,10 @@ def add_wire_argument(
         "--lcm-url",
         default=url,
         metavar="URL",
-        help="the station's wire (default: %(default)s; ttl=1 reaches"
-        " other computers)",
+        help=(
+            "LCM URL of the controller (default: %(default)s; ttl=1 reaches "
+            "other computers)"
+        ),
     )
 
 
@@ -44,15 +46,19 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hardware",
         action="store_true",
-        help="drive a real robot, or its stand-in, over LCM; it does not move"
-        " until a person arms it",
+        help=(
+            "drive a real robot, or its stand-in hardware-sim, over LCM; it "
+            "does not move until a person arms it"
+        ),
     )
     add_robot_choice(parser)
     parser.add_argument(
         "--shadow",
         action="store_true",
-        help="with --hardware: compute, show and record everything, and send"
-        " nothing",
+        help=(
+            "with --hardware: compute, show and record everything, but send "
+            "no commands"
+        ),
     )
 
 
@@ -67,8 +73,10 @@ def add_robot_choice(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rehearsal",
         action="store_true",
-        help="the robot is the stand-in, `remosplat hardware-sim`, at"
-        f" {REHEARSAL_URL}",
+        help=(
+            "drive the simulated robot of `remosplat hardware-sim`, at "
+            f"{REHEARSAL_URL}"
+        ),
     )
     add_doctor_arguments(parser)
 
@@ -79,14 +87,14 @@ def prepare_robot(
     """Prepares a scenario for the robot that the flags select.
 
     Args:
-        arguments: The arguments of `add_robot_arguments`; a command that always
-            moves a robot sets `hardware`, and clears `shadow`.
+        arguments: The arguments of `add_robot_arguments`. A command that always
+            moves a robot sets `hardware` to True and `shadow` to False.
         scenario: The scenario, which is changed in place.
         console: Console for a warning if messages leave this computer.
 
     Raises:
-        RemoSplatError: The flags contradict each other, name no robot, or the
-            scenario is unfit for a real one.
+        RemoSplatError: The flags contradict each other or select no robot, or
+            the scenario is not permitted on a real robot.
     """
     if not arguments.hardware:
         for flag in ("lcm_url", "rehearsal", "shadow"):
@@ -111,8 +119,8 @@ def announce_wire(url: str, console: Console) -> None:
     """Prints a warning if messages leave this computer."""
     if leaves_computer(url):
         console.print(
-            f"[bold yellow]{url} leaves this computer[/]: every robot that"
-            " listens there receives this program's messages"
+            f"[bold yellow]messages to {url} leave this computer[/]: every "
+            "robot that listens there receives them"
         )
 
 
@@ -124,13 +132,13 @@ def leased_inbox(
     *,
     open_channels: Collection[str] = (),
 ) -> LeasedInbox:
-    """Makes the inbox of a driver for one session, and prints its name.
+    """Makes the inbox of a driver that obeys one controller at a time.
 
     Args:
         lcm: The wire.
         channels: Channels of commands.
         name: Name of the driver.
-        console: Console for the sessions that the driver accepts and rejects.
+        console: Console on which accepted and rejected sessions are printed.
         open_channels: Channels that every program may use.
     """
     return LeasedInbox(
@@ -147,13 +155,15 @@ def add_camera_wire_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera-url",
         metavar="URL",
-        help="the wire of the images (default: that of --lcm-url with the"
-        " next port, as the scenario's hardware.camera_url)",
+        help=(
+            "LCM URL of the images (default: --lcm-url with the next port, "
+            "as the scenario's hardware.camera_url)"
+        ),
     )
 
 
 def open_camera_wire(arguments: argparse.Namespace) -> tuple[DrakeLcm, str]:
-    """Joins the LCM wire of the wrist camera.
+    """Joins the LCM network of the wrist camera's images.
 
     Args:
         arguments: The command line with `--lcm-url` and `--camera-url`.
@@ -169,7 +179,7 @@ def open_camera_wire(arguments: argparse.Namespace) -> tuple[DrakeLcm, str]:
 
 
 def open_wire(url: str, flag: str = "--lcm-url") -> DrakeLcm:
-    """Joins the LCM wire at a URL.
+    """Joins the LCM network at a URL.
 
     Args:
         url: The URL.

@@ -21,8 +21,14 @@ DISTURBED = FaultResult(CASES[1], "too early", problem="not tried")
     ("flags", "mention"),
     [
         (("hardware", "--case", "stop"), "--case chooses among faults"),
-        (("faults", "--compare", "x.json"), "--compare is not for faults"),
-        (("hardware", "--scenario", "x"), "--scenario is not for hardware"),
+        (
+            ("faults", "--compare", "x.json"),
+            "--compare has no effect on the group faults",
+        ),
+        (
+            ("hardware", "--scenario", "x"),
+            "--scenario has no effect on the group hardware",
+        ),
         (("faults", "--case", "nothing"), "unknown fault 'nothing'"),
     ],
 )

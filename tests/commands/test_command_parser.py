@@ -59,7 +59,7 @@ def test_help_of_a_command_ends_with_examples_of_it(command, capsys):
     ("words", "expected"),
     [
         (["benhc"], "unknown command 'benhc' (did you mean 'bench'?); valid: "),
-        (["--headless", "run"], "--headless: flags come after a command's"),
+        (["--headless", "run"], "--headless: give the command's name"),
         (
             ["run", "--scenariotext", "{}"],
             "run: unknown flag '--scenariotext' (did you mean"
@@ -80,7 +80,7 @@ def test_help_of_a_command_ends_with_examples_of_it(command, capsys):
             ["run", "--hardwar"],
             "run: unknown flag '--hardwar' (did you mean '--hardware'?)",
         ),
-        (["scenarios", "more"], "scenarios: 'more' is one argument too many"),
+        (["scenarios", "more"], "scenarios: 'more' is an unexpected argument"),
         (["quality", "a.ply"], "quality: the following arguments are required"),
         (
             ["bench", "tik"],

@@ -81,7 +81,7 @@ def test_a_guide_without_a_length_says_that_the_unit_is_unknown(
     source, _ = planted
     assert convert(source, tmp_path / "b.ply", "--clean", "--guide") == 0
     said = capfd.readouterr().out
-    assert "The length of a unit is unknown: --length says" in said
+    assert "The length of a unit is unknown: give the true length" in said
     assert "--scale" not in said
 
 
@@ -129,13 +129,13 @@ def test_cameras_of_another_frame_are_refused_or_left_aside(tmp_path, capfd):
 @pytest.mark.parametrize(
     ("flags", "problem"),
     [
-        (["--views", "v.json"], "--views: gives the cameras to --clean"),
+        (["--views", "v.json"], "--views: has an effect only with --clean"),
         (["--clean", "--views", "v.json"], "v.json: "),
-        (["--length", "2"], "--length: gives the scene's length to --guide"),
+        (["--length", "2"], "--length: has an effect only with --guide"),
         (["--guide", "--length", "0"], "--length: must be positive"),
         (["--guide", "--length", "nan"], "--length: must be"),
-        (["--guide", "--scale", "2"], "--guide: finds this by itself"),
-        (["--guide", "--align", "floor"], "--guide: finds this by itself"),
+        (["--guide", "--scale", "2"], "--guide: finds this value itself"),
+        (["--guide", "--align", "floor"], "--guide: finds this value itself"),
         (["--guide", "--length", "1e9"], "--length: would scale by"),
     ],
 )

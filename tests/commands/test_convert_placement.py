@@ -61,7 +61,7 @@ def test_points_are_those_of_the_file_and_crop_scale_align_in_turn(dots, capfd):
     flags += ["--scale", 2, "--crop", -9, -9, -9, 9, 1.5, 9]
     assert convert(dots, dots.parent / "b.ply", *flags) == 0
     said = capfd.readouterr().out
-    turned = "The input's z axis is turned by 90.0 degrees, onto the three"
+    turned = "The input's z axis is turned by 90.0 degrees, so that the three"
     assert f"{turned} points" in said
     splat = read_splat(dots.parent / "b.ply")
     expected = [[6, 0, 0], [6, 2, 0], [0, 0, 0]]
@@ -73,11 +73,14 @@ def test_points_in_the_wrong_order_are_asked_about(dots, capfd):
     assert convert(dots, dots.parent / "b.ply", *flags) == 0
     said = capfd.readouterr().out
     assert "turned by 180.0 degrees" in said
-    assert "75 % of the splats are above." in said
+    assert "75 % of the splats are above the floor." in said
     flags = ["--align-points", 0, 0, 0.5, 1, 0, 0.5, 0, 1, 0.5]
     assert convert(dots, dots.parent / "b.ply", *flags) == 0
     said = capfd.readouterr().out
-    assert "25 % of the splats are above. Were the points clockwise" in said
+    assert (
+        "25 % of the splats are above the floor. The points may be in clockwise"
+        in said
+    )
 
 
 @pytest.mark.parametrize("up", [[], ["--up", "0", "-1e-3", "0"]])

@@ -184,7 +184,7 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
         (["--keyframes", "-1"], "--keyframes: must not be negative"),
         (
             ["--keyframes", "9", "--length", *"0 9 9 1 9 9 1".split()],
-            "--keyframes: would renumber the frames that --length names",
+            "--keyframes: would change the frame numbers that --length uses",
         ),
         (["--focus", "0", "nan", "0"], "--focus: must be finite"),
         (["--focus", "50", "0", "0"], "--focus: is far from all"),

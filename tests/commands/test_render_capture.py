@@ -68,7 +68,10 @@ def test_a_model_is_captured_where_it_is_placed(tmp_path):
         (["table:1", "--width", "1000000"], "--width: with --height, makes"),
         (["table:1", "--seed", "-1"], "--seed: must not be negative"),
         (["table:1", "--noise", "lidar"], "unknown noise preset"),
-        (["table:1", "--scale", "2"], "only models and meshes"),
+        (
+            ["table:1", "--scale", "2"],
+            "are for models and meshes",
+        ),
         (["table:1", "--around", "1", "nan", "0"], "--around: must be finite"),
         (["bare.json"], "add --around"),
     ],

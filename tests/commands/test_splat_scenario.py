@@ -46,7 +46,7 @@ def test_a_free_start_and_a_target_are_found_and_told(table):
     x, y, z = target.translation
     assert f"with a target at ({x:.2f}, {y:.2f}, {z:.2f}) m" in said
     assert f"`remosplat run {table} --save-scenario table.yaml`" in said
-    assert "the space that the cameras of this splat saw is unknown" in said
+    assert "it is unknown which space the cameras of this splat saw" in said
     assert said.count("\n") == 2
 
 

@@ -149,7 +149,7 @@ def refuse(capsys, *arguments) -> str:
     ("arguments", "problem"),
     [
         (["StudioLove"], "unknown scenario 'StudioLove' (did you mean"),
-        (["StudioLive", "--headless"], "--headless: without the page"),
+        (["StudioLive", "--headless"], "--headless: without a page"),
         (["StudioLive", "--lcm-url", "x"], "only with --hardware"),
         (
             ["TableTeleop", "--scenario-text", "mapping: {unknown: obstacle}"],
@@ -232,7 +232,7 @@ def test_what_a_live_map_needs_is_named(session, capsys, monkeypatch):
 def test_a_session_has_its_own_scenario(session, capsys):
     Session.create(session, studio())
     line = refuse(capsys, "StudioLive", "--session", session)
-    assert "is a session already and has its own scenario" in line
+    assert "is an existing session with its own scenario" in line
 
 
 def test_a_folder_with_something_else_is_left_alone(session, capsys):
