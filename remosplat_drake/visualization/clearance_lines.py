@@ -24,9 +24,11 @@ _PALE_PERIOD = 0.2  # Shortest time between two drawings of the thin lines [s].
 class ClearanceLines:
     """Red lines from the robot's spheres to their closest scene points.
 
-    Rows that could bind are thin and pale; rows that hold with equality at
-    the command, thick and strong. The thick ones are a pool of shapes that
-    only move, so that a recording replays them; it leaves out the thin ones.
+    A line stands for a collision constraint (row) of the quadratic program. It
+    is thick and strong if the constraint is active, that is, holds with
+    equality at the command; else it is thin and pale. The thick lines are a
+    fixed set of shapes that only move, so that a recording can replay them. A
+    recording does not contain the thin lines.
 
     Args:
         page: The page to draw on.
@@ -62,7 +64,8 @@ class ClearanceLines:
     def _draw_pale(self, ends: np.ndarray, time: float):
         """Draws the thin lines, if they have changed.
 
-        Meshcat sends every shape to every browser, however late.
+        Unchanged lines are not sent again, since Meshcat sends every shape to
+        every browser, even to a slow one.
         """
         is_early = 0 <= time - self._pale_time < _PALE_PERIOD
         if is_early or np.array_equal(ends, self._pale_drawn):
@@ -90,7 +93,7 @@ class ClearanceLines:
         self._scene.show(f"{TIGHT}/{i}", visible, time)
 
     def _place(self, i: int, start: np.ndarray, end: np.ndarray, time: float):
-        """Puts the dot on the scene and the tube from there to the sphere."""
+        """Moves a dot to the scene point, and a tube from it to the sphere."""
         axis = start - end
         length = float(np.linalg.norm(axis))
         if length < _SHORTEST:
@@ -105,7 +108,7 @@ class ClearanceLines:
 def line_ends(
     robot: RobotModel, report: TickReport
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes where the lines of a report's m clearances start and end.
+    """Computes both ends of the lines for a report's m clearances.
 
     Args:
         robot: The robot, for its spheres.

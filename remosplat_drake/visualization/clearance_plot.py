@@ -1,12 +1,12 @@
-"""The plot of the smallest clearance, the same on every page."""
+"""Makes the plot of the smallest clearance, for all pages."""
 
 from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
 
 AMBER, RED = "#a86400", "#c8102e"
-"""Colours of the distance to keep, and of the forbidden range."""
+"""Colours of the stopping distance, and of the range below it."""
 
 _NEAR = 0.2
-"""Clearance up to which it is shown, since only small ones matter [m]."""
+"""Largest clearance that the plot shows [m]."""
 
 
 def clearance_plot(stopping: float, influence: float, **looks) -> SvgPlot:
@@ -14,8 +14,8 @@ def clearance_plot(stopping: float, influence: float, **looks) -> SvgPlot:
 
     Args:
         stopping: Clearance at which the controller stops approaching [m].
-        influence: Clearance beyond which the oracle reports none [m].
-        **looks: Further fields of `SvgPlot`, such as its time axis.
+        influence: Influence distance: larger clearances are not measured [m].
+        **looks: Further fields of `SvgPlot`, such as the time axis.
     """
     upper = min(influence, _NEAR)
     return SvgPlot(

@@ -10,12 +10,12 @@ from remosplat_drake.teleop.gamepad import SILENCE
 class DeadMan:
     """The watchdog of a gamepad's dead-man switch.
 
-    It listens for a pulse that the page sends while the button is held.
+    It receives a pulse that the page sends while the switch is held.
 
-    Meshcat reports a gamepad only when its state changes: if a page is closed,
-    hidden or hangs with the button held, the button would stay pressed. So the
-    page clicks a hidden button again and again while it is held
-    (`web/live.js`).
+    The pulse is necessary, since Meshcat reports a gamepad only when its state
+    changes. If a page is closed, hidden or hangs while the switch is held,
+    Meshcat would report the switch as held forever. So while the switch is
+    held, the page clicks a hidden button periodically (`web/live.js`).
 
     Args:
         meshcat: The page's Meshcat server.

@@ -1,4 +1,4 @@
-"""The six depth views of a robot sphere as one picture: an unfolded cube."""
+"""Draws the six depth views of a robot sphere as an unfolded cube."""
 
 from pathlib import Path
 
@@ -14,9 +14,10 @@ from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.view_images import SphereViews
 
 VIEW_NAMES = ("+z", "−y", "+y", "+x", "−z", "−x")
-"""Axes of the sensor along which its six views look."""
+"""Axes of the sensor along which the six views look."""
 
-# Row and column of each view in the unfolded cube: neighbours share an edge.
+# Row and column of each view in the unfolded cube. Adjacent views share an edge
+# of the cube.
 _CELLS = ((1, 1), (0, 1), (2, 1), (1, 2), (1, 3), (1, 0))
 _ROWS, _COLUMNS = 3, 4
 _CELL = 3.0  # Side of a view on paper [in].
@@ -30,12 +31,14 @@ _NEAR, _NEAREST = "#ffffff", "#ff3b30"
 
 
 def draw_depth_views(views: SphereViews, title: str, subtitle: str) -> Figure:
-    """Draws the views of a sphere; colours are ranges, grey is nothing.
+    """Draws the views of a sphere.
+
+    The colour of a pixel is its range; grey pixels have no surface.
 
     Args:
         views: The six depth views of the sphere.
-        title: Title of the picture, such as which sphere it is.
-        subtitle: Line below it, such as where the sphere is.
+        title: Title of the picture, such as the name of the sphere.
+        subtitle: Line below the title, such as the position of the sphere.
     """
     width = 2 * _MARGIN + _COLUMNS * _CELL + (_COLUMNS - 1) * _GAP
     height = 2 * _MARGIN + _HEADER + _ROWS * _CELL + (_ROWS - 1) * _GAP
@@ -98,7 +101,7 @@ def _sees(views: SphereViews) -> bool:
 
 
 def _add_cell(figure: Figure, row: float, column: float, columns=1) -> Axes:
-    """Axes on a cell of the unfolded cube, in inches from the corner."""
+    """Adds the axes of a cell of the unfolded cube, placed in inches."""
     width, height = figure.get_size_inches()
     step = _CELL + _GAP
     x = _MARGIN + column * step
@@ -122,7 +125,7 @@ def _name(axes: Axes, text: str):
 
 
 def _mark(axes: Axes, views: SphereViews, view: int, is_nearest: bool):
-    """Rings the view's nearest pixel and writes its clearance beside it."""
+    """Draws a ring around a view's nearest pixel, with its clearance."""
     row, column = views.nearest[view].tolist()
     size = views.ranges.shape[1]
     color = _NEAREST if is_nearest else _NEAR

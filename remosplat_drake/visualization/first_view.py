@@ -1,4 +1,4 @@
-"""`draw_first`: robot and scene while a run is still being prepared."""
+"""`draw_first`: draws robot and scene while a run is prepared."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from remosplat_drake.visualization.robot_view import RobotView
 from remosplat_drake.visualization.splat_view import SURFELS, draw_surfels
 
 COARSE = 5_000
-"""Number of discs that a browser gets at first: those that cover most."""
+"""Number of discs that a browser gets at first; the largest ones are chosen."""
 
 
 def draw_first(
@@ -18,15 +18,14 @@ def draw_first(
     q: np.ndarray,
     splat_W: GaussianSplat | None = None,
 ) -> None:
-    """Draws the robot and a share of the map, before there is a diagram.
+    """Draws the robot and a part of the map, before the diagram is built.
 
-    The views of the diagram go on with the same robot, and replace the map by
-    all of it.
+    Later, the views of the diagram use the same robot, and draw the whole map.
 
     Args:
         page: The page to draw on.
         robot: The robot.
-        q: Where it starts, shape (n_q,).
+        q: Configuration at the start, shape (n_q,).
         splat_W: The map's splat in W; None for none.
     """
     view = RobotView(page=page, robot=robot)

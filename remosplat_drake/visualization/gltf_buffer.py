@@ -1,4 +1,4 @@
-"""`GltfBuffer`: arrays as the binary part of a glTF document."""
+"""`GltfBuffer`: stores arrays as the binary part of a glTF document."""
 
 import base64
 
@@ -7,7 +7,7 @@ import numpy as np
 FLOAT = 5126
 SIGNED = 5122
 UNSIGNED = 5123
-"""glTF's types of components: floats, and shares of 1 in 16 bits."""
+"""glTF's codes for types of numbers: floats, and fractions of 1 in 16 bits."""
 
 _DTYPES = {FLOAT: "<f4", SIGNED: "<i2", UNSIGNED: "<u2"}
 _LARGEST = {SIGNED: 32767, UNSIGNED: 65535}
@@ -15,16 +15,16 @@ _ALIGNMENT = 4
 
 
 class GltfBuffer:
-    """A buffer of a glTF document, filled one array after the other.
+    """A buffer of a glTF document, to which arrays are appended.
 
     Args:
         number: Index of the buffer in the document.
-        first: Index of its first view and accessor, so how many the buffers
-            before it have.
+        first: Index of the buffer's first view and accessor: the number of
+            views in the previous buffers.
 
     Attributes:
-        views: glTF's descriptions of where each array stands.
-        accessors: glTF's descriptions of how each array is read.
+        views: glTF's descriptions of the position of each array.
+        accessors: glTF's descriptions of the type and shape of each array.
     """
 
     def __init__(self, number: int = 0, first: int = 0):
@@ -35,7 +35,7 @@ class GltfBuffer:
         self.accessors: list[dict] = []
 
     def add_shares(self, values: np.ndarray, kind: int) -> int:
-        """Adds numbers from 0 to 1, or from -1 to 1, in 16 bits each.
+        """Adds numbers from 0 to 1, or from -1 to 1, with 16 bits each.
 
         Args:
             values: The numbers, shape (n, width).

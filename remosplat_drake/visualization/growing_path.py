@@ -1,4 +1,4 @@
-"""`GrowingPath`: the trace of a moving point, sent piece by piece."""
+"""`GrowingPath`: draws the trace of a moving point, piece by piece."""
 
 from collections import deque
 
@@ -17,13 +17,14 @@ _MAX_PIECES = 500  # A trace of 30 m; what is older disappears.
 class GrowingPath:
     """A tube behind a moving point.
 
-    The cost of a step does not depend on how long the trace is. Meshcat sends
-    every shape to every browser, however late: so steps are sent in groups. A
-    recording shows each piece from the time on when its first step was made.
+    The cost of a step does not depend on the length of the trace. Steps are
+    sent in groups (pieces), since Meshcat sends every shape to every browser,
+    even to a slow one. A recording shows each piece from the time of its first
+    step on.
 
     Args:
         page: The page to draw on.
-        path: Path in the scene tree below which the pieces go.
+        path: Path in the scene tree below which the pieces are drawn.
         color: Colour of the tube.
         radius: Radius of the tube [m].
     """
@@ -46,7 +47,7 @@ class GrowingPath:
         self._is_drawn, self._drawn_at = True, -np.inf
 
     def append(self, p_WP: np.ndarray, time: float):
-        """Lengthens the trace to a point, unless it hardly moved.
+        """Extends the trace to a point, unless the point has hardly moved.
 
         Args:
             p_WP: The point in W, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""`GuidanceView`: the rollouts of the guidance selector, on the page."""
+"""`GuidanceView`: draws the rollouts of the guidance selector on the page."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -24,7 +24,7 @@ _PERIOD = 0.4  # Shortest time between two drawings [s].
 
 
 class GuidanceView(LeafSystem):
-    """Draws the predicted end-effector paths of the latest round.
+    """Draws the end-effector paths that guidance has predicted most recently.
 
     .. pydrake_system::
 
@@ -32,9 +32,9 @@ class GuidanceView(LeafSystem):
         input_ports:
         - selection
 
-    `selection` takes the `Selection` of a `GuidanceSelector`. The chosen
-    candidate's path is solid, the others' are faint; a line of text
-    names it.
+    `selection` takes the `Selection` of a `GuidanceSelector`. The path of the
+    chosen candidate is solid, and a line of text names it; the paths of the
+    other candidates are faint.
 
     Args:
         page: The page to draw on.
@@ -86,14 +86,14 @@ class GuidanceView(LeafSystem):
 
 
 def spaced_points(p: np.ndarray, step: float) -> np.ndarray:
-    """Thins a path out.
+    """Reduces a path to points at a minimum distance.
 
     Args:
         p: Points of the path, shape (n, 3) [m].
-        step: Least distance between points that are kept [m].
+        step: Least distance between consecutive points that are kept [m].
 
     Returns:
-        The points that are kept, the first among them, shape (m, 3) [m].
+        The remaining points, including the first one, shape (m, 3) [m].
     """
     kept: list[np.ndarray] = []
     for point in p:

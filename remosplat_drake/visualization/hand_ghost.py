@@ -1,4 +1,4 @@
-"""`HandGhost`: the hand as it will stand at its target, translucent."""
+"""`HandGhost`: draws a translucent hand at its target."""
 
 import json
 from pathlib import Path
@@ -15,8 +15,8 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.shapes import rigid_transform
 
 NEAR, TURNED = 0.03, 0.15
-"""Distance [m] and angle [rad] to the target within which the hand itself shows
-where it is, and the ghost is hidden."""
+"""Distance [m] and angle [rad] from the target within which the ghost is
+hidden, since the hand itself is there."""
 
 _COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
 
@@ -24,12 +24,12 @@ _COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
 class HandGhost:
     """Draws the links of a hand at the pose of its target.
 
-    If the target leaves directions free, it is the pose that is next to the
-    end effector's.
+    If directions of the target are free, the nearest pose to the end effector's
+    present pose is drawn.
 
     Args:
         page: The page to draw on.
-        path: Path in the scene tree below which all of it goes.
+        path: Path in the scene tree below which the ghost is drawn.
         robot: The robot.
         effector: Index of the end effector that has the hand.
     """
@@ -54,7 +54,7 @@ class HandGhost:
         self._scene.set_property(path, "visible", False)
 
     def update(self, target: Target, X_WE: np.ndarray | None, time: float):
-        """Moves the ghost to a target, and hides it where the hand is.
+        """Moves the ghost to a target; hides it if the hand is there.
 
         Args:
             target: The target.
@@ -72,7 +72,7 @@ class HandGhost:
 
 
 def is_away(target: Target, X_WE: np.ndarray) -> bool:
-    """Returns whether a hand is so far from a target that a ghost helps.
+    """Returns whether a hand is so far from a target that a ghost is useful.
 
     Args:
         target: The target.
@@ -83,11 +83,11 @@ def is_away(target: Target, X_WE: np.ndarray) -> bool:
 
 
 def translucent(shape: Shape) -> Shape:
-    """Returns a shape whose own materials are those of a ghost.
+    """Returns a translucent copy of a shape.
 
     Args:
-        shape: The shape; those without materials take the colour with which
-            they are drawn.
+        shape: The shape. If it has no materials, it gets the colour with which
+            it is drawn.
     """
     if not isinstance(shape, Mesh) or shape.extension() != ".gltf":
         return shape

@@ -1,8 +1,8 @@
-"""`InstancedSplat`: a splat as one small shape that is drawn many times.
+"""`InstancedSplat`: a map's splats as instances of one small shape.
 
-Each splat is an instance of the shape (glTF's EXT_mesh_gpu_instancing), in 26
-bytes, where a polygon of its own takes 250. The material is unlit
-(KHR_materials_unlit), since a splat's colours hold their light already.
+Each splat is an instance of the shape (glTF's EXT_mesh_gpu_instancing) and
+takes 26 bytes; a separate polygon would take 250 bytes. The material is unlit
+(KHR_materials_unlit), since the colours of splats already include light.
 """
 
 import json
@@ -23,12 +23,12 @@ _SIDES = 8
 _RISE = 0.2
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _UNLIT = "KHR_materials_unlit"
-# glTF is y-up; Meshcat turns its files about x.
+# In glTF, y is up, so Meshcat rotates glTF files about x.
 _UPRIGHT = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
 
 Shape = tuple[np.ndarray, np.ndarray]
-"""Vertices, shape (n, 3), and faces, shape (m, 3), outward by the right-hand
-rule."""
+"""Type of a mesh: vertices, shape (n, 3), and faces, shape (m, 3), whose
+normals point outward by the right-hand rule."""
 
 
 class InstancedSplat:
@@ -43,7 +43,7 @@ class InstancedSplat:
         lower, upper = splat.p_GK.min(axis=0), splat.p_GK.max(axis=0)
         self._p_GC = (lower.astype(float) + upper) / 2
         R_GD, size = _discs(splat, n_sigma)
-        # What all lengths are shares of.
+        # Unit of all lengths: the stored numbers are fractions of it.
         self._unit = max(float((upper - lower).max()) / 2, float(size.max()))
         self._buffer = GltfBuffer()
         p_CK = (splat.p_GK - self._p_GC) / self._unit
@@ -61,9 +61,9 @@ class InstancedSplat:
     def surfels(self) -> Mesh:
         """Makes a mesh of discs over the splats' two largest axes.
 
-        The discs are flat double cones: where two of them overlap, each is
-        seen on its own side of the line between them, in any order of
-        drawing.
+        The discs are flat double cones. If two discs overlap, each one is
+        visible on its side of the line between their centres, independent of
+        the order of drawing.
         """
         return self._mesh(double_cone(_SIDES), self._places | self._poses)
 
@@ -108,7 +108,7 @@ class InstancedSplat:
 def _discs(
     splat: GaussianSplat, n_sigma: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Frames D of the discs, with the thin axis last, and their semi-axes."""
+    """Returns the discs' frames D, with the thin axis last, and semi-axes."""
     rows = np.arange(len(splat))
     k0, k1 = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2].T
     x, y = splat.R_GK[rows, :, k0], splat.R_GK[rows, :, k1]
@@ -118,7 +118,7 @@ def _discs(
 
 
 def double_cone(sides: int) -> Shape:
-    """Makes two cones of radius 1 and height 1, base to base.
+    """Makes two cones of radius 1 and height 1 with a common base.
 
     Args:
         sides: Number of corners of the base.
@@ -142,7 +142,8 @@ def quaternions(R: np.ndarray) -> np.ndarray:
     Returns:
         Unit quaternions x, y, z, w, shape (n, 4).
     """
-    # Rows of 4 q q^T; the one with the largest diagonal is safe to scale.
+    # These are the rows of 4 q q^T. The row with the largest diagonal entry is
+    # normalised, since this is numerically safe.
     Q = np.empty((len(R), 4, 4))
     trace = np.trace(R, axis1=1, axis2=2)
     Q[:, 3, 3] = 1 + trace

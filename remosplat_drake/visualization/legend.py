@@ -1,4 +1,4 @@
-"""Colours of the scene's lines, and their meaning."""
+"""Defines the legend: the colours of the scene's lines and their meaning."""
 
 from collections.abc import Sequence
 
@@ -12,8 +12,8 @@ FUTURE = Rgba(0.55, 0.20, 0.85)
 
 _COMMON = (
     (BASE_PATH, "path of the base"),
-    (HOLDS_BACK, "obstacles that hold the robot back"),
-    (FUTURE, "futures that guidance has simulated"),
+    (HOLDS_BACK, "obstacles that limit the robot's motion"),
+    (FUTURE, "motions that guidance has simulated ahead"),
 )
 
 

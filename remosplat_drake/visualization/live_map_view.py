@@ -1,4 +1,4 @@
-"""`LiveMapView`: draws the live map on the page, a piece at a time."""
+"""`LiveMapView`: draws the live map on the page, piece by piece."""
 
 from collections.abc import Iterator
 
@@ -34,14 +34,15 @@ class LiveMapView(LeafSystem):
         input_ports:
         - map_status
 
-    `map_status` takes the `MapStatus`. Each look sends one tile of the splat
-    or one layer of the boundary, which takes about a millisecond, so that a
-    new map delays no control tick; old pieces stay until theirs is redrawn.
+    `map_status` takes the `MapStatus`. Each update sends one tile of the splat
+    or one layer of the boundary. This takes about a millisecond, so that a new
+    map does not delay control ticks. An old piece is shown until its
+    replacement is sent.
 
     Args:
         page: The page to draw on.
-        initial: The map that the page begins with; it is drawn at once.
-        show_unseen: Whether the boundary is visible to begin with.
+        initial: The first map on the page, which is drawn at once.
+        show_unseen: Whether the boundary is visible at first.
     """
 
     def __init__(
@@ -90,7 +91,7 @@ class LiveMapView(LeafSystem):
         next(self._work, None)
 
     def _redraw(self, scene_map: SceneMap) -> Iterator[None]:
-        """Sends one piece a step, and then removes those of the map before."""
+        """Sends one piece per step; then removes the old map's pieces."""
         meshcat, kept = self._page.meshcat, set[str]()
         for path in _draw_pieces(meshcat, scene_map):
             if path is not None:
@@ -103,7 +104,7 @@ class LiveMapView(LeafSystem):
 
 
 def _draw_pieces(meshcat: Meshcat, scene_map: SceneMap) -> Iterator[str | None]:
-    """Draws a piece of a map a step: its path, or None for an empty one."""
+    """Draws one piece of a map per step; yields its path, None if empty."""
     for i, tile in enumerate(scene_map.tiles):
         path = f"{TILES}/{i}"
         meshcat.SetTriangleColorMesh(

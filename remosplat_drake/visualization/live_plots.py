@@ -1,4 +1,4 @@
-"""`LivePlots`: clearance and velocity of the last seconds, on the page."""
+"""`LivePlots`: plots clearance and velocity of the last seconds."""
 
 from collections import deque
 from collections.abc import Callable
@@ -41,19 +41,19 @@ class LivePlots(LeafSystem):
         - executed
 
     The upper plot shows the smallest clearance in the controller's reports. The
-    lower one shows how far the end effector's velocity differs from the one
-    that the servo wants. `report` is the controller's `TickReport`, `executed`
-    the velocity u that the station gets. Every tick counts: a point of a curve
-    is the worst of 0.1 s.
+    lower one shows the difference between the end effector's velocity and the
+    velocity that the servo desires. `report` takes the controller's
+    `TickReport`, and `executed` the velocity u that the station gets. A point
+    of a curve is the worst value of all ticks in 0.1 s.
 
     Args:
         page: The page to draw on.
         robot: The robot, for its kinematics.
         gain: Gain of the controller's servo [1/s].
-        max_speed: Greatest speed that the servo wants [m/s].
+        max_speed: Largest speed that the servo desires [m/s].
         stopping: Clearance at which the controller stops approaching [m].
-        influence: Clearance beyond which the oracle reports none [m].
-        period: Time between two looks, the control period [s].
+        influence: Influence distance: larger clearances are not measured [m].
+        period: Time between two updates, the control period [s].
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class LivePlots(LeafSystem):
         self._plots = (
             clearance_plot(stopping, influence),
             SvgPlot(
-                title="Wanted and executed velocity differ by",
+                title="Desired and executed velocity differ by",
                 unit="m/s",
                 lower=0.0,
                 upper=1.25 * max_speed,
@@ -145,10 +145,10 @@ class RollingTrace:
     """Keeps the extreme value of each short interval of the last seconds.
 
     Args:
-        span: How long values are kept [s].
+        span: Time for which values are kept [s].
         interval: Length of an interval [s].
-        worse: Chooses which of two values counts, `min` or `max`; NaN always
-            counts.
+        worse: Function that chooses the worse of two values, `min` or `max`.
+            NaN counts as worst.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class RollingTrace:
         )
 
     def add(self, time: float, value: float):
-        """Adds a value; all are forgotten if time goes backwards.
+        """Adds a value; if time goes backwards, all earlier values are dropped.
 
         Args:
             time: Time of the value [s].
@@ -182,10 +182,10 @@ class RollingTrace:
         self._points.append((number, value))
 
     def ages(self, now: float) -> tuple[np.ndarray, np.ndarray]:
-        """Returns how long ago the values were [s], and the values.
+        """Returns the ages of the values [s], and the values.
 
         Args:
-            now: Time now [s].
+            now: Present time [s].
         """
         if not self._points:
             return np.zeros(0), np.zeros(0)

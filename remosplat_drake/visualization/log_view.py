@@ -11,11 +11,11 @@ from pydrake.systems.framework import (
 from remosplat_drake.visualization.page import MeshcatPage
 
 _PERIOD = 0.25
-"""Time between two looks [s]."""
+"""Time between two updates [s]."""
 
 
 class LogView(LeafSystem):
-    """Shows the trouble of a `TrajectoryLog` as a line of text.
+    """Shows the problem of a `TrajectoryLog` as a line of text.
 
     .. pydrake_system::
 
@@ -24,7 +24,7 @@ class LogView(LeafSystem):
         - trouble
 
     Args:
-        page: The page to show it on.
+        page: The page that shows the line.
     """
 
     def __init__(self, *, page: MeshcatPage):
@@ -44,7 +44,7 @@ class LogView(LeafSystem):
 
         Args:
             builder: Builder of the diagram.
-            page: The page to show it on.
+            page: The page that shows the line.
             trouble: Output port `trouble` of a `TrajectoryLog`.
         """
         view = builder.AddSystem(LogView(page=page))

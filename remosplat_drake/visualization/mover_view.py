@@ -1,4 +1,4 @@
-"""`MoverView`: movers, their ways, and the cameras that saw them."""
+"""`MoverView`: draws movers, their predicted motion, and cameras."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -16,15 +16,15 @@ from remosplat_drake.visualization.scene_look import ROOT
 MOVERS = f"{ROOT}/movers"
 
 AHEAD = 0.3
-"""How far ahead a mover is foreseen on the page [s]."""
+"""Time ahead for which the page shows the predicted position of a mover [s]."""
 
 CAMERAS = f"{ROOT}/mover_cameras"
 
 _LENGTH = 0.25
-"""Depth up to which a camera's picture is drawn [m]."""
+"""Depth up to which the pyramid of a camera's view is drawn [m]."""
 
 _GRAIN = 0.02
-"""A size that changes by less is not worth sending again [m]."""
+"""A ball is sent again only if its radius changes by more than this [m]."""
 
 _SEES = Rgba(0.15, 0.45, 0.85, 1.0)
 _BLIND = Rgba(0.85, 0.1, 0.1, 1.0)
@@ -34,7 +34,7 @@ _ROOM = Rgba(0.93, 0.45, 0.13, 0.12)
 
 
 class MoverView(LeafSystem):
-    """Draws movers, where they will be in a moment, and where they can be.
+    """Draws movers, and their predicted and possible positions.
 
     .. pydrake_system::
 
@@ -42,9 +42,10 @@ class MoverView(LeafSystem):
         input_ports:
         - movers
 
-    A mover is orange. Its ghost is its position in `AHEAD` if it keeps its
-    motion, and a pale ball around that contains all possible positions then. A
-    camera that watches is a blue pyramid, red while it has no usable image.
+    A mover is orange. A ghost shows its position after the time `AHEAD` if it
+    keeps its motion, and a pale ball around the ghost contains all of its
+    possible positions at that time. A camera that detects movers is a blue
+    pyramid, which is red while the camera has no usable image.
 
     Args:
         page: The page to draw on.
@@ -114,11 +115,11 @@ class MoverView(LeafSystem):
 def pyramid(
     camera: MoverCamera, length: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the edges of the space before a camera in W.
+    """Returns the edges of the pyramid that a camera sees, in W.
 
     Args:
         camera: The camera.
-        length: How deep the space is drawn [m].
+        length: Depth up to which the pyramid is drawn [m].
 
     Returns:
         Starts and ends of eight segments, shape (3, 8) each [m].
@@ -133,11 +134,11 @@ def pyramid(
 
 
 def room_of(mover: Mover, ahead: float) -> float:
-    """Returns the radius of a ball that holds wherever a mover can be [m].
+    """Returns the radius of a ball that contains a mover later [m].
 
     Args:
         mover: The mover.
-        ahead: How far ahead one looks [s].
+        ahead: Time after which the mover is in the ball [s].
     """
     far = float(np.linalg.norm(mover.half_extents)) + mover.radius
     soon = mover.velocity_error * ahead

@@ -1,4 +1,4 @@
-"""`ObjectView`: objects where they stand, and in the hand."""
+"""`ObjectView`: draws the objects of a task, in the scene and in the hand."""
 
 from pydrake.common.value import Value
 from pydrake.geometry import Rgba
@@ -26,15 +26,15 @@ class ObjectView(LeafSystem):
         - report
         - objects
 
-    `objects` are the `SceneObject`s where they stand; what the `TickReport`
-    says is carried is drawn in the hand.
+    `objects` takes the `SceneObject`s with their poses. Objects that the robot
+    carries, by the `TickReport`, are drawn in the hand.
 
     Args:
         page: The page to draw on.
-        robot: The robot that carries them.
+        robot: The robot that carries the objects.
 
     Attributes:
-        COLOR: Their colour, which `web/task.js` also has.
+        COLOR: Colour of the objects; `web/task.js` has the same.
     """
 
     COLOR = Rgba(0.55, 0.35, 0.75, 0.6)

@@ -28,12 +28,12 @@ _FIRST_PORT = 7000
 
 
 class MeshcatPage:
-    """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
+    """A browser page with a 3D scene (Meshcat), a bar, a panel and a player.
 
     The bar shows the robot's state. Meshcat's server sends the shapes of the
-    scene, and receives the buttons. A server of our own has the page itself,
-    and the newest poses and texts: a browser that draws slowly skips older
-    ones, and is never late.
+    scene and receives presses of buttons. A second server, `PageServer`, serves
+    the page itself, and the newest poses and texts. So a browser that draws
+    slowly skips older poses and does not lag behind.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's
@@ -44,10 +44,10 @@ class MeshcatPage:
         floor: Whether to draw a floor.
 
     Attributes:
-        meshcat: Drake's server; anything else may be drawn on it, too.
-        scene: Moves objects in Meshcat.
+        meshcat: Drake's server, on which your program may draw, too.
+        scene: Moves objects in the scene.
         port: The TCP port.
-        status: The lines of text on show, by their topics.
+        status: The displayed lines of text, by their topics.
         state: The robot's state on the page; None before the first one.
 
     Raises:
@@ -103,9 +103,10 @@ class MeshcatPage:
         )
 
     def beat(self):
-        """Marks the page's content as that of this moment.
+        """Marks the page's content as up to date at this moment.
 
-        From now on the page shows the age of its picture, until the run ends.
+        From the first call until the end of the run, the page shows the age of
+        its content.
         """
         self._server.beat()
 
@@ -121,7 +122,7 @@ class MeshcatPage:
         self._newest.put(("scene",), [dc.asdict(t) for t in self._toggles])
 
     def show(self, state: PageState):
-        """Says the robot's state, and offers the buttons that do something.
+        """Shows the robot's state, and the buttons that have an effect now.
 
         Args:
             state: The robot's state.
@@ -130,7 +131,7 @@ class MeshcatPage:
             return
         before = self.state.buttons if self.state else ()
         self.state = state
-        # The words come first: a browser gets the buttons when it has time.
+        # The text is sent first, since a browser may receive the buttons later.
         self._newest.put(("bar",), state.document())
         for button in before:
             if button not in state.buttons:
@@ -144,10 +145,10 @@ class MeshcatPage:
                 )
 
     def clicks(self, button: str) -> int:
-        """Returns how often START, STOP or RELEASE was pressed.
+        """Returns the number of presses of START, STOP or RELEASE.
 
         Args:
-            button: The button, which need not be there now.
+            button: The button, which may be hidden at present.
         """
         count = self._clicks[button]
         if self.state is not None and button in self.state.buttons:
@@ -155,7 +156,7 @@ class MeshcatPage:
         return count
 
     def end(self, state: PageState):
-        """Shows the outcome of a run; sentences about its motion are removed.
+        """Shows the outcome of a run, and removes texts about its motion.
 
         Args:
             state: The robot's state now.
@@ -171,10 +172,9 @@ class MeshcatPage:
         """Shows a line of text in the panel, one line for each topic.
 
         Args:
-            text: Text of the line; without any text the line goes away.
+            text: Text of the line; an empty text removes the line.
             topic: Topic of the line, one of `page_style.TOPICS`.
-            trouble: What has gone wrong; it stands out at the end of the
-                line.
+            trouble: Problem that is highlighted at the end of the line.
         """
         self.status[topic] = f"{text} {trouble}".strip()
         self._notes[topic] = text, trouble
@@ -186,12 +186,12 @@ class MeshcatPage:
         self._newest.put(("notes",), lines)
 
     def set_badge(self, grade: str, title: str, text: str):
-        """Shows a verdict on the map.
+        """Shows a badge with the grade of the map.
 
         Args:
             grade: A grade of `map_grade`; it determines the colour.
-            title: The verdict in a word or two.
-            text: The evidence for it.
+            title: The grade, in a word or two.
+            text: The reason for the grade.
         """
         badge = {"grade": grade, "title": title, "text": text}
         self._newest.put(("badge",), badge)
@@ -200,7 +200,7 @@ class MeshcatPage:
         """Shows a plot in the panel.
 
         Args:
-            name: Name of the plot, whose place it takes.
+            name: Name of the plot. An earlier plot of this name is replaced.
             svg: An inline SVG.
         """
         self._newest.put(("plot", name), svg)
@@ -208,12 +208,13 @@ class MeshcatPage:
     def set_places(
         self, hand: np.ndarray, base: np.ndarray, target: np.ndarray | None
     ):
-        """Sets the positions of things that people look at.
+        """Sets the positions that the page's views look at.
 
         Args:
             hand: Position of the first end effector in W, shape (3,) [m].
             base: Position of the base in W, shape (3,) [m].
-            target: Position of its target in W, shape (3,) [m]; None for none.
+            target: Position of the hand's target in W, shape (3,) [m]; None for
+                none.
         """
         named = {"hand": hand, "base": base, "target": target}
         places = {
@@ -226,7 +227,7 @@ class MeshcatPage:
         """Shows the meaning of the scene's colours.
 
         Args:
-            entries: Colours as HTML has them, and their meaning.
+            entries: Colours as HTML colour codes, each with its meaning.
         """
         self._newest.put(("legend",), list(entries))
 
@@ -240,18 +241,18 @@ class MeshcatPage:
         self._newest.put(("task",), {**outline.document(), "root": root})
 
     def set_account(self, account: Account):
-        """Shows the measurements in a run, and lets people play it again.
+        """Shows the summary of a run, and a player for its replay.
 
         Args:
-            account: The account of the run.
+            account: The summary of the run.
         """
         self._newest.put(("account",), account.document())
 
     def told(self, *key: str):
-        """Returns what the page says about something; None for nothing.
+        """Returns the page's content of a key; None if there is none.
 
         Args:
-            *key: Its name in `web/panel.js`, such as "badge".
+            *key: The key, as in `web/panel.js`, such as "badge".
         """
         return self._newest.get(key)
 
@@ -268,7 +269,7 @@ class MeshcatPage:
         self.scene.pause()
 
     def finish_recording(self):
-        """Stops recording; the page then replays, also when saved."""
+        """Stops recording; the page, also a saved one, can then replay."""
         self.meshcat.SetProperty(
             LIVE, "visible", False, time_in_recording=self.scene.start
         )
@@ -280,13 +281,13 @@ class MeshcatPage:
     def save_html(self, path: str | Path, account: Account | None = None):
         """Writes the page as one file that needs neither server nor network.
 
-        The file is written atomically, compressed, and carries a player with
-        a time line. It does not contain the sentences about the running robot;
-        the account replaces them.
+        The file is compressed, written atomically, and contains a player with a
+        time line. Instead of the texts about the running robot it contains the
+        summary of the run.
 
         Args:
             path: The HTML file.
-            account: The account of the run; None if nothing has moved.
+            account: The summary of the run; None if nothing has moved.
 
         Raises:
             FileError: The file cannot be written.
@@ -306,7 +307,7 @@ class MeshcatPage:
 
 
 def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
-    """Opens our server on a port, or on the first free one.
+    """Opens the page's server on a port, or on the first free port.
 
     Raises:
         RemoSplatError: The port is taken or out of range.

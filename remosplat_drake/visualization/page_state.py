@@ -1,7 +1,8 @@
-"""`PageState`: the state of a run, as the page says it, and its buttons.
+"""`PageState`: the page's text about the state of a run, and its buttons.
 
-A page must not look live when the program behind it has stopped. Its texts
-about the run as a whole, and its buttons that act on the robot, come from here.
+This module makes the page's texts about the run as a whole, and selects the
+buttons that act on the robot. They must not suggest that the robot is running
+if the program has ended.
 """
 
 import dataclasses as dc
@@ -18,19 +19,20 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 WAITING = "waiting"
-"""Phase in which nothing moves until a person says so."""
+"""Phase in which nothing moves until a person presses START."""
 LIVE = "live"
-"""Phase in which the robot moves, or may at any moment."""
+"""Phase in which the robot moves, or may move at any moment."""
 HELD = "held"
-"""Phase in which something holds the robot back, though nothing stops it."""
+"""Phase in which the robot stands still before its target, without a stop by
+the supervisor."""
 STOPPED = "stopped"
 """Phase in which the supervisor has stopped the robot."""
 REACHED, MISSED = "reached", "missed"
-"""Phases after the end of the run: nothing moves any more."""
+"""Phases after the end of the run, in which nothing moves any more."""
 REPLAYED = "replayed"
-"""Phase of a run that is shown again."""
+"""Phase of the replay of a recorded run."""
 STILL = "still"
-"""Phase of a page on which nothing ever moves."""
+"""Phase of a page that shows a fixed scene."""
 
 START, STOP, RELEASE = "start", "stop", "release"
 """The buttons of a page."""
@@ -44,8 +46,9 @@ class PageState:
         phase: WAITING, LIVE, HELD, STOPPED, REACHED, MISSED, REPLAYED or
             STILL.
         title: The robot's state, in a word or two.
-        text: The same in a sentence; empty if there is no more to say.
-        buttons: START, STOP and RELEASE, as far as they do something now.
+        text: Further description in a sentence; may be empty.
+        buttons: The buttons that have an effect now, out of START, STOP and
+            RELEASE.
     """
 
     phase: str
@@ -59,7 +62,7 @@ class PageState:
         return self.phase in (REACHED, MISSED, REPLAYED)
 
     def document(self) -> dict:
-        """Returns the state as JSON has it."""
+        """Returns the state as types of JSON."""
         return {**dc.asdict(self), "over": self.is_over}
 
 
@@ -67,16 +70,16 @@ def preparing(text: str) -> PageState:
     """Returns the state before a run can start.
 
     Args:
-        text: What is being done.
+        text: The present step of the preparation.
     """
     return PageState(WAITING, "Preparing", text)
 
 
 def waiting(goal: str) -> PageState:
-    """Returns the state before a run that a viewer of the page starts.
+    """Returns the state while a run waits until a viewer presses START.
 
     Args:
-        goal: What the run is for, in a sentence.
+        goal: Purpose of the run, in a sentence.
     """
     return PageState(WAITING, "Ready", goal, (START,))
 
@@ -87,13 +90,14 @@ def supervised(
     releases: bool,
     standing: Standing = NOT_STARTED,
 ) -> PageState:
-    """Returns the state while a supervisor watches over the robot.
+    """Returns the state of a run with a supervisor.
 
     Args:
-        supervision: What the supervisor does.
-        releases: Whether the page may release stops, which a real robot's
-            may not.
-        standing: The robot's state while nothing is stopped.
+        supervision: The supervisor's state.
+        releases: Whether the page may release stops; it may not release a real
+            robot.
+        standing: The robot's state, which is shown while the supervisor does
+            not stop it.
     """
     reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
     if not supervision.is_latched:
@@ -109,7 +113,7 @@ def supervised(
 
 
 def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
-    """Returns the state of a run without a supervisor: nothing stops it.
+    """Returns the state of a run without a supervisor, which has no STOP.
 
     Args:
         standing: The robot's state.
@@ -128,7 +132,7 @@ def _alive(standing: Standing, buttons: tuple[str, ...]) -> PageState:
 
 
 def without_map(state: PageState) -> PageState:
-    """Returns the state of a robot that moves only where it has no map.
+    """Adds to a state that the robot has no map yet.
 
     Args:
         state: The robot's state.
@@ -143,7 +147,7 @@ def ended(text: str, *, reached: bool) -> PageState:
     """Returns the state after a run.
 
     Args:
-        text: How it ended, in a sentence.
+        text: Outcome of the run, in a sentence.
         reached: Whether the last target was reached.
     """
     title = "Reached" if reached else "Not reached"
@@ -151,18 +155,18 @@ def ended(text: str, *, reached: bool) -> PageState:
 
 
 def replayed(text: str) -> PageState:
-    """Returns the state of a run that is shown again.
+    """Returns the state of the replay of a recorded run.
 
     Args:
-        text: Which run it is.
+        text: Description of the run.
     """
     return PageState(REPLAYED, "Replay", text)
 
 
 def still(text: str) -> PageState:
-    """Returns the state of a page on which nothing ever moves.
+    """Returns the state of a page that shows a fixed scene.
 
     Args:
-        text: What it shows.
+        text: Description of the scene.
     """
     return PageState(STILL, "Inspect", text)

@@ -1,7 +1,7 @@
-"""Names of the controls that Meshcat has on the page.
+"""Makes the names of Meshcat's controls, which define their style.
 
-Meshcat has buttons and sliders only, and draws their names as HTML. So a name
-that carries a class is how a control gets its looks, from `web/page.css`.
+Meshcat has only buttons and sliders, and draws their names as HTML. So a name
+that contains an HTML class gives a control its style, from `web/page.css`.
 """
 
 import html
@@ -29,21 +29,22 @@ BUTTONS = {
 """Names of the buttons that act on the run."""
 
 KEYS = {START: "Enter", STOP: "Escape", RELEASE: ""}
-"""Keys of these buttons. No browser clicks a focused button with Escape, as it
-does with the space bar; and a release is not to be hit by chance."""
+"""Keys of these buttons. STOP has Escape, since no browser uses it to click a
+focused button, as the space bar. RELEASE has no key, so that it is not pressed
+by accident."""
 
 
 def escaped(text: str) -> str:
-    """Escapes a text so that the page shows it as it is.
+    """Escapes a text so that the page shows it unchanged.
 
-    Meshcat puts a name between apostrophes of a script, so that even a
-    backslash in it would not arrive.
+    Meshcat inserts a name between apostrophes in a script, so backslashes must
+    be escaped, too.
     """
     return html.escape(" ".join(text.split())).replace("\\", "&#92;")
 
 
 def heading(text: str) -> str:
-    """Returns the name of a button that is the title of a group."""
+    """Returns the name of a button that serves as the title of a group."""
     return _span("heading", escaped(text))
 
 
@@ -51,8 +52,8 @@ def button(text: str, key: str = "") -> str:
     """Returns the name of a button; two of them share a row.
 
     Args:
-        text: What the button says.
-        key: Key that clicks it, to be shown; empty for none.
+        text: Text on the button.
+        key: Displayed key that clicks the button; empty for none.
     """
     shown = f' <span class="remosplat-key">{key}</span>' if key else ""
     return _span("button", escaped(text) + shown)
@@ -62,8 +63,8 @@ def slider(text: str, keys: str = "") -> str:
     """Returns the name of a slider.
 
     Args:
-        text: What the slider moves.
-        keys: Keys that move it, to be shown.
+        text: Text of the slider: the quantity that it changes.
+        keys: Displayed keys that move the slider.
     """
     return _span(
         "slider", f'{escaped(text)}<span class="remosplat-key">{keys}</span>'

@@ -9,10 +9,11 @@ from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_style import slider
 
 POSITION_STEP = 0.005
-"""Distance by which a key moves the target [m]; held down, it is 0.15 m/s."""
+"""Distance by which a press of a key moves the target [m]. A key that is held
+down moves it at 0.15 m/s."""
 
 ANGLE_STEP = 1.0
-"""Angle by which a key turns the target [deg]."""
+"""Angle by which a press of a key turns the target [deg]."""
 
 _AXES = (
     ("x [m]", "KeyS", "KeyW"),
@@ -27,13 +28,13 @@ _ANGLES = (
 
 
 class PoseSliders:
-    """Six sliders: a position in W, and a rotation away from a reference.
+    """Six sliders that set a pose: position in W, and relative rotation.
 
-    They are the `PoseCoordinates` of the pose.
+    The values are the `PoseCoordinates` of the pose.
 
     Args:
         meshcat: The page's Meshcat server.
-        X_WH: Pose that the sliders begin at, shape (4, 4).
+        X_WH: Initial pose of the sliders, shape (4, 4).
         lower: Lower ends of the position's sliders, shape (3,) [m].
         upper: Upper ends of the position's sliders, shape (3,) [m].
     """
@@ -82,11 +83,11 @@ class PoseSliders:
         return self._coordinates.pose(np.array(values))
 
     def show(self, X_WT: np.ndarray):
-        """Moves the sliders to a pose X_WT; `moved` does not report that."""
+        """Moves the sliders to a pose X_WT, which `moved` does not report."""
         values = self._coordinates.of(X_WT)
         for i, name in enumerate(self._names):
             step = POSITION_STEP if i < 3 else ANGLE_STEP
-            # Meshcat rounds to steps: what it would not show is not sent.
+            # Meshcat rounds values to steps; a change below a step is not sent.
             if abs(values[i] - self._known[i]) > 0.51 * step:
                 self._known[i] = self._meshcat.SetSliderValue(name, values[i])
 

@@ -33,13 +33,13 @@ from remosplat_drake.visualization.toggle import on_off
 SPLATS = f"{ROOT}/splat"
 
 MAX_FRAMES = 4000
-"""Greatest number of frames of a replay, each of about 2 kB: a longer run has
-fewer frames a second."""
+"""Largest number of frames of a replay, each of about 2 kB. A longer run has
+fewer frames per second."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class ReplayedMap:
-    """A version of the map for a replay; parts that are lost are None.
+    """A version of the map for a replay; a missing part is None.
 
     Attributes:
         field: Distance field that finds the closest scene points.
@@ -60,20 +60,21 @@ def record_replay(
     events: Sequence[Event] = (),
     on_frame: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Records a run into the page, which then plays it.
+    """Records a logged run as an animation, which the page then plays.
 
-    Robot, target and traces move as they did. A red line joins the robot to the
-    closest point of the map of that time. Each map is shown while it was in
-    use, and a held link glows while it was held.
+    The animation shows robot, target and traces, and a red line from the robot
+    to the closest point of the map. At each time it shows the map that was in
+    use. A link glows while the robot was held by it.
 
     Args:
-        page: The page to draw on; it has shown nothing else.
+        page: The page to draw on, which must be empty.
         robot: The robot of the run.
         log: Log of the run, with at least one tick.
         maps: All versions of the map in the log, by their numbers.
-        reach: Greatest distance of scene points that get a line [m].
+        reach: Largest distance of a scene point to which a line is drawn [m].
         events: The run's events, in the order of their times.
-        on_frame: Called with the number of frames that are done, and of all.
+        on_frame: Called with the number of finished frames and the number of
+            all frames.
     """
     time = log.rows["time"] - log.rows["time"][0]
     page.start_recording(0.0)
@@ -106,12 +107,12 @@ def frame_ticks(
 ) -> np.ndarray:
     """Chooses the ticks that become frames of an animation.
 
-    The first and the last tick are among them.
+    The first and the last tick are always chosen.
 
     Args:
         time: Times of the ticks, increasing, shape (T,) [s].
         period: Shortest time between two frames [s].
-        most: Greatest number of frames, at least 2.
+        most: Largest number of frames, at least 2.
 
     Returns:
         Indices of the ticks, ascending.
@@ -122,11 +123,11 @@ def frame_ticks(
 
 
 def standing_at(events: Sequence[Event], time: float) -> Standing:
-    """Returns the cause that held the robot at a time, by its events.
+    """Returns the cause that held the robot at a time, from the run's events.
 
     Args:
         events: The run's events, in the order of their times.
-        time: The time, by the clock of the events [s].
+        time: The time, on the clock of the events [s].
     """
     told = (
         event
@@ -148,9 +149,9 @@ def draw_maps(
     versions: np.ndarray,
     time: np.ndarray,
 ) -> None:
-    """Draws all maps of a run, each visible at its ticks only.
+    """Draws all maps of a run, each visible only at its ticks.
 
-    Together they have no more discs than one map may have.
+    All maps together have at most as many discs as a single map may have.
 
     Args:
         page: The page to draw on, which is recording.
@@ -181,7 +182,10 @@ def _clearances(
 
 
 def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
-    """The live page's views; inputs: configuration, report, standing."""
+    """Makes a diagram of the live page's views.
+
+    Its inputs are configuration, report and standing.
+    """
     builder = DiagramBuilder()
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.ExportInput(run_view.GetInputPort("configuration"), "configuration")

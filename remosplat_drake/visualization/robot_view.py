@@ -18,7 +18,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.scene_look import ROOT
 
 PUBLISH_PERIOD = 1 / 32
-"""Time between two pictures of everything that moves [s]."""
+"""Time between two updates of moving objects [s]."""
 
 PREFIX = f"{ROOT}/robot"
 
@@ -26,7 +26,7 @@ _NAME = "robot_view"
 
 
 class RobotView(LeafSystem):
-    """Draws a robot from its configuration alone.
+    """Draws a robot from its configuration.
 
     .. pydrake_system::
 
@@ -34,9 +34,9 @@ class RobotView(LeafSystem):
         input_ports:
         - configuration
 
-    It sees no station, so a simulated and a real robot look the same. Links
-    are drawn from their meshes, or from their collision geometry where there
-    is none, below `/remosplat/robot`. Their shapes are sent once, at the
+    A simulated and a real robot look the same, since the view needs only the
+    configuration. Links are drawn below `/remosplat/robot`, as meshes or,
+    without meshes, as collision geometry. Their shapes are sent once, at the
     start.
 
     Args:
@@ -84,7 +84,7 @@ def AddRobotView(
 
 
 def draw_robot(diagram: Diagram) -> None:
-    """Draws the robot where it starts, before anything moves.
+    """Draws the robot at its start, before anything moves.
 
     Args:
         diagram: A diagram with a `RobotView`.
@@ -100,7 +100,8 @@ def _draw_links(
     """Draws the links once.
 
     Returns:
-        A plant for their poses, and each link that has a shape with its path.
+        A plant that computes the links' poses, and the paths of the links with
+        a shape.
     """
     drawn, paths = drawn_plant(robot), []
     for body in drawn.bodies:
@@ -110,7 +111,7 @@ def _draw_links(
         if looks:
             paths.append((body, path))
         if meshcat.HasPath(path):
-            continue  # `draw_first` has sent it.
+            continue  # `draw_first` has sent its shapes.
         for i, look in enumerate(looks):
             meshcat.SetObject(f"{path}/{i}", look.shape, look.colour)
             meshcat.SetTransform(f"{path}/{i}", look.X_LG)
@@ -120,7 +121,10 @@ def _draw_links(
 def _plant_positions(
     robot: RobotModel, plant: MultibodyPlant
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix and vector that map q to positions; locked ones are constants."""
+    """Returns matrix and vector that map q to the plant's positions.
+
+    Positions of locked joints are constants in the vector.
+    """
     n = plant.num_positions()
     D = np.zeros((n, robot.n_q))
     y0 = np.zeros(n)

@@ -1,4 +1,4 @@
-"""`RunView`: the controller's inputs and decisions, on the page."""
+"""`RunView`: draws the controller's inputs and decisions on the page."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -42,14 +42,14 @@ class RunView(LeafSystem):
         - configuration
         - report
 
-    `configuration` is the measured q, `report` the `TickReport` that the
-    controller exports: the view queries no oracle and does not delay the
-    controller. A ghost of the hand stands at its target while the hand is away
-    from it. Red lines go from sphere surfaces to their closest scene points,
-    pale for rows that could bind and strong for rows that do. The end
-    effector leaves a yellow trace, the base a blue one; both start again when
-    time runs backwards. Each of several end effectors has a colour, which the
-    page's legend names.
+    `configuration` takes the measured q, and `report` the controller's
+    `TickReport`: the view queries no oracle, so it does not delay the
+    controller. A ghost of the hand is drawn at the target while the hand is not
+    there. Red lines connect sphere surfaces with their closest scene points;
+    the lines of active constraints are strong, the others pale. The end
+    effector's trace is yellow, the base's blue; both are cleared when time runs
+    backwards. If there are several end effectors, each has its own colour,
+    which the legend states.
 
     Args:
         page: The page to draw on.
@@ -154,5 +154,5 @@ def draw_targets(diagram: Diagram, aim: Aim) -> None:
 
 
 def _named(path: str, effector: str) -> str:
-    """The path of something that each end effector has."""
+    """Returns the scene path of an item that each end effector has."""
     return f"{path}_{effector}" if effector else path

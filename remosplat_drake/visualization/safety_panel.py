@@ -23,7 +23,7 @@ from remosplat_drake.visualization.page_state import (
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
 _AGES_SHOWN = 0.5
-"""Time span of which the greatest ages are shown [s]."""
+"""Time span over which the largest ages are shown [s]."""
 
 
 class SafetyPanel(LeafSystem):
@@ -42,16 +42,17 @@ class SafetyPanel(LeafSystem):
 
     `report` takes the controller's `TickReport`, `status` the `StationStatus`,
     `supervision` the `SupervisorState`, `standing` the `Standing`; `operator`
-    gives the `OperatorRequests` so far. The page's bar shows the robot's state,
-    and why the supervisor stopped it. A line of text shows the arm's mode, and
-    the largest ages of measurements and commands in the last half second.
+    outputs the `OperatorRequests` so far. The page's bar shows the robot's
+    state, and the reason of a stop by the supervisor. A line of text shows the
+    arm's mode, and the largest ages of measurements and commands in the last
+    half second.
 
     Args:
         page: The page that gets bar and buttons.
         n_u: Length of the command.
-        releases: Whether the page releases stops, too. Meshcat cannot identify
-            its visitors, and any web page may press its buttons: a real robot
-            is only stopped here, and released elsewhere.
+        releases: Whether the page can also release stops. It cannot for a real
+            robot, since Meshcat cannot identify its visitors, and any web page
+            may press its buttons.
     """
 
     def __init__(self, *, page: MeshcatPage, n_u: int, releases: bool = True):
@@ -92,13 +93,13 @@ class SafetyPanel(LeafSystem):
         status: OutputPort,
         standing: OutputPort,
     ) -> None:
-        """Connects the panel with a supervisor, both ways.
+        """Connects the panel with a supervisor, in both directions.
 
-        The panel may have been added long before, for the page to have the
-        stop button above all others.
+        The panel is added to the diagram earlier, so that its stop button is
+        above all other buttons of the page.
 
         Args:
-            builder: Builder of the diagram that holds both.
+            builder: Builder of the diagram that contains both.
             supervisor: The `SafetySupervisor`.
             report: Output port of the controller's `TickReport`.
             status: Output port of the `StationStatus`.
@@ -137,7 +138,7 @@ class SafetyPanel(LeafSystem):
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)
         ages = [status.age, time - report.time]
-        # An age that is not a number is not hidden: it is shown as forever.
+        # An age of NaN is shown as infinite, so that it is noticed.
         self._ages = np.maximum(self._ages, ages)
         if 0 <= time - self._ages_shown < _AGES_SHOWN:
             return

@@ -1,13 +1,13 @@
-"""`dress`: sky, floor and light of a scene."""
+"""`dress`: adds sky, floor and light to a scene."""
 
 from pydrake.geometry import Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform
 
 ROOT = "/remosplat"
-"""Path in the scene tree below which everything of this project is."""
+"""Path in the scene tree below which all objects of this package are."""
 
 LIVE = f"{ROOT}/live"
-"""Path below which is what a recording cannot hold, and therefore hides."""
+"""Path of objects that a recording cannot contain; a replay hides them."""
 
 _FLOOR_RADIUS = 30.0
 _FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
@@ -19,8 +19,8 @@ _LIGHTS = {
     "AmbientLight": {"intensity": 0.7},
     "PointLightNegativeX": {"visible": False},
     "PointLightPositiveX": {"visible": False},
-    # A sun over the camera's shoulder: light without a horizon, and the
-    # only one with a shadow.
+    # The sun is above and behind the default camera. It is the only light with
+    # a shadow.
     "FillLight": {
         "position": [-4.5, -2.2, 7.0],
         "intensity": 2.3,
@@ -49,7 +49,8 @@ def dress(meshcat: Meshcat, *, floor: bool) -> None:
     for light, properties in _LIGHTS.items():
         for name, value in properties.items():
             node = f"/Lights/{light}"
-            # Visibility belongs to the tree, the rest to the light.
+            # Visibility is a property of the path in the tree; the other
+            # properties belong to the light object.
             if name != "visible":
                 node += "/<object>"
             meshcat.SetProperty(node, name, value)

@@ -1,4 +1,4 @@
-"""`SensorView`: the depth sensor of one robot sphere, on the page."""
+"""`SensorView`: draws the depth sensor of one robot sphere on the page."""
 
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba, Sphere
@@ -29,11 +29,12 @@ _CORNERS = np.array(
 
 
 class SensorView:
-    """Draws an inspected sphere, its six frusta, rays and what they meet.
+    """Draws a sphere, the frusta of its six views, and the surfaces they see.
 
-    The frusta of the six views fill a cube; its edges are drawn. Every
-    view's closest ray ends in a dot on the scene, the closest of all in red.
-    A button hides the points that the views see, in the picture's colours.
+    The frusta of the six views fill a cube, whose edges are drawn. The closest
+    ray of every view ends in a dot on the scene; the closest of all is red. The
+    points that the views see have the colours of the picture, and a button
+    hides them.
 
     Args:
         page: The page to draw on.
@@ -59,7 +60,7 @@ class SensorView:
 def frustum_edges(
     p_WS: np.ndarray, R_WD: np.ndarray, depth: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes the edges of the six views' frusta, cut off at a depth.
+    """Computes the edges of the six views' frusta, up to a depth.
 
     Args:
         p_WS: Position of the sensor in W, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""Shapes that Meshcat does not have: thick lines as tubes, and triads."""
+"""Draws shapes that Meshcat lacks: thick lines as tubes, and triads."""
 
 import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, Rgba
@@ -14,7 +14,7 @@ _AXIS_COLORS = (
 
 
 def rigid_transform(X: np.ndarray) -> RigidTransform:
-    """Returns a pose as Drake has it, with its rotation made exact.
+    """Converts a pose to Drake's type; makes its rotation orthonormal.
 
     Args:
         X: The pose, shape (4, 4), orthonormal up to rounding.
@@ -28,8 +28,9 @@ def tube_mesh(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Makes the triangle mesh of a closed tube around a polyline.
 
-    The cross-section is carried along without twist: each direction across
-    the tube is the previous one projected off the new tangent.
+    The cross-section does not twist along the polyline: each direction across
+    the tube is the previous direction, projected perpendicular to the new
+    tangent.
 
     Args:
         p_WP: Points of the polyline in W, shape (n, 3) [m]; n >= 2 and
@@ -49,7 +50,8 @@ def tube_mesh(
     angle = 2 * np.pi * np.arange(sides) / sides
     rings = np.empty((n, sides, 3))
     for i, tangent in enumerate(tangents):
-        # A full reversal leaves no mean direction: keep the last step's.
+        # If the polyline reverses, there is no mean direction, so the direction
+        # of the last segment is used.
         if tangent @ tangent < 1e-6:
             tangent = steps[i - 1]
         tangent = tangent / np.linalg.norm(tangent)
@@ -63,7 +65,7 @@ def tube_mesh(
 
 
 def _tube_faces(n: int, sides: int) -> np.ndarray:
-    """Two triangles a side and step, and a fan at each end."""
+    """Returns two triangles per side and segment, and a fan at each end."""
     k = np.arange(sides)
     turn = (k + 1) % sides
     row = sides * np.arange(n - 1)[:, None]
@@ -85,7 +87,7 @@ def _tube_faces(n: int, sides: int) -> np.ndarray:
 def draw_triad(
     meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
 ):
-    """Draws the axes x, y, z of a frame in red, green, blue, over all else.
+    """Draws a frame's axes x, y, z in red, green, blue, in front of all.
 
     Args:
         meshcat: The Meshcat server.
@@ -107,7 +109,7 @@ def draw_triad(
 
 
 def shine_through(meshcat: Meshcat, path: str):
-    """Draws an object over all that is before it, as light would shine.
+    """Makes an object visible through objects in front of it.
 
     Args:
         meshcat: The Meshcat server.

@@ -1,4 +1,4 @@
-"""`SphereView`: the robot's spheres, coloured by their clearances."""
+"""`SphereView`: draws the robot's spheres, coloured by clearance."""
 
 import numpy as np
 from pydrake.geometry import Rgba, Sphere
@@ -21,8 +21,8 @@ _STEPS = 16
 class SphereView:
     """Draws translucent spheres, red where the scene is near.
 
-    They are hidden until a viewer clicks their button. Hidden ones move with
-    the robot, too, so that each page can show them at any time.
+    The spheres are hidden until a viewer clicks their button. Hidden spheres
+    move with the robot, too, since another viewer may show them.
 
     Args:
         page: The page to draw on.
@@ -49,11 +49,11 @@ class SphereView:
         page.add_toggle(on_off("Robot spheres", "2", SPHERES, shown=False))
 
     def update(self, q: np.ndarray, report: TickReport, time: float):
-        """Moves and colours the spheres; those of a payload are not drawn.
+        """Moves and colours the spheres, except those of a carried object.
 
         Args:
             q: Measured configuration, shape (n_q,).
-            report: The last tick; spheres without a clearance in it are far
+            report: The last tick. A sphere without a clearance in it is far
                 from the scene.
             time: Time of the step in a recording [s].
         """

@@ -1,4 +1,4 @@
-"""`SplatView`: a Gaussian splat as surfels or as points."""
+"""`SplatView`: draws a Gaussian splat as surfels or as points."""
 
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
@@ -16,14 +16,14 @@ N_SIGMA = 1.6
 """Radius of the discs in standard deviations."""
 
 MIN_OPACITY = 0.1
-"""Opacity below which Gaussians are not drawn; the distance oracle's default,
-so that the page shows what the robot avoids."""
+"""Opacity below which Gaussians are not drawn. It is the distance oracle's
+default, so that the page shows the Gaussians that the robot avoids."""
 
 _POINT_RADIUS = 0.006  # [m]
 
 
 class SplatView:
-    """Draws a splat once; a button steps through surfels, points and off.
+    """Draws a splat; a button switches between surfels, points and hidden.
 
     If a splat is too large for a browser, the largest discs are drawn, and the
     page states their number.
@@ -59,11 +59,11 @@ class SplatView:
 
 
 def shown_of(shown: int, count: int) -> str:
-    """Says that a page does not show all splats.
+    """Returns a text if a page does not show all splats; else "".
 
     Args:
-        shown: Number of splats that it shows.
-        count: Number of splats that there are.
+        shown: Number of splats that the page shows.
+        count: Number of all splats.
     """
     return f"{shown:,} of {count:,} splats shown"
 
@@ -71,13 +71,13 @@ def shown_of(shown: int, count: int) -> str:
 def draw_surfels(
     meshcat: Meshcat, path: str, splat: GaussianSplat, count: int
 ) -> None:
-    """Draws a splat's largest discs; of an empty one, nothing.
+    """Draws a splat's largest discs; draws nothing if there are none.
 
     Args:
-        meshcat: What it is drawn on.
+        meshcat: The Meshcat server.
         path: Path in the scene tree.
         splat: The splat in the path's frame.
-        count: Greatest number of discs.
+        count: Largest number of discs.
     """
     shown = opaque(splat, count)
     if len(shown):
@@ -85,5 +85,5 @@ def draw_surfels(
 
 
 def opaque(splat: GaussianSplat, count: int) -> GaussianSplat:
-    """Returns the splats worth drawing, at most `count` of them."""
+    """Returns the largest of the sufficiently opaque splats."""
     return largest(splat, count, MIN_OPACITY)

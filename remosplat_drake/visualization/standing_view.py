@@ -24,7 +24,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class StandingView(LeafSystem):
-    """Highlights the held link and the place; shows the robot's state.
+    """Highlights a held link and the place that holds it.
 
     .. pydrake_system::
 
@@ -33,10 +33,11 @@ class StandingView(LeafSystem):
         - configuration
         - standing
 
-    `configuration` takes the measured q, `standing` the `Standing`. The link
-    that is held glows, and a ring lies about the place that holds it, also in
-    a replay. In a run without a supervisor, this view sends the sentence to the
-    page's bar; otherwise the `SafetyPanel` does.
+    `configuration` takes the measured q, `standing` the `Standing`. If the
+    robot is held before its target, the held link glows, and a ring marks the
+    place that holds it, also in a replay. In a run without a supervisor, this
+    view also shows the sentence about the robot's state in the page's bar;
+    otherwise the `SafetyPanel` shows it.
 
     Args:
         page: The page to draw on.
@@ -81,7 +82,7 @@ class StandingView(LeafSystem):
     def _light_up(self, standing: Standing, q: np.ndarray, time: float):
         is_held = standing.kind == HELD
         link = standing.link if is_held else ""
-        # A carried object is no link of the robot that is drawn.
+        # A carried object may be held, too, but is not a drawn link.
         link = link if link in self._robot.tree.names else ""
         if link and link not in self._links:
             self._add_glow(link)
@@ -106,7 +107,7 @@ class StandingView(LeafSystem):
     def _facing(
         self, link: str, p_W: np.ndarray, q: np.ndarray
     ) -> RigidTransform:
-        """Pose of a ring about a place that faces the link."""
+        """Returns the pose of a ring around a place, facing the link."""
         spheres = self._robot.spheres_at(q)
         p_WS = spheres.p_WS[self._robot.spheres.on_links({link})]
         away = p_WS - p_W

@@ -1,7 +1,8 @@
 """`SvgPlot`: a small plot over time as an inline SVG.
 
-It becomes part of a page's label, so that it has neither apostrophes nor
-backslashes, and is short: a few kilobytes, several times a second.
+The SVG becomes part of a label on the page, so it contains neither apostrophes
+nor backslashes. It is short, a few kilobytes, since it is sent several times
+per second.
 """
 
 import dataclasses as dc
@@ -12,7 +13,7 @@ import numpy as np
 from remosplat_drake.visualization.page_style import escaped
 
 WIDTH, HEIGHT = 380, 132
-"""Size of a whole plot, unless another one is given [px]."""
+"""Default size of a whole plot [px]."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26
 _INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
@@ -24,8 +25,8 @@ class Mark:
 
     Attributes:
         value: Height of the line, in the unit of the plot's values.
-        text: What the line means.
-        color: Colour as CSS has it.
+        text: Meaning of the line.
+        color: Colour of the line, as a CSS colour.
     """
 
     value: float
@@ -44,10 +45,10 @@ class SvgPlot:
         upper: Upper end of the axis of values; values beyond the ends are
             drawn at the ends.
         marks: Horizontal lines, such as thresholds.
-        color: Colour of the curve as CSS has it.
+        color: Colour of the curve, as a CSS colour.
         span: Length of the time axis [s].
-        elapsed: Whether times run from 0 to `span`, with a line that a script
-            may move; without it, the plot is of the last seconds.
+        elapsed: Whether the time axis runs from 0 to `span`, with a cursor line
+            that a script may move. Otherwise, it shows the last `span` seconds.
         width: Width of the whole plot [px].
         height: Height of the whole plot [px].
         digits: Number of decimals of the latest value.
@@ -69,8 +70,8 @@ class SvgPlot:
         """Returns the plot as the text of an SVG element.
 
         Args:
-            time: How long ago each value was, falling, shape (n,) [s]; if the
-                plot is of elapsed time, when it was.
+            time: Age of each value, decreasing, shape (n,) [s]; if `elapsed` is
+                set, the time of each value.
             value: The values, shape (n,); the curve has gaps where they are
                 NaN.
         """
@@ -86,7 +87,8 @@ class SvgPlot:
             if self.elapsed
             else _text(self._end, 21, self._number(latest), _INK, "end", 600),
             self._axes,
-            # Their texts have a white rim, which must not hide the curve.
+            # The texts are drawn before the curve, since their white rim must
+            # not hide it.
             self._marks,
             self._curve(time, value),
             self._cursor if self.elapsed else "",
@@ -103,12 +105,12 @@ class SvgPlot:
 
     @property
     def _end(self) -> int:
-        """End of the time axis [px]."""
+        """Horizontal position of the end of the time axis [px]."""
         return self.width - _RIGHT
 
     @property
     def _foot(self) -> int:
-        """Start of the axis of values [px]."""
+        """Vertical position of the start of the value axis [px]."""
         return self.height - _BOTTOM
 
     def _x(self, age: np.ndarray | float) -> np.ndarray:
@@ -144,7 +146,7 @@ class SvgPlot:
         for mark in self.marks:
             y = float(self._y(mark.value))
             parts.append(_line(_LEFT, y, self._end, y, mark.color, "5 3"))
-            # What lies at the bottom has its name below.
+            # The text of a line at the bottom is written below the line.
             aside = 12 if mark.value <= 0 else -4
             parts.append(_text(_LEFT + 6, y + aside, mark.text, mark.color))
         return "".join(parts)
@@ -162,7 +164,7 @@ class SvgPlot:
         shown = (age <= self.span) & ~np.isnan(value)
         begins = shown & ~np.append(False, shown[:-1])
         x, y = self._x(age), self._y(value)
-        # Lists are formatted faster than arrays.
+        # Lists are used, since they are formatted faster than arrays.
         rows = zip(
             begins[shown].tolist(),
             x[shown].tolist(),
@@ -182,7 +184,7 @@ def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
     Args:
         lower: Lower end of the axis.
         upper: Upper end of the axis, above the lower one.
-        most: Greatest number of steps between ticks.
+        most: Largest number of steps between ticks.
     """
     rough = (upper - lower) / most
     power = 10.0 ** np.floor(np.log10(rough))
@@ -191,7 +193,7 @@ def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
     )
     first = np.ceil(lower / step - 1e-9)
     last = np.floor(upper / step + 1e-9)
-    # Adding zero makes a positive one of a negative one.
+    # Adding zero turns -0.0 into 0.0.
     return np.round(step * np.arange(first, last + 1), 12) + 0.0
 
 

@@ -1,4 +1,4 @@
-"""`TargetView`: the target on the page, with what it leaves free."""
+"""`TargetView`: draws a target and its free directions on the page."""
 
 import numpy as np
 from pydrake.geometry import Cylinder, Rgba, Sphere
@@ -20,15 +20,16 @@ _ROD = 0.6  # Length of the rod along a way that is free [m].
 
 
 class TargetView:
-    """Draws a target: its axes, and in yellow the directions that are free.
+    """Draws the axes of a target, and its free directions in yellow.
 
     A ring marks an axis about which the tool may turn, a ball a free
-    orientation, a rod a free direction, a pale ball a target that is passed,
-    and an orange line the line on which a target is reached.
+    orientation, and a rod a free direction. A pale ball marks a target that the
+    end effector passes without a stop, and an orange line the straight line on
+    which it must reach the target.
 
     Args:
         page: The page to draw on.
-        path: Path in the scene tree below which all of it goes.
+        path: Path in the scene tree below which the target is drawn.
     """
 
     def __init__(self, page: MeshcatPage, path: str):
@@ -47,7 +48,7 @@ class TargetView:
         """Draws a target.
 
         Args:
-            target: The target; it is hidden while it is not known where it is.
+            target: The target; it is hidden while its pose is unknown.
             time: Time in a recording [s].
         """
         known = target.is_known
@@ -60,7 +61,7 @@ class TargetView:
             self._show(self._marks_of(target), time)
 
     def _marks_of(self, target: Target) -> set[str]:
-        """Draws what is new of a target's marks; returns all their paths."""
+        """Draws a target's new marks; returns the paths of all marks."""
         free = set(target.free)
         if {"rx", "ry", "rz"} <= free:
             free -= {"rx", "ry", "rz"}

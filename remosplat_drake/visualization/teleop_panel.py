@@ -1,4 +1,4 @@
-"""`TeleopPanel`: an operator at the page, with sliders and a gamepad."""
+"""`TeleopPanel`: the page's sliders, buttons and gamepad for an operator."""
 
 from collections.abc import Sequence
 
@@ -41,13 +41,14 @@ _KEYS = {
     OPEN: "KeyO",
     CLOSE: "KeyC",
 }
-# Sliders that were just moved are not moved back: the target, of which they
-# show the pose otherwise, hears of it one control period later.
+# The sliders show the target's pose, but the target moves one control period
+# after the sliders. So sliders that a person has just moved are not moved back
+# to the target's pose.
 _GRACE = 0.5
 
 
 class TeleopPanel(LeafSystem):
-    """An operator that uses the page's sliders, buttons and gamepad.
+    """Outputs the requests that an operator makes on the page.
 
     .. pydrake_system::
 
@@ -58,21 +59,21 @@ class TeleopPanel(LeafSystem):
         - command
         - map_requests
 
-    `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    so far; they are read off the page when a system asks. `state` is the
-    `TargetState`: the sliders follow the target while something else than
-    they moves it, and its text is a line on the page. Of several end effectors
-    a button chooses the next one.
+    `command` outputs the `OperatorCommand`, and `map_requests` the
+    `MapRequests` so far; the page is read when these ports are evaluated.
+    `state` takes the `TargetState`: the sliders follow the target while another
+    source moves it, and its text is shown as a line on the page. If there are
+    several end effectors, a button selects the next one.
 
     Args:
         page: The page that gets the controls.
         config: The workspace, the saved poses and the gamepad.
-        X_WH: Pose of the end effector at the start, shape (4, 4); the sliders
-            of the angles are zero there.
+        X_WH: Pose of the end effector at the start, shape (4, 4), at which the
+            sliders of the angles are zero.
         mapping: Whether there is a live map, which needs buttons.
-        scenes: The scenes that a simulated camera is shown in turns, one
-            after each press of a button, that of the start first; with
-            fewer than two there is no button.
+        scenes: The scenes of a simulated camera, the first one at the start;
+            each press of a button switches to the next one. With fewer than two
+            scenes there is no button.
         effectors: Names of the robot's end effectors.
         has_hand: Whether there is a hand that opens and closes.
     """
@@ -149,7 +150,7 @@ class TeleopPanel(LeafSystem):
             self._page.meshcat.AddButton(name, _KEYS.get(name, ""))
 
     def _clicks(self, name: str) -> int:
-        """How often a button was clicked; never, if it is not there."""
+        """Returns the number of clicks of a button; 0 if it does not exist."""
         meshcat = self._page.meshcat
         if name not in self._buttons:
             return 0
@@ -202,7 +203,7 @@ class TeleopPanel(LeafSystem):
             next_hand = self._led + clicks - self._choices
             self._effector = self._led = next_hand % len(self._effectors)
             self._choices = clicks
-            # The sliders are where the other hand was.
+            # The sliders still have the pose of the previous hand.
             self._sliders.show(self._X_WTs[self._effector])
             self._X_WT = None
 

@@ -1,4 +1,4 @@
-"""`Toggle`: a button of the page that steps through states."""
+"""`Toggle`: a button of the page that changes which objects are visible."""
 
 import dataclasses as dc
 
@@ -7,15 +7,15 @@ import dataclasses as dc
 class Toggle:
     """A button that shows another set of objects after each click.
 
-    The page steps through the states by itself, so each onlooker has states
-    of their own, which last when the program has ended.
+    Each viewer's page has its own state, which also works after the program has
+    ended.
 
     Attributes:
-        label: What the button is about.
-        key: Key that clicks it.
+        label: Text on the button.
+        key: Key that clicks the button.
         states: Name of each state, and the paths in the scene tree that are
             visible in it; the paths of all other states are hidden then.
-        initial: Index of the state to begin with.
+        initial: Index of the initial state.
     """
 
     label: str
@@ -25,7 +25,7 @@ class Toggle:
 
     @property
     def visible(self) -> dict[str, bool]:
-        """Whether each path is visible to begin with."""
+        """Whether each path is visible in the initial state."""
         shown = self.states[self.initial][1]
         return {
             path: path in shown for _, paths in self.states for path in paths
@@ -33,12 +33,12 @@ class Toggle:
 
 
 def on_off(label: str, key: str, path: str, *, shown: bool = True) -> Toggle:
-    """Returns a toggle that shows or hides one thing.
+    """Returns a toggle that shows or hides one path.
 
     Args:
-        label: What the button is about.
-        key: Key that clicks it.
-        path: Path of the thing in the scene tree.
-        shown: Whether it is visible to begin with.
+        label: Text on the button.
+        key: Key that clicks the button.
+        path: Path of the object in the scene tree.
+        shown: Whether the object is visible at first.
     """
     return Toggle(label, key, (("on", (path,)), ("off", ())), int(not shown))

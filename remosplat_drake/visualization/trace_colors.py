@@ -1,4 +1,4 @@
-"""Colours of the traces that end effectors leave, on the page and beside it."""
+"""Colours of the end effectors' traces, for the page and other displays."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -11,7 +11,7 @@ HEX = {
     "green": "#1aa64d",
     "orange": "#f2801a",
 }
-"""The colours by name, as HTML has them."""
+"""The colours by name, as HTML colour codes."""
 
 
 def trace_colors(effectors: Sequence[str]) -> dict[str, str]:
@@ -24,10 +24,10 @@ def trace_colors(effectors: Sequence[str]) -> dict[str, str]:
 
 
 def rgba(color: str) -> Rgba:
-    """Returns a colour as Meshcat takes it.
+    """Returns a colour in Meshcat's type.
 
     Args:
-        color: Its name, one of `HEX`.
+        color: Name of the colour, a key of `HEX`.
     """
     digits = HEX[color].removeprefix("#")
     return Rgba(*(int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)))

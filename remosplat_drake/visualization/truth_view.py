@@ -1,4 +1,4 @@
-"""`TruthView`: the solids that a synthetic splat was made from."""
+"""`TruthView`: draws the true solids of a scene."""
 
 from pydrake.geometry import Box, Cylinder, Rgba
 
@@ -15,7 +15,7 @@ _COLOR = Rgba(0.10, 0.65, 0.60, 0.45)
 class TruthView:
     """Draws the true scene as translucent boxes and cylinders.
 
-    They are hidden until a viewer clicks their button.
+    The solids are hidden until a viewer clicks their button.
 
     Args:
         page: The page to draw on.

@@ -1,4 +1,4 @@
-"""The boundary between seen and unseen space, and how it is drawn."""
+"""Computes and draws the boundary between seen and unseen space."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -17,8 +17,8 @@ UNSEEN_SPACE = f"{ROOT}/map/unseen"
 _STEP = 2.0**-12  # Between places of vertices [m].
 _VEIL = Rgba(0.33, 0.38, 0.62, 0.16)
 
-# Corners of a voxel's face at its lower end along an axis, counterclockwise
-# seen from below, where the normal points.
+# Corners of a voxel's lower face along an axis, counterclockwise as seen from
+# below, so that the normal points down.
 _CORNERS = np.array(
     [
         [[0, 0, 0], [0, 0, 1], [0, 1, 1], [0, 1, 0]],
@@ -27,7 +27,8 @@ _CORNERS = np.array(
     ]
 )
 
-# Centres of the voxels around a corner of the grid, from it, in voxels.
+# Vectors from a corner of the grid to the centres of the voxels around it
+# [voxels].
 _AROUND = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=3)))
 _SQUARES = 80.0  # Sum of the squares of either of their coordinates.
 
@@ -43,9 +44,9 @@ def show_unseen_space(
 
     Args:
         page: The page to draw on.
-        coverage: What was seen, in the splat's frame G.
+        coverage: Voxel grid of the seen space, in the splat's frame G.
         X_WG: Pose of G in W.
-        shown: Whether it is visible to begin with.
+        shown: Whether the boundary is visible at first.
     """
     page.meshcat.SetTransform(UNSEEN_SPACE, X_WG)
     for _ in draw_layers(page.meshcat, coverage):
@@ -58,17 +59,17 @@ def add_unseen_toggle(page: MeshcatPage, *, shown: bool) -> None:
 
     Args:
         page: The page that gets the button.
-        shown: Whether unseen space is visible to begin with.
+        shown: Whether unseen space is visible at first.
     """
     page.add_toggle(on_off("Unseen space", "4", UNSEEN_SPACE, shown=shown))
 
 
 def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
-    """Draws one layer of the boundary a step.
+    """Draws one layer of the boundary per step.
 
     Args:
-        meshcat: What it is drawn on.
-        coverage: The voxel grid of what was seen.
+        meshcat: The Meshcat server.
+        coverage: The voxel grid of the seen space.
 
     Yields:
         The path of the layer; None for one without a boundary.
@@ -79,7 +80,7 @@ def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
         if path is not None:
             vertices = smoothed(vertices, coverage, layer)
             vertices, faces = merged(vertices, faces)
-            # What an onlooker would see from behind is left out.
+            # Faces are drawn from their front side only.
             meshcat.SetTriangleMesh(
                 path,
                 vertices.T,
@@ -96,19 +97,20 @@ def frontier_mesh(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Makes a mesh of the faces between free and unseen voxels of a layer.
 
-    They look into the free space: drawn from that side only, the walls
-    between an onlooker outside and the scene do not hide it. The edge of the
-    grid is a wall, too, but not its floor. Unseen space behind a surface is
-    no frontier: it could not have been seen.
+    The normals of the faces point into the free space, and faces are visible
+    only from that side. So the faces between a viewer outside and the scene do
+    not hide the scene. The sides of the grid get faces, too, but not its floor.
+    Unseen space behind a surface gets no faces, since it could not have been
+    seen.
 
     Args:
-        coverage: The voxel grid of what was seen.
+        coverage: The voxel grid of the seen space.
         layer: Index of the layer along z.
 
     Returns:
-        Vertices in W, shape (n, 3) [m], and faces, shape (m, 3), whose
-        normals point outward by the right-hand rule; empty where all is seen
-        or nothing.
+        Vertices, shape (n, 3) [m], and faces, shape (m, 3), whose normals
+        follow the right-hand rule. Both are empty if the layer is seen
+        completely or not at all.
     """
     free = coverage.state[:, :, layer] == FREE
     if not free.any():
@@ -128,19 +130,19 @@ def frontier_mesh(
 def merged(
     vertices: np.ndarray, faces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joins corners of faces that are at the same place.
+    """Merges vertices at the same position.
 
     Args:
         vertices: Vertices, less than 200 m apart, shape (n, 3) [m].
         faces: Indices of the vertices, shape (m, 3).
 
     Returns:
-        The vertices that are left, rounded to a quarter of a millimetre, and
-        the faces between them.
+        The remaining vertices, rounded to a quarter of a millimetre, and the
+        faces between them.
     """
     steps = np.rint(vertices / _STEP).astype(np.int64)
     steps -= steps.min(axis=0)
-    # One number for a place is sorted faster than three.
+    # A position is encoded as one number, which is sorted faster than three.
     key = steps @ np.array([1, 1 << 20, 1 << 40])
     _, first, index = np.unique(key, return_index=True, return_inverse=True)
     rounded = _STEP * np.rint(vertices[first] / _STEP)
@@ -150,10 +152,11 @@ def merged(
 def smoothed(
     vertices: np.ndarray, coverage: Coverage, layer: int
 ) -> np.ndarray:
-    """Moves corners of voxels onto the plane that fits what is around them.
+    """Smooths a frontier mesh: its steps become slopes.
 
-    Steps become slopes. Each corner moves by itself, by at most a voxel along
-    each axis, so that layers stay joined.
+    Each vertex moves onto the plane that best separates the free voxels around
+    it from the others. The motion, at most a voxel along each axis, depends
+    only on these voxels, so that adjacent layers remain connected.
 
     Args:
         vertices: Vertices of a `frontier_mesh`, shape (n, 3) [m].
@@ -174,16 +177,18 @@ def smoothed(
     around = number[:, None] + np.floor(_AROUND).astype(int) @ strides
     sign = np.where(free.ravel()[around], 1.0, -1.0)
     slope = sign @ _AROUND / _SQUARES
-    # To where the linear function that fits best is zero.
+    # The vertex moves to the zero of the linear function that fits the voxels
+    # best.
     steepness = np.maximum((slope**2).sum(axis=1), 1e-9)
     step = -(sign.mean(axis=1) / steepness)[:, None] * slope
     return vertices + coverage.voxel * np.clip(step, -1.0, 1.0)[same]
 
 
 def _free_around(state: np.ndarray, layer: int) -> np.ndarray:
-    """Which voxels up to two from a layer are free, (nx + 4, ny + 4, 5).
+    """Returns which voxels near a layer are free, (nx + 4, ny + 4, 5).
 
-    The floor continues below; beyond the other ends of the grid is nothing.
+    These are the voxels up to two voxels away. Below the grid, its lowest layer
+    is repeated; beyond its other ends, no voxel is free.
     """
     layers = np.arange(layer - 2, layer + 3)
     last = state.shape[2] - 1
@@ -195,10 +200,10 @@ def _free_around(state: np.ndarray, layer: int) -> np.ndarray:
 def _neighbours(
     state: np.ndarray, layer: int
 ) -> dict[tuple[int, int], np.ndarray]:
-    """Whether the six neighbours of a layer's voxels are unseen.
+    """Returns whether the six neighbours of each voxel of a layer are unseen.
 
     Returns:
-        By axis and side (-1 or 1), shape (nx, ny).
+        Arrays of shape (nx, ny), by axis and side (-1 or 1).
     """
     nx, ny, nz = state.shape
     here = np.ones((nx + 2, ny + 2), bool)
@@ -215,10 +220,10 @@ def _neighbours(
 
 
 def _quads(voxels: np.ndarray, axis: int, side: int) -> np.ndarray:
-    """Corners of those faces of voxels, looking into them; (n, 4, 3)."""
+    """Returns the corners, (n, 4, 3), of voxels' faces that point inward."""
     corners = _CORNERS[axis].copy()
     if side < 0:
-        # At the lower end of a voxel it looks up, at the upper end down.
+        # A lower face of a voxel points up, an upper face down.
         corners = corners[::-1]
     else:
         corners[:, axis] += 1

@@ -1,4 +1,4 @@
-"""`AddViews`: adds the views of a run, connected to what they look at."""
+"""`AddViews`: adds the views of a run to a diagram, and connects them."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -32,15 +32,16 @@ def AddViews(
     objects: OutputPort | None = None,
     outline: OutputPort | None = None,
 ) -> None:
-    """Draws the scene, and adds the systems that draw robot and control.
+    """Draws the scene, and adds the systems that draw robot and controller.
 
     Args:
-        builder: Builder of the diagram that is looked at.
+        builder: Builder of the diagram.
         page: The page to draw on.
         robot: The robot that moves.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
-        standing: Output port of the `Standing`; None if no system says it.
+        standing: Output port of the `Standing`, the robot's state; None without
+            one.
         splat_W: The scene's splat in W; None for none.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None

@@ -1,1 +1,1 @@
-"""The page while it is served: its files, and its newest content."""
+"""Serves the page during a run: its files, and its newest content."""

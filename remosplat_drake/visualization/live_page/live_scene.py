@@ -1,4 +1,4 @@
-"""`LiveScene`: the parts of a scene that move while people watch."""
+"""`LiveScene`: the moving parts of a scene, for viewers and recordings."""
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -7,22 +7,24 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of values: the pose of a path in the scene tree, and a property."""
+"""Kinds of values that are sent: the pose of a path in the scene tree, and a
+property of a path."""
 
 Property = bool | float | list[float]
-"""Value of a property."""
+"""Type of a property's value."""
 
 
 class LiveScene:
     """Moves and changes objects in Meshcat.
 
-    Meshcat sends each message to each browser, however late: a browser that
-    draws slowly would fall behind without end. So Meshcat gets the shapes, and
-    the recording all motion; browsers get the newest of it, from `Newest`.
+    Meshcat would send each motion to each browser, so that a browser that draws
+    slowly would lag further and further behind. So Meshcat gets only the
+    shapes, and the recording gets all motion. Browsers get only the newest
+    poses, from `Newest`.
 
     Args:
         meshcat: Drake's server, which has the shapes.
-        newest: Receives the values for browsers.
+        newest: Store of the newest values, from which browsers get them.
     """
 
     def __init__(self, meshcat: Meshcat, newest: Newest):
@@ -56,7 +58,7 @@ class LiveScene:
 
         Args:
             path: The path.
-            X_PF: Its pose in that of its parent.
+            X_PF: Pose of the path F in the frame P of its parent.
             time: Time of the motion in a recording [s].
         """
         matrix = X_PF.GetAsMatrix4()
@@ -97,7 +99,7 @@ class LiveScene:
         self.set_property(path, "visible", visible, time)
 
     def delete(self, path: str) -> None:
-        """Removes a path with all that is below it.
+        """Removes a path and all paths below it.
 
         Args:
             path: The path.
@@ -107,7 +109,7 @@ class LiveScene:
             self._newest.drop((kind, path))
 
     def settle(self) -> None:
-        """Sends Meshcat the present pose of everything, for saved pages."""
+        """Sends all present poses to Meshcat, for saved pages."""
         for (_, path), pose in self._newest.of_kind(POSE).items():
             matrix = np.frombuffer(pose).reshape(4, 4).T
             self._meshcat.SetTransform(path, matrix)

@@ -1,22 +1,20 @@
-"""`Newest`: the newest value of each thing that a page shows."""
+"""`Newest`: stores the newest value of each item that a page shows."""
 
 import time
 from threading import Condition
 from typing import Any
 
 Key = tuple[str, ...]
-"""Name of a thing: its kind, and its name within that kind."""
+"""Key of an item on the page: its kind, and its name within the kind."""
 
 
 class Newest:
-    """Values of which an onlooker gets the newest only.
+    """A store of values from which viewers get only the newest.
 
-    Each change has a number. An onlooker that has drawn all changes up to a
-    number asks for those after it: that acknowledges the former, and what was
-    replaced meanwhile is never sent. So a slow onlooker skips values and does
-    not fall behind, and nothing is kept for it.
-
-    Threads may share it.
+    Each change has a number. A viewer that has drawn all changes up to a number
+    requests the changes after that number. A value that was replaced in the
+    meantime is never sent. So a slow viewer skips values and does not lag
+    behind, and no data are stored per viewer. The store is thread-safe.
     """
 
     def __init__(self):
@@ -29,7 +27,7 @@ class Newest:
 
         Args:
             key: The thing.
-            value: Its value, as JSON has it or `bytes`; it must not change
+            value: The value, of a JSON type or `bytes`; it must not be changed
                 afterwards.
         """
         with self._news:
@@ -41,10 +39,10 @@ class Newest:
             self._news.notify_all()
 
     def drop(self, start: Key) -> None:
-        """Removes things; visitors keep their drawings of them.
+        """Removes items from the store; viewers do not remove their drawings.
 
         Args:
-            start: The kind, and the beginning of the name.
+            start: The kind, and a prefix of the names.
         """
         kind, name = start
         with self._news:
@@ -66,7 +64,7 @@ class Newest:
         """Returns all values of a kind.
 
         Args:
-            kind: First part of their names.
+            kind: The first part of the keys.
         """
         with self._news:
             entries = list(self._entries.items())
@@ -75,11 +73,11 @@ class Newest:
     def after(
         self, version: int, patience: float = 0.0
     ) -> tuple[int, list[tuple[Key, Any]]]:
-        """Returns the changes, waiting for one if there is none.
+        """Returns the changes after a version; waits if there is none.
 
         Args:
-            version: Number of the last change that the onlooker has drawn; 0
-                for none.
+            version: Number of the last change that the viewer has drawn; 0 for
+                none.
             patience: Longest wait [s].
 
         Returns:

@@ -1,4 +1,4 @@
-"""Files of the page: Meshcat's viewer, with a bar, a panel and a player."""
+"""Makes the files of the page: Meshcat's viewer with bar, panel, player."""
 
 import json
 from functools import cache
@@ -11,15 +11,16 @@ _BEGIN, _END = (
     "<!-- CONNECTION BLOCK BEGIN -->",
     "<!-- CONNECTION BLOCK END -->",
 )
-"""Between them Meshcat's page connects itself, unless it is saved."""
+"""Markers in Meshcat's page that enclose the code that connects it to the
+server; a saved page lacks this code."""
 
 
 def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
-    """Returns type and content of the files of a page that is served.
+    """Returns the content type and the content of each file of the page.
 
     Args:
         socket: TCP port of Meshcat's websocket.
-        session: Name of the server that answers with changes.
+        session: Name of the running server, which sends the changes.
     """
     script = "text/javascript"
     viewer = _meshcat("html").decode()
@@ -42,11 +43,12 @@ def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
 def with_panel(page: str, *scripts: str) -> str:
     """Adds bar, panel and player to a page of Meshcat.
 
-    They come first: people read them while the viewer is still loading.
+    They are the first elements, so that they are readable while the viewer
+    loads.
 
     Args:
         page: The page.
-        *scripts: Scripts that run after its own.
+        *scripts: Scripts that run after the page's own scripts.
     """
     before, body, after = page.partition("<body>")
     head = (
@@ -62,7 +64,7 @@ def with_panel(page: str, *scripts: str) -> str:
 
 @cache
 def resource(name: str) -> str:
-    """Returns the text of one of our files.
+    """Returns the text of a file in `web/`.
 
     Args:
         name: The file's name.

@@ -1,4 +1,4 @@
-"""`PageServer`: serves a page's files, and its changes."""
+"""`PageServer`: serves a page's files, and sends its changes."""
 
 import base64
 import json
@@ -24,22 +24,23 @@ NEWEST = "/newest"
 """Path of the websocket that sends changes to a page."""
 
 KEEP_ALIVE = 0.25
-"""Longest time that an answer waits for news [s]."""
+"""Longest time for which an answer waits for a change [s]."""
 
 _MESHES = "/cas-v1/"
-"""Path below which Meshcat has the files of shapes."""
+"""Path below which Meshcat's server has the files of shapes."""
 
 _SETTLE = 0.01
-"""Time between the first change and the answer [s]: changes come in groups."""
+"""Time between the first change and the answer [s], in which further changes of
+the same update arrive."""
 
 
 class PageServer:
-    """A web server in threads of its own.
+    """A web server in separate threads.
 
     A page sends, by a websocket, the number of the last change that it has
-    drawn. The answer, in JSON, has the newest values of all that has changed
-    since, and the number of the latest change. So at most one answer is under
-    way to a page, and it has the newest values.
+    drawn. The answer, in JSON, contains the newest values of all items that
+    have changed since, and the number of the latest change. So at most one
+    answer at a time is sent to a page, and it contains the newest values.
 
     Args:
         host: Network interface to listen on; "*" means all.
@@ -48,8 +49,9 @@ class PageServer:
 
     Attributes:
         port: The TCP port.
-        session: Name of this server among those that had the same port.
-        is_closed: Whether it serves nothing any more.
+        session: Random name that distinguishes this server from earlier ones on
+            the same port.
+        is_closed: Whether the server is closed.
 
     Raises:
         OSError: The port is taken, or there is no such interface.
@@ -76,7 +78,7 @@ class PageServer:
     def serve(
         self, files: Mapping[str, tuple[str, bytes]], meshcat: str
     ) -> None:
-        """Serves files, in addition to changes.
+        """Sets the files that are served in addition to changes.
 
         Args:
             files: Type and content of each file, by its path.
@@ -86,27 +88,28 @@ class PageServer:
         self._meshcat = meshcat
 
     def beat(self) -> None:
-        """Marks the present values as those of this moment."""
+        """Marks the present values as up to date at this moment."""
         self._beat = time.monotonic()
 
     def rest(self) -> None:
-        """Marks the values as lasting: they do not grow old."""
+        """Marks the values as final: the page stops showing their age."""
         self._beat = None
 
     def close(self) -> None:
-        """Serves nothing any more, on open connections neither."""
+        """Stops serving, also on open connections."""
         self.is_closed = True
         self._server.shutdown()
         self._server.server_close()
 
     def file(self, path: str) -> tuple[str, bytes] | None:
-        """Returns type and content of a file; None if there is none.
+        """Returns the content type and content of a file; None if none.
 
         Args:
             path: Its path.
         """
         if path.startswith(_MESHES) and self._meshcat:
-            # A browser takes them from the page's own address only.
+            # Meshcat's files are forwarded, since a browser loads them only
+            # from the page's own address.
             with urlopen(self._meshcat + path) as answer:
                 return "application/octet-stream", answer.read()
         return self._files.get(path)
@@ -142,7 +145,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, handler)
 
     def handle_error(self, request, client_address) -> None:
-        """Ignores onlookers that leave in the middle of an answer."""
+        """Ignores viewers that close the connection during an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -154,7 +157,7 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
-        """Sends a file, or changes as long as the page is open."""
+        """Sends a file; on the websocket, changes until it is closed."""
         if self.path == NEWEST:
             self._tell()
             return
@@ -189,9 +192,9 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def log_message(self, format: str, *args) -> None:
-        """Says nothing in the terminal."""
+        """Prints nothing to the terminal."""
 
 
 def _plain(value: Any) -> Any:
-    """A value as JSON has it."""
+    """Converts a value to a type of JSON."""
     return base64.b64encode(value).decode() if type(value) is bytes else value

@@ -1,4 +1,4 @@
-"""The server's end of a websocket, as far as a page needs it (RFC 6455)."""
+"""The part of a websocket server that the page needs (RFC 6455)."""
 
 import base64
 import hashlib
@@ -6,19 +6,20 @@ from email.message import Message
 from io import BufferedIOBase
 
 _GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-"""Appended to a client's key (RFC 6455, section 1.3)."""
+"""Text that is appended to a client's key (RFC 6455, section 1.3)."""
 
 _TEXT, _CLOSE = 0x1, 0x8
 _LAST, _MASKED = 0x80, 0x80
 _SHORT = 125
-"""Longest message whose length is in the second byte [bytes]."""
+"""Longest message whose length fits into the second byte [bytes]."""
 
 
 def is_wanted(headers: Message) -> bool:
     """Returns whether a page of this server requests a websocket.
 
-    A page from elsewhere could read its messages: a browser lets every page
-    open a websocket, and names the page's origin.
+    Requests of pages from other servers are rejected, since such a page could
+    read the messages: a browser lets every page open a websocket, but states
+    the origin of the page.
 
     Args:
         headers: The headers of the request.
@@ -57,7 +58,7 @@ def send_text(file: BufferedIOBase, text: bytes) -> None:
 
 
 def receive_text(file: BufferedIOBase) -> bytes | None:
-    """Waits for a short text; None when the connection ends.
+    """Waits for a short text, and returns it; None if the connection ends.
 
     Args:
         file: The connection.
@@ -67,7 +68,7 @@ def receive_text(file: BufferedIOBase) -> bytes | None:
         if len(head) < 2:
             return None
         kind, size = head[0] & 0x0F, head[1] & ~_MASKED
-        # A client masks all frames, and ours sends short ones only.
+        # Clients must mask all frames, and the page sends only short ones.
         if not head[1] & _MASKED or size > _SHORT or kind == _CLOSE:
             return None
         mask, data = file.read(4), file.read(size)

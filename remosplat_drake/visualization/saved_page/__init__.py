@@ -1,1 +1,1 @@
-"""The page as one file: compressed, with a player and the measurements."""
+"""Writes the page as one compressed file, with player and measurements."""

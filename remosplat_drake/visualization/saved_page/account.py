@@ -1,4 +1,4 @@
-"""`Account`: facts of a run, besides its motion."""
+"""`Account`: the summary of a run for its page: outcome, events, numbers."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -10,22 +10,23 @@ from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page_state import PageState
 
 _STILL = 0.002
-"""Speed of a joint below which it stands still [rad/s, m/s]."""
+"""Speed below which a joint counts as at rest [rad/s, m/s]."""
 _IDLE = 3.0
-"""Longest standstill that is shown in full [s]."""
+"""Longest standstill that a replay shows completely [s]."""
 _LEAD = 0.5
-"""How much of a skipped standstill is shown, before and after motion [s]."""
+"""Part of a skipped standstill that a replay shows, after and before a motion
+[s]."""
 _POINTS = 380
-"""Greatest number of points of a curve: one for a pixel."""
+"""Largest number of points of a curve, about one per pixel."""
 
 
 @dc.dataclass(frozen=True)
 class Moment:
-    """Something that happened.
+    """An event of a run.
 
     Attributes:
-        time: When it happened, on the replay's clock [s].
-        text: What happened, in words for a person.
+        time: Time of the event, on the replay's clock [s].
+        text: Description of the event.
     """
 
     time: float
@@ -34,19 +35,19 @@ class Moment:
 
 @dc.dataclass(frozen=True, eq=False)
 class Account:
-    """The facts about a run, with times on the replay's clock.
+    """The summary of a run, with times on the replay's clock.
 
     Attributes:
-        state: How it ended.
+        state: Outcome of the run.
         time: Times of the ticks, increasing, shape (T,) [s].
         q: Configurations at the ticks, shape (T, n_q).
-        clearance: Smallest clearance at each tick, shape (T,) [m]; inf beyond
-            the oracle's influence.
+        clearance: Smallest clearance at each tick, shape (T,) [m]; inf if it
+            exceeds the influence distance.
         stopping: Clearance at which the controller stops approaching [m].
-        influence: Clearance beyond which the oracle reports none [m].
-        moments: What happened, in the order of time.
+        influence: Influence distance: larger clearances are not measured [m].
+        moments: Events of the run, in the order of time.
         facts: Names and values of the measurements.
-        rate: Seconds of the run that the player plays in a second.
+        rate: Playback speed: seconds of the run per second.
     """
 
     state: PageState
@@ -61,15 +62,15 @@ class Account:
 
     @property
     def begin(self) -> float:
-        """When the replay begins: shortly before the first motion [s]."""
+        """Start of the replay, shortly before the first motion [s]."""
         idle = self.idle()
         at_start = idle and idle[0][0] == self.time[0]
         return idle[0][1] if at_start else float(self.time[0])
 
     def idle(self) -> list[tuple[float, float]]:
-        """Returns beginning and end of the standstills that are skipped [s].
+        """Returns start and end times of the standstills that are skipped [s].
 
-        A run that never moves has none.
+        A run without any motion has none.
         """
         speed = np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)
         moves = speed > _STILL * np.diff(self.time)
@@ -93,7 +94,7 @@ class Account:
         return Moment(float(self.time[k]), text)
 
     def plots(self) -> list[str]:
-        """Draws the smallest clearance over the whole run, as an SVG."""
+        """Returns a plot of the smallest clearance over the run, as SVG."""
         span = max(float(self.time[-1]), 0.1)
         plot = clearance_plot(
             self.stopping, self.influence, span=span, elapsed=True
@@ -101,7 +102,7 @@ class Account:
         return [plot.draw(*thinned(self.time, self.clearance, np.nanmin))]
 
     def document(self) -> dict:
-        """Returns what a page shows of it, as JSON has it."""
+        """Returns the content of a page about the run, as types of JSON."""
         moments = [*self.moments, *filter(None, [self.closest()])]
         return {
             "state": self.state.document(),
@@ -120,13 +121,13 @@ def thinned(
     worst: Callable[[np.ndarray], float],
     most: int = _POINTS,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Thins a curve out, and keeps its worst values.
+    """Reduces the points of a curve, and keeps its worst values.
 
     Args:
         time: Times, increasing, shape (T,) [s].
         value: The values, shape (T,).
-        worst: Chooses one of several values.
-        most: Greatest number of points.
+        worst: Function that chooses the worst of several values.
+        most: Largest number of points.
 
     Returns:
         Times and values, at most `most` of them.
@@ -134,7 +135,7 @@ def thinned(
     if len(time) <= most:
         return time, value
     groups = np.array_split(np.arange(len(time)), most)
-    # A group without any number has none to choose.
+    # If all values of a group are NaN, its result is NaN.
     chosen = [
         worst(value[g]) if not np.isnan(value[g]).all() else np.nan
         for g in groups

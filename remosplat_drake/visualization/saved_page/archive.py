@@ -1,4 +1,4 @@
-"""`pack`: an HTML page that carries itself compressed."""
+"""`pack`: turns an HTML page into a compressed page that unpacks itself."""
 
 import base64
 import html
@@ -17,23 +17,24 @@ _COMMAND = re.compile(
     r"\s*\.then\(buffer =>"
     r" viewer\.handle_command_bytearray\(new Uint8Array\(buffer\)\)\);"
 )
-# They name files of the computer that the page was made on.
+# These comments contain paths of the computer that made the page, and are
+# removed.
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
-"""Sizes of elements: bytes, shorts, floats, and doubles of msgpack, each with a
-byte for its type before it."""
+"""Sizes of elements: bytes, shorts, floats, and doubles of msgpack, which have
+a preceding type byte each."""
 
 
 def pack(page: str, title: str) -> str:
-    """Compresses a page of Meshcat into one that inflates itself.
+    """Compresses a page of Meshcat into one that unpacks itself.
 
-    What Meshcat has written as text is kept as bytes, and numbers byte by
-    byte: all of their first bytes, then all of their second ones. Such groups
-    compress better. Meshcat's commands run one after the other.
+    Data that Meshcat encodes as text are stored as bytes. Arrays of numbers are
+    stored as all first bytes, then all second bytes, and so on, since this
+    compresses better. The unpacked page executes Meshcat's commands in order.
 
     Args:
-        page: The page, as `Meshcat.StaticHtml` has made it, or more.
-        title: Title of the page while it is opening.
+        page: The page from `Meshcat.StaticHtml`, possibly with additions.
+        title: Title of the page while it is unpacked.
     """
     parts = [b""]
 
@@ -67,8 +68,8 @@ def compressed(parts: Sequence[bytes]) -> bytes:
         parts: The parts.
 
     Returns:
-        Bytes that inflate to the length of an index, the index in JSON with
-        size and stride of each part, and the parts.
+        Compressed bytes. Their content is the length of an index, the index in
+        JSON with the size and stride of each part, and the parts.
     """
     index, spread = [], []
     for part in parts:
@@ -85,7 +86,10 @@ def compressed(parts: Sequence[bytes]) -> bytes:
 
 
 def _by_place(data: bytes, stride: int) -> bytes:
-    """Sorts bytes by their index in groups of `stride`; a rest stays last."""
+    """Sorts bytes by their position in groups of `stride`.
+
+    An incomplete last group stays at the end.
+    """
     end = len(data) // stride * stride
     places = [data[k:end:stride] for k in range(stride)]
     return b"".join([*places, data[end:]])

@@ -1,4 +1,4 @@
-"""`saved_page`: a static page of Meshcat with what was shown beside it."""
+"""`saved_page`: adds bar, panel and player to a static Meshcat page."""
 
 import json
 from collections.abc import Mapping
@@ -11,14 +11,14 @@ from remosplat_drake.visualization.live_page.page_files import (
 
 
 def saved_page(page: str, topics: Mapping[str, Any]) -> str:
-    """Adds to a static page what its server has shown beside the scene.
+    """Adds to a static page the content that was shown beside the scene.
 
     Args:
-        page: The page, as `Meshcat.StaticHtml` has made it.
-        topics: What the panel shows, by its names in `web/panel.js`; None
-            for what there is not.
+        page: The page from `Meshcat.StaticHtml`.
+        topics: Content of the panel, by the keys in `web/panel.js`; None for
+            missing content.
     """
     told = {name: value for name, value in topics.items() if value is not None}
-    # JSON that cannot end the script in which it stands.
+    # In the JSON, "<" is escaped, so that it cannot end the surrounding script.
     data = json.dumps(told).replace("<", "\\u003c")
     return with_panel(page, f"const told = {data};", resource("saved.js"))

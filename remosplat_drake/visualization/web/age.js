@@ -1,5 +1,5 @@
-// The age of a page's picture. The page asks for the newest state, and asks
-// again when it has drawn the answer.
+// Measures the age of a page's content. The page requests the newest state, and
+// requests it again when it has drawn the answer.
 const age = (() => {
   const OLD = 0.5; // Age from which on it is said [s].
   const LOOK = 0.1; // Time between two looks at the age [s].
@@ -8,7 +8,7 @@ const age = (() => {
   let heard = asked;
   let behind = 0; // Age of the answer when it came [s].
   let drawnIn = 0; // Time that the last picture took [s].
-  // Since a question, in looks: a browser that is busy drawing loses nothing.
+  // Counted in checks since a request, so that time for drawing does not count.
   let silence = 0;
   let waits = true;
 
@@ -17,7 +17,7 @@ const age = (() => {
     waits = true;
   };
 
-  // At most so long ago; the server knows how long it has waited.
+  // Upper bound of the age; the answer states how long the server has waited.
   const take = ({ waited, age: old }) => {
     heard = performance.now();
     silence = 0;
@@ -25,7 +25,7 @@ const age = (() => {
     behind = Math.max(0, (heard - asked) / 1000 - waited) + old;
   };
 
-  // Until the browser has drawn; a hidden page draws nothing.
+  // Waits until the browser has drawn; a hidden page does not draw.
   const drawn = () =>
     new Promise((done) => {
       const begun = performance.now();
@@ -47,7 +47,7 @@ const age = (() => {
     return old > OLD ? `${old.toFixed(1)} s old` : "";
   };
 
-  // Calls a function again and again; returns what ends that.
+  // Calls a function periodically; returns a function that ends this.
   const watch = (look) => {
     const timer = setInterval(() => {
       if (waits) silence += 1;

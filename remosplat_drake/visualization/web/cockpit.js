@@ -1,6 +1,6 @@
-// What the cockpit's page has besides viser's parts: the age of its picture,
-// the operator's gamepad, and a sheet that folds on a phone. It speaks to the
-// server as if a person typed into a text field that viser does not show.
+// Additions to viser's page for the cockpit: the age of its content, the
+// operator's gamepad, and a panel that folds on a phone. Messages to the server
+// are written into a hidden text field of viser.
 (() => {
   window.remosplat?.end(); // After a lost connection this script runs again.
   const PERIOD = 0.05; // Time between two messages [s].
@@ -11,8 +11,8 @@
   label.id = "age";
   document.body.append(label);
 
-  // Not by an event of the field: viser sends one change in 50 ms, and would
-  // leave out those of the person.
+  // Events of the field are not used: viser sends one change in 50 ms, and would
+  // then omit changes that the person makes.
   const say = (message) => {
     const send = window.__viserMutable?.sendMessage;
     if (!send) return false;
@@ -21,7 +21,7 @@
     return true;
   };
 
-  // The moment makes each message of a gamepad that is held still a new one.
+  // The time makes each message new, even if the gamepad's state is unchanged.
   const gamepad = () => {
     const pads = document.hidden ? [] : (navigator.getGamepads?.() ?? []);
     const pad = [...pads].find((one) => one?.connected);
@@ -46,7 +46,7 @@
     isDrawn = true;
   };
 
-  // viser's own folding would take STOP away.
+  // viser's own folding would hide STOP.
   const fold = (click) => {
     const handle = '[style*="max-height: 60%"] [style*="3.5em"][style*="font-weight: 400"]';
     if (!click.target.closest(handle) || click.target.closest("button")) return;

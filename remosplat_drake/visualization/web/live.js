@@ -1,7 +1,7 @@
-// A page that is served. Shapes come from Meshcat, everything else from our
-// own server: it answers with the newest of what has changed since the last
-// picture, and is asked again when that has been drawn. By a websocket: the few
-// other connections that a browser opens are busy while it loads meshes.
+// The page while it is served. Shapes come from Meshcat, all other content from
+// our server. The page requests the values that have changed since the last
+// picture; when it has drawn them, it sends the next request. It uses a
+// websocket, since a browser's few other connections are busy loading meshes.
 (() => {
   const { socket, session } = remosplat;
   const moved = new Set(); // Paths and properties that only we change.
@@ -32,7 +32,7 @@
   };
 
   const isMotion = ([kind]) => kind === "pose" || kind === "property";
-  let early = []; // What moves before Meshcat is there.
+  let early = []; // Motions that arrive before Meshcat is loaded.
 
   const tellAge = () => {
     const over = bar?.over;
@@ -82,7 +82,7 @@
     };
   };
 
-  // A picture that takes long leaves time for the news after it.
+  // After a picture that takes long, time is left for other events.
   const draw = () => {
     let after = 0;
     viewer.animate = () => {
@@ -97,7 +97,7 @@
 
   const connect = () => {
     const address = `ws://${location.hostname}:${socket}`;
-    // Meshcat's own functions send by `viewer.connection`, and `connection`.
+    // Meshcat's functions send by `viewer.connection` and by `connection`.
     const ours = (window.connection = viewer.connection = new WebSocket(address));
     ours.binaryType = "arraybuffer";
     ours.onopen = () => {
@@ -121,14 +121,14 @@
   };
 
   const replay = () => {
-    // The recording and the account of it come by different ways.
+    // The recording comes from Meshcat, and its summary from our server.
     if (!account || !viewer.animator.duration) return setTimeout(replay, 100);
     const again = bar?.phase === "replayed";
     const at = again ? account.begin : viewer.animator.duration;
     player.open(account, { playing: again, at });
   };
 
-  // The dead-man switch of a gamepad counts as held while it says so.
+  // While a gamepad's dead-man switch is held, its hidden button is clicked.
   setInterval(() => {
     const switched = document.querySelector(".remosplat-pulse");
     if (!switched || document.hidden) return;

@@ -1,5 +1,5 @@
-// The bar and the panel: `panel.show` draws each thing that Python names, on a
-// page that is served and on a saved one alike.
+// The bar and the panel, for served and saved pages: `panel.show` draws each
+// item that Python sends.
 const panel = (() => {
   const find = (id) => document.getElementById(id);
   const make = (tag, text = "", parts = []) => {
@@ -37,7 +37,7 @@ const panel = (() => {
       }),
     );
 
-  // Plots are drawn by Python, and have no text of anybody else's.
+  // Python makes the plots, so their HTML needs no escaping.
   const plot = (name, svg) => {
     let place = find("plot-" + name);
     if (!place) {
@@ -63,7 +63,7 @@ const panel = (() => {
       ),
     );
 
-  // What each toggle shows now; each onlooker has states of his own.
+  // Present state of each toggle; each viewer's page has its own states.
   const states = new Map();
   let toggles = [];
 

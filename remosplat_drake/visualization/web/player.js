@@ -13,7 +13,7 @@ const player = (() => {
 
   const show = (time) => {
     now = Math.max(0, Math.min(span, time));
-    // The end comes with the clock's last digit: its picture, and its verdict.
+    // The end is reached when the displayed time is that of the end.
     if (shown(now) === shown(span)) now = span;
     if (span) viewer.animator.seek(now);
     slider.value = now;
@@ -24,7 +24,7 @@ const player = (() => {
       line.setAttribute("x1", x);
       line.setAttribute("x2", x);
     }
-    // A recording ends with its last frame, the run up to a frame later.
+    // A recording ends with its last frame, up to one frame before the run's end.
     const past = find("#events button").filter(
       (e) => e.dataset.time <= now + (now < span ? 0 : 0.1),
     );
@@ -32,7 +32,7 @@ const player = (() => {
     for (const event of find("#events button")) {
       event.classList.toggle("now", event === latest);
     }
-    // The verdict is that of the end.
+    // The outcome is shown at the end.
     const { state } = account;
     if (!state || state.phase === "replayed") return;
     const then = latest?.querySelector("span").textContent ?? "";
@@ -49,7 +49,7 @@ const player = (() => {
 
   let before = performance.now();
   const step = (time) => {
-    // A frame may bear a time from before the script began.
+    // The time stamp of a frame may be earlier than the start of the script.
     const passed = Math.max(0, Math.min(0.25, (time - before) / 1000));
     before = time;
     if (playing) {

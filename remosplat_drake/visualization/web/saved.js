@@ -1,4 +1,4 @@
-// A saved page: it shows what was told when it was written, and plays it.
+// A saved page: shows its stored content, and plays the recording.
 addEventListener("DOMContentLoaded", () => {
   for (const [topic, value] of Object.entries(told)) panel.show(topic, value);
   panel.apply();

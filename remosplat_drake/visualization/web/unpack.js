@@ -1,4 +1,4 @@
-// Inflates what this file carries, and becomes the page that it holds.
+// Decompresses the page in this file, and replaces the document with it.
 (async () => {
   const packed = document.getElementById("packed").textContent;
   const bytes = Uint8Array.from(atob(packed), (c) => c.charCodeAt(0));
@@ -7,7 +7,7 @@
     .pipeThrough(new DecompressionStream("deflate"));
   const data = new Uint8Array(await new Response(stream).arrayBuffer());
 
-  // Bytes k, k + stride, k + 2 stride, ... stand together for each k.
+  // For each k, the bytes k, k + stride, k + 2 stride, ... are stored together.
   const spread = (part, stride) => {
     const rows = Math.floor(part.length / stride);
     const whole = new Uint8Array(part);

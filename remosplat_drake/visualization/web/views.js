@@ -1,5 +1,5 @@
-// Where people look from. Each onlooker has a view of his own: it stays as the
-// mouse has put it, or goes along with what it looks at.
+// Views of the scene. Each viewer's page has its own view: it stays where the
+// mouse has moved it, or follows the object that it looks at.
 const views = (() => {
   let places = null; // Positions of hand, target and base in W [m].
   let chosen = "free";
@@ -15,8 +15,8 @@ const views = (() => {
   const less = (a, b) => a.map((v, i) => v - b[i]);
   const turned = ([x, y, z]) => [x, z, -y]; // Three.js has y up.
 
-  // From the side of the line between hand and target neither hides the other,
-  // and from above things on a table hide little.
+  // Seen from the side, hand and target do not hide each other; seen from above,
+  // objects on a table hide little.
   const both = () => {
     const [x, y] = less(places.target, places.hand);
     const far = Math.hypot(x, y);
@@ -28,7 +28,7 @@ const views = (() => {
   const between = () =>
     places.target ? mean(places.hand, places.target) : places.hand;
 
-  // Whether a disc of the map is on the line of sight to a point.
+  // Whether a disc of the map hides a point.
   const hides = (from, at) => {
     const { Vector3 } = MeshCat.THREE;
     let found = false;
@@ -55,7 +55,7 @@ const views = (() => {
   const hidden = (from) =>
     [places.hand, places.target ?? places.hand].filter((at) => hides(from, at));
 
-  // The view next to that from the side in which least is hidden.
+  // Of the views near the one from the side, the one in which least is hidden.
   const clear = () => {
     const [x, y, z] = places.target ? both() : [-0.6, -0.6, 0.45];
     let best = null;
@@ -71,7 +71,7 @@ const views = (() => {
     return best.aside;
   };
 
-  // What each view looks at, and from where beside it.
+  // For each view, the point that it looks at, and the camera's position.
   const all = {
     hand: [() => places.hand, () => [-0.6, -0.4, 0.35]],
     target: [() => places.target ?? places.hand, () => [-0.6, -0.6, 0.45]],
@@ -94,7 +94,7 @@ const views = (() => {
   const show = (told) => {
     places = told;
     if (!window.viewer?.camera || !centre || chosen === "free") return;
-    // The mouse may have turned the view: it only goes along.
+    // The mouse may have turned the view, so it is only translated.
     const now = all[chosen][0]();
     const step = less(now, centre);
     const { x, y, z } = viewer.camera.position;
