@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.oracle.contact_rules import ContactRule
@@ -346,16 +346,33 @@ class _Maker:
 
     def _place(self, config: cfg.Place) -> Block:
         name = self._held_now()
-        if not config.places:
-            raise self._error("places", "give at least one")
-        ways = [self._put(config, name, i) for i in range(len(config.places))]
+        ways = [self._put(config, name, X) for X in self._places(config, name)]
         self.held = ""
         return Block(f"place the {name}", tuple(ways))
 
-    def _put(self, config: cfg.Place, name: str, i: int) -> tuple[Step, ...]:
+    def _places(self, config: cfg.Place, name: str) -> list[np.ndarray]:
+        """The poses X_WO at which an object is put down, shape (4, 4)."""
+        if config.places:
+            return [
+                self._pose(place, f"places[{i}]")
+                for i, place in enumerate(config.places)
+            ]
+        if not config.support:
+            raise self._error("places", "give at least one, or a support")
+        support = self._object(config.support, "support")
+        try:
+            found = self._shop.places(
+                name, support, config.near, self._effector
+            )
+        except RemoSplatError as error:
+            raise self._error("support", str(error)) from error
+        return [X_WO.GetAsMatrix4() for X_WO in found]
+
+    def _put(
+        self, config: cfg.Place, name: str, X_WO: np.ndarray
+    ) -> tuple[Step, ...]:
         standing = self._standing_on(config.support, name)
         touching = ContactRule(name, self._hand)
-        X_WO = self._pose(config.places[i], f"places[{i}]")
         over = _shift([0.0, 0.0, config.lower]) @ X_WO
         line = {"speed": config.speed}
         back = self._step(

@@ -232,10 +232,14 @@ class Place(StepConfig):
 
     # Object that it is put on; empty if that is not an object of the task.
     support: str = ""
-    # The poses X_WO that are tried, one after the other.
+    # The poses X_WO that are tried, one after the other; empty: free places on
+    # top of the support.
     places: Annotated[list[PoseConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
+    # Point x, y, z in W near which a free place is sought; absent: the middle
+    # of the support [m].
+    near: Position | None = None
     # Distance by which it is lowered straight [m].
     lower: Length = 0.1
     # Distance by which the hand retreats straight [m].

@@ -1,7 +1,9 @@
 """`Workshop`: properties of robot and objects, to make a task's steps."""
 
 import dataclasses as dc
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+
+from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.robot.robot_model import RobotModel
@@ -21,6 +23,10 @@ class Workshop:
             kinematic station.
         where: File and name of the scenario, for errors.
         plans: Whether the controller plans paths.
+        places: Function that returns free poses X_WO of an object on its
+            support, the best first, or raises a `RemoSplatError`. Its arguments
+            are the names of both, a point in W near which the object shall
+            stand (or None), and the index of the end effector.
     """
 
     robot: RobotModel
@@ -30,6 +36,9 @@ class Workshop:
     is_stopped: bool
     where: str
     plans: bool = True
+    places: Callable[
+        [str, str, Sequence[float] | None, int], Sequence[RigidTransform]
+    ] = lambda thing, support, near, effector: ()
 
     def error(self, field: str, problem: str) -> FieldError:
         """Makes an error about a field of the scenario."""

@@ -4,8 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
-from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.pose_config import PoseConfig
 from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.task import step_configs as cfg
@@ -251,3 +252,27 @@ def test_a_direction_is_one():
     with pytest.raises(FieldError, match="expected a direction"):
         cfg.Approach(along=[0.0, 0.0, 0.0])
     assert np.allclose(cfg.Retreat().along, [0, 0, -1])
+
+
+def test_a_place_without_places_is_sought_on_the_support(shop):
+    asked = []
+
+    def places(*question):
+        asked.append(question)
+        return [RigidTransform([0.5, 0.1, 0.4])]
+
+    place = cfg.Place(support="board", near=[0.5, 0.2, 0.0])
+    finding = dc.replace(shop, places=places)
+    _, block = make_blocks([PICK, place], finding)
+    assert asked == [("can", "board", [0.5, 0.2, 0.0], 0)]
+    assert block.ways[0][1].goal.X[:3, 3] == pytest.approx([0.5, 0.1, 0.4])
+
+    def full(*_):
+        raise RemoSplatError("the board is full")
+
+    with pytest.raises(
+        FieldError, match=r"tasks\[1\]\.support: the board is f"
+    ):
+        make_blocks([PICK, place], dc.replace(shop, places=full))
+    with pytest.raises(FieldError, match=r"places: give at least one, or a s"):
+        make_blocks([PICK, cfg.Place()], shop)

@@ -15,6 +15,7 @@ from true_shapes import (
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.scene.objects.scene_object import find_object
 from remosplat_drake.station.station_config import DynamicStation
@@ -219,3 +220,28 @@ def test_a_task_without_a_way_ends_with_its_reason():
     state = watched(application)[-1].state
     assert state.outcome == FAILED
     assert "reaches: not done within 1 s" in state.failures[0]
+
+
+@pytest.mark.slow
+def test_a_free_place_on_the_tray_is_found_and_used():
+    """Past the middle of the tray, as the scenario wants it."""
+    scenario = load_scenario("TablePick")
+    place = dc.replace(scenario.tasks[1], places=[], near=[1.12, 0.56, 0.6])
+    scenario.tasks[1] = place
+    application = build(scenario)
+    state = watched(application)[-1].state
+    assert state.outcome == DONE and state.failures == ()
+    p_WO = state.named("middle can").X_WO.translation()
+    tray = state.named("tray").solid
+    off = np.abs(p_WO[:2] - tray.X_WP.translation()[:2])
+    assert (off <= tray.half_extents[:2] - 0.0298 + 0.006).all()
+    assert p_WO[2] == pytest.approx(tray.top + 0.1594 / 2, abs=0.006)
+    assert p_WO[1] > 0.53
+
+
+def test_a_tilted_support_is_refused_before_the_run():
+    scenario = load_scenario("TablePick")
+    scenario.tasks[1] = dc.replace(scenario.tasks[1], places=[])
+    scenario.objects[3].X_WO.rpy_deg = [5.0, 0.0, 0.0]
+    with pytest.raises(FieldError, match="the top of the tray is tilted"):
+        build(scenario)

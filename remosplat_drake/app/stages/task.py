@@ -1,5 +1,9 @@
 """Adds the stage of a task, such as picking and placing objects."""
 
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
@@ -7,6 +11,8 @@ from remosplat_drake.app.world import World
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.robot.reach import end_effector_reach, shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.connections import AddHandStates
 from remosplat_drake.station.hand import robot_hands
@@ -45,6 +51,7 @@ def AddTask(
         FieldError: A step is unusable.
     """
     # Imported here, since it loads parts of scipy that other runs do not need.
+    from remosplat_drake.task.free_places import Surroundings, free_places
     from remosplat_drake.task.object_spheres import fit_object, overhang
 
     robot, hands = world.robot, robot_hands(world.robot)
@@ -52,6 +59,26 @@ def AddTask(
     things = {each.name: each for each in world.objects}
     carried = [x for x in carried_objects(scenario.tasks) if x in things]
     spheres = {name: fit_object(things[name]) for name in carried}
+    scene = world.scene_field or world.field
+    stopping = scenario.controller.smallest_stopping
+
+    def places(
+        name: str, support: str, near: Sequence[float] | None, effector: int
+    ) -> list[RigidTransform]:
+        others = [x for x in world.objects if x.name not in (name, support)]
+        p_WA, reach = None, np.inf
+        if not robot.n_base:
+            p_WA = shoulder(robot, world.q0, effector)
+            reach = end_effector_reach(robot, effector)
+        field = with_objects(scene, ObjectField(others))
+        return free_places(
+            things[name],
+            spheres[name],
+            things[support],
+            Surroundings(field, stopping, p_WA, reach),
+            None if near is None else np.array(near),
+        )
+
     shop = Workshop(
         robot,
         names,
@@ -60,10 +87,10 @@ def AddTask(
         hardware or not isinstance(scenario.station, KinematicStation),
         scenario.source,
         scenario.controller.guidance.plans,
+        places,
     )
     blocks = make_blocks(scenario.tasks, shop)
-    scene = world.scene_field or world.field
-    map = TaskMap(robot, scene, scenario.controller.smallest_stopping)
+    map = TaskMap(robot, scene, stopping)
     task = Task(robot, blocks, world.objects, spheres, StandingRule(law, map))
     system = builder.AddSystem(
         TaskSystem(
