@@ -408,6 +408,22 @@ def test_surfaces_are_seen_that_face_cameras_and_are_not_hidden():
     assert not Sight(dc.replace(case, capture=blind)).seen(top)[0]
 
 
+def test_a_point_far_outside_the_image_is_in_no_pixel():
+    """A lens's polynomial turns back far outside the image.
+
+    At slope 6, its factor 1 - 0.03 * 36 would place a point near the centre.
+    """
+    cameras = true_cameras(walk(board()), np.zeros(1), Disturbance(k1=-0.03), 1)
+    X_WC = cameras.X_WC[0]
+    p_C = np.array([[0.1, 0.1, 1.0], [6.0, 0.0, 1.0]])
+    p_W = p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
+    u, v, z = cameras.project(0, p_W)
+    shrunk = 1 - 0.03 * 0.02
+    assert u[0] == pytest.approx(WIDTH / 2 + 0.1 * shrunk * pinhole()[0, 0])
+    assert np.isnan(u[1]) and np.isnan(v[1])
+    np.testing.assert_allclose(z, 1)
+
+
 @pytest.mark.parametrize(("diameter", "wide"), [(0.0025, False), (0.016, True)])
 def test_what_is_thinner_than_a_pixel_is_told_apart(diameter, wide):
     """Pixels are 3.6 mm apart at 1 m."""

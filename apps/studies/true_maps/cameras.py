@@ -72,15 +72,19 @@ class Cameras:
 
         Returns:
             Column, row [pixels, from the image's corner] and depth z [m] of
-            each; column and row are NaN behind the camera.
+            each; column and row are NaN behind the camera, and far outside the
+            image, where the polynomial of the distortion turns back.
         """
+        widest = self._widest()
         row = np.full(len(p_W), HEIGHT / 2)
         # Row and pose depend on each other; the iteration converges at once.
         for _ in range(1 if self.readout == 0 else 4):
             X_WC = self.poses(view, row)
             p_C = np.einsum("nji,nj->ni", X_WC[:, :3, :3], p_W - X_WC[:, :3, 3])
             z = np.where(p_C[:, 2] > 0, p_C[:, 2], np.nan)
-            xy = distort(self.lens, p_C[:, :2] / z[:, None])
+            xy = p_C[:, :2] / z[:, None]
+            xy[np.linalg.norm(xy, axis=1) > widest] = np.nan
+            xy = distort(self.lens, xy)
             u, v = (xy * [self.K[0, 0], self.K[1, 1]] + self.K[:2, 2]).T
             row = np.clip(np.nan_to_num(v, nan=0.0), 0, HEIGHT)
         return u, v, p_C[:, 2]
@@ -107,6 +111,12 @@ class Cameras:
         """
         late = self.readout * (row / HEIGHT - 0.5)
         return self.walk.X_WC(self.time[view] + late)
+
+    def _widest(self) -> float:
+        """Largest slope of a ray through the image, and a tenth more."""
+        corners = np.array([[0, 0], [0, HEIGHT], [WIDTH, 0], [WIDTH, HEIGHT]])
+        seen = (corners - self.K[:2, 2]) / [self.K[0, 0], self.K[1, 1]]
+        return 1.1 * np.linalg.norm(self._undistorted(seen), axis=1).max()
 
     def _undistorted(self, seen: np.ndarray) -> np.ndarray:
         """Undistorted points of the image plane."""
