@@ -8,7 +8,7 @@ _ALPHABET = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
 """Letters and digits that are not mistaken for one another."""
 
 _GROUPS, _LENGTH = 2, 4
-"""A code is two groups of four: 6.6e11 of them."""
+"""Format of a code: two groups of four characters, so 6.6e11 possible codes."""
 
 MOST_TRIES = 5
 """Number of wrong codes after which the codes of a client are ignored."""
@@ -28,10 +28,10 @@ def is_whole(typed: str) -> bool:
 
 
 class Authority:
-    """Lets one client operate: the one that typed the code that is valid now.
+    """Lets one client operate: the client that has typed the valid code.
 
-    A code works once. While a client operates there is none; when that client
-    hands over or leaves, another one is issued.
+    A code works once. While a client operates, no code is valid. When that
+    client hands over or leaves, a new code is issued.
 
     Attributes:
         code: The code that is valid now; empty while a client operates.
@@ -45,14 +45,14 @@ class Authority:
         self._tries: Counter[int] = Counter()
 
     def admit(self, client: int, typed: str) -> str:
-        """Takes a code that a client has typed.
+        """Checks a code that a client has typed; the right one lets it operate.
 
         Args:
             client: Number of the client.
             typed: The typed text; spaces, dashes and case do not matter.
 
         Returns:
-            Why the client is refused; empty if it operates from now on.
+            Reason of a refusal; empty if the client operates from now on.
         """
         if self.operator == client:
             return ""
@@ -84,7 +84,7 @@ class Authority:
             client: Number of the client.
 
         Returns:
-            Whether it was the operator: then there is a new code.
+            Whether the client was the operator. If so, a new code is issued.
         """
         if self.operator != client:
             return False

@@ -18,18 +18,18 @@ Hear = Callable[[GamepadState | None], None]
 
 
 class ClientChannel:
-    """Answers the script that a browser runs beside viser's page.
+    """Communicates with our script in a browser, beside viser's page.
 
-    viser has no messages of other programs: the browser sends changes of a
-    text field that is not shown, and the server sends short scripts. The
-    browser asks for the age of the page's content when it has drawn the answer
-    before, so that at most one answer is under way.
+    viser does not support messages of other programs. So the browser sends
+    changes of a hidden text field, and the server sends short scripts. The
+    browser requests the age of the page's content only after it has drawn the
+    previous answer, so that at most one answer is on its way.
 
     Args:
         client: The client.
         age: Function that returns the age of the page's content [s].
-        hear: Called, in the loop that handles STOP, with the state of the
-            client's gamepad; None if there is none.
+        hear: Called, in the event loop that handles STOP, with the state of the
+            client's gamepad (None without a gamepad).
     """
 
     def __init__(
@@ -67,14 +67,14 @@ class ClientChannel:
 
 
 def read_message(text: str) -> tuple[int, GamepadState | None]:
-    """Reads a message of the script; what cannot be read is ignored.
+    """Reads a message of the script; ignores invalid parts.
 
     Args:
         text: The message, in JSON.
 
     Returns:
-        The number of the latest question, 0 for none, and the state of the
-        gamepad, None for none.
+        The number of the latest request (0 for none), and the state of the
+        gamepad (None for none).
     """
     try:
         message = json.loads(text)
@@ -87,7 +87,7 @@ def read_message(text: str) -> tuple[int, GamepadState | None]:
 
 
 def _numbers(values: Any) -> tuple[float, ...]:
-    """A list of numbers from a browser.
+    """Converts a value from a browser to a list of numbers.
 
     Raises:
         TypeError: It is no list.

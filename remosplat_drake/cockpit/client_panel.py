@@ -51,23 +51,24 @@ class Crew(Protocol):
         ...
 
     def show_unseen(self, shown: bool) -> None:
-        """Draws the veil before unseen space, or hides it."""
+        """Draws or hides the veil, the boundary of unseen space."""
         ...
 
     def age(self) -> float:
-        """Returns the age of what the page shows [s]."""
+        """Returns the age of the page's content [s]."""
         ...
 
 
 class ClientPanel:
     """STOP, the robot's state, a field for the code, and views.
 
-    The controls are the client's own: no other client's messages reach them.
+    The controls belong to this client: messages of other clients do not reach
+    them.
 
     Args:
         client: The client.
         crew: The page that it is part of.
-        look: The present look.
+        look: The page's content at present.
         shows_unseen: Whether the veil is drawn; None if there is none.
 
     Attributes:
@@ -118,7 +119,8 @@ class ClientPanel:
             self._refusal = gui.add_markdown("", visible=False)
 
         def enter():
-            # Not in the loop that hears STOP: it takes a while.
+            # This takes long, so it does not run in the event loop that handles
+            # STOP.
             self._refuse(self._crew.admit(self, self._code.value))
 
         @button.on_click
@@ -167,7 +169,7 @@ class ClientPanel:
 
         Args:
             look: The moment.
-            pace: Seconds of the diagram in a second; None if not known.
+            pace: Simulated seconds per second; None if unknown.
         """
         before, self._look = self._look, look
         status = _status(look, pace)

@@ -1,4 +1,4 @@
-"""`CockpitOperator`: an operator at the cockpit."""
+"""`CockpitOperator`: outputs the requests of the cockpit's operator."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from remosplat_drake.teleop.gamepad import SILENCE
 
 
 class CockpitOperator(LeafSystem):
-    """Requests of the people at the cockpit.
+    """Outputs the requests of the people at the cockpit.
 
     .. pydrake_system::
 
@@ -27,9 +27,9 @@ class CockpitOperator(LeafSystem):
         - operator
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    and `operator` the `OperatorRequests` so far, from the latest message when a
-    system reads them. While the cockpit is silent, STOP cannot be pressed
-    either, and the requests report that.
+    and `operator` the `OperatorRequests` so far, from the latest message before
+    the port is evaluated. If the cockpit sends nothing, its STOP does not work,
+    and `operator` reports that.
 
     Args:
         process: The cockpit.
@@ -70,8 +70,8 @@ def command_now(wishes: Wishes, silence: float) -> OperatorCommand:
 
     Args:
         wishes: All requests so far.
-        silence: Time since the cockpit's last sign of life [s]. After
-            `SILENCE` a dead-man switch counts as let go.
+        silence: Time since the cockpit's last message [s]. After `SILENCE` a
+            dead-man switch counts as released.
     """
     if silence > SILENCE:
         return dc.replace(wishes.command, V_W=None)

@@ -1,4 +1,4 @@
-"""`CockpitPlots`: plots of the last half a minute, for all at the page."""
+"""`CockpitPlots`: plots of the last half minute, for all clients."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -19,7 +19,7 @@ PERIOD = 0.5
 """Time between two pictures [s]."""
 
 _BIN = 0.2
-"""Time of which a curve has one point, the worst [s]."""
+"""Interval of time for which a curve has one point, the worst value [s]."""
 
 _SIZE = {"span": SPAN, "width": 290, "height": 116}
 _STYLE = "<style>.remosplat-plot svg{width:100%;height:auto}</style>"
@@ -33,7 +33,7 @@ class _Curve:
         plot: The look of the plot.
         trace: The latest values.
         picture: Where it is on the page.
-        grows: Whether its axis has room for all values.
+        grows: Whether the value axis grows with the values.
     """
 
     plot: SvgPlot
@@ -51,8 +51,8 @@ class _Curve:
 class CockpitPlots:
     """Draws clearance, distance to the target and tick time, folded at first.
 
-    They are pictures without controls, so all at the page share them: some
-    kilobytes are sent twice a second.
+    The plots are pictures without controls, so that all clients share them.
+    Some kilobytes are sent twice a second.
 
     Args:
         server: The page's server.
@@ -64,7 +64,7 @@ class CockpitPlots:
         self._now, self._drawn_at = 0.0, -np.inf
         with server.gui.add_folder("Plots", order=3.0, expand_by_default=False):
             server.gui.add_html(_STYLE)
-            # Of clearance only what is near counts.
+            # The plot shows only clearances below the influence distance.
             self._clearance = self._add(
                 clearance_plot(job.stopping, job.influence, **_SIZE),
                 min,

@@ -1,4 +1,4 @@
-"""`CockpitProcess`: the control process's end of the cockpit."""
+"""`CockpitProcess`: starts the cockpit's process and exchanges messages."""
 
 import logging
 import weakref
@@ -22,10 +22,11 @@ from remosplat_drake.cockpit.messages import (
 )
 
 START_TIME = 120.0
-"""Time that the process may take to serve its page [s]."""
+"""Longest time from the start of the process until its page is served [s]."""
 
 PATIENCE = 3.0
-"""Time without a sign of life after which STOP counts as broken [s]."""
+"""Time without a message from the process after which STOP counts as broken
+[s]."""
 
 DIED = "the cockpit's process has died: its STOP does not work"
 SILENT = (
@@ -33,7 +34,8 @@ SILENT = (
 )
 
 _NICENESS = 0
-"""Niceness of the process: STOP must work on a busy computer, too."""
+"""Nice value of the process. It is 0, since STOP must work on a busy computer,
+too."""
 
 _log = logging.getLogger(__name__)
 
@@ -41,9 +43,9 @@ _log = logging.getLogger(__name__)
 class CockpitProcess:
     """Serves the cockpit's page in a separate process.
 
-    Once the page can be opened, no method waits for that process. One thread
-    sends the moments to show, and skips those that come too fast; another one
-    reads requests.
+    As soon as the page can be opened, no method waits for that process. One
+    thread sends the page's content, and skips contents that come too fast;
+    another thread reads requests.
 
     Attributes:
         wishes: All requests so far.
@@ -127,7 +129,7 @@ class CockpitProcess:
 
     @property
     def silence(self) -> float:
-        """Time since the process's last sign of life [s]."""
+        """Time since the process's last message [s]."""
         return monotonic() - self._heard_at
 
     def _send(self) -> None:
@@ -166,7 +168,7 @@ class CockpitProcess:
 def _serve(
     connection: Connection, job: CockpitJob, picture: MapPicture
 ) -> None:
-    """Runs in the process, and needs viser only there."""
+    """Runs in the cockpit's process, the only one that imports viser."""
     from remosplat_drake.cockpit.server import serve
 
     serve(connection, job, picture)

@@ -34,7 +34,7 @@ from remosplat_drake.visualization.page_state import (
 )
 
 PUBLISH_PERIOD = 1 / 20
-"""Time between two moments that are shown [s]."""
+"""Time between two updates of the page [s]."""
 
 
 class CockpitView(LeafSystem):
@@ -54,15 +54,16 @@ class CockpitView(LeafSystem):
     `configuration` takes the measured q, `standing` the `Standing`,
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
     `map_status` the `MapStatus` of a live map, and `report` the controller's
-    `TickReport`, of which every one counts for the plots. It draws nothing and
-    does not wait: that is the cockpit's.
+    `TickReport`. The plots include the report of every tick. The view itself
+    draws nothing, and does not wait for the cockpit.
 
     Args:
         process: The cockpit.
         robot: The robot.
         initial: The map that the cockpit was started with.
-        show_unseen: Whether new maps show where unseen space begins.
-        period: Time between two looks at the report, the control period [s].
+        show_unseen: Whether the boundary of unseen space is shown for new maps.
+        period: Time between two evaluations of the report, the control period
+            [s].
     """
 
     def __init__(
@@ -163,7 +164,7 @@ def look_at(
     status: MapStatus | None,
     worst: WorstTick | None = None,
 ) -> Look:
-    """Gathers the cockpit's content of one moment.
+    """Collects the cockpit's content at one moment.
 
     Args:
         time: Time of the diagram [s].

@@ -1,4 +1,4 @@
-"""`Desk`: the requests of people at the cockpit so far."""
+"""`Desk`: stores the requests of people at the cockpit."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -15,12 +15,13 @@ SOURCE = "cockpit"
 
 
 class Desk:
-    """Counts presses and keeps the pose that the operator wishes for.
+    """Counts presses of buttons, and stores the operator's desired pose.
 
     Callbacks of the page run in several threads.
 
     Args:
-        changed: Called, in the thread of a callback, with every new wish.
+        changed: Called, in the thread of a callback, with all requests after
+            each new one.
     """
 
     def __init__(self, changed: Callable[[Wishes], None]):
@@ -38,11 +39,11 @@ class Desk:
 
     @property
     def X_WT(self) -> np.ndarray | None:
-        """The pose that was wished for last, shape (4, 4); None before."""
+        """The latest desired pose, shape (4, 4); None before the first one."""
         return self._wishes.command.X_WT
 
     def move(self, X_WT: np.ndarray) -> None:
-        """Wishes for a pose of the target.
+        """Requests a pose of the target.
 
         Args:
             X_WT: The pose, shape (4, 4); values that are not finite are
@@ -52,7 +53,7 @@ class Desk:
             self._count("command", "moves", X_WT=np.array(X_WT, float))
 
     def press(self, name: str) -> None:
-        """Counts a press that concerns the target.
+        """Counts a press of a button for the target.
 
         Args:
             name: A count of `OperatorCommand`: holds, homes, scans, opens or
@@ -61,7 +62,7 @@ class Desk:
         self._count("command", name)
 
     def lead(self, V_W: np.ndarray | None) -> None:
-        """Wishes for a velocity, which lasts until it is renewed or expires.
+        """Requests a velocity, which holds until it is renewed or expires.
 
         Args:
             V_W: The velocity, angular above translational, shape (6,) [rad/s,
@@ -81,14 +82,14 @@ class Desk:
             self.lead(None)
 
     def let_go(self) -> None:
-        """Holds the target, since there is no operator any more."""
+        """Requests to hold the target, since there is no operator any more."""
         self.lead(None)
         self.press("holds")
 
     def choose(self, effector: str) -> None:
-        """Wishes to move another end effector from now on.
+        """Selects the end effector that the operator moves from now on.
 
-        The pose that was wished for the previous one is forgotten.
+        The pose that was requested for the previous end effector is dropped.
 
         Args:
             effector: Its name.
@@ -96,11 +97,11 @@ class Desk:
         self._count("command", "choices", effector=effector, X_WT=None)
 
     def pick(self, pose: str) -> None:
-        """Wishes for a saved pose, by its name."""
+        """Requests a saved pose, by its name."""
         self._count("command", "poses", pose=pose)
 
     def request(self, name: str) -> None:
-        """Counts a press that concerns the map.
+        """Counts a press of a button for the map.
 
         Args:
             name: A count of `MapRequests`: frames, refines, undos or saves.
@@ -108,7 +109,7 @@ class Desk:
         self._count("requests", name)
 
     def change_scene(self) -> None:
-        """Wishes for another scene before a simulated camera."""
+        """Requests the next scene for a simulated camera."""
         with self._lock:
             changes = self._wishes.scene_changes + 1
             self._tell(dc.replace(self._wishes, scene_changes=changes))

@@ -1,4 +1,4 @@
-"""`Ghost`: a target and the robot as it would stand there, in their colour."""
+"""`Ghost`: draws a target, and the robot's configuration that reaches it."""
 
 import numpy as np
 import viser
@@ -27,7 +27,7 @@ _TARGET = 0.025
 
 
 class Ghost:
-    """Draws a verdict for one client, its operator.
+    """Draws whether a target can be reached, for the client that operates.
 
     Args:
         scene: The client's own scene.
@@ -90,7 +90,7 @@ class Ghost:
             mesh.visible = False
 
     def remove(self) -> None:
-        """Takes all of it out of the scene."""
+        """Removes the ghost and the target from the scene."""
         self._target.remove()
         for mesh in self._links.values():
             mesh.remove()

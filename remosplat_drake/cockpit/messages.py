@@ -22,7 +22,7 @@ from remosplat_drake.visualization.page_state import WAITING, PageState
 
 @dc.dataclass(frozen=True, eq=False)
 class CockpitJob:
-    """All that the cockpit's process is given at its start.
+    """The settings that the cockpit's process receives at its start.
 
     Attributes:
         title: Title of the page: the scenario's name.
@@ -31,7 +31,8 @@ class CockpitJob:
         robot: The robot.
         planner: Searches configurations that reach a target.
         stopping: Distance that the robot keeps from the scene [m].
-        influence: Distance beyond which the controller sees nothing [m].
+        influence: Influence distance of the controller, beyond which it ignores
+            obstacles [m].
         control_period: Time between two control ticks [s].
         config: The workspace and the saved poses.
         q0: Configuration at the start, shape (n_q,).
@@ -91,8 +92,8 @@ class Look:
         X_WE: Pose of the end effector that the operator moves, shape (4, 4).
         X_WB: Pose of the base, shape (4, 4).
         X_WT: Pose of the target of that end effector, shape (4, 4).
-        is_followed: Whether the target moves to where the operator's page has
-            put it.
+        is_followed: Whether the target moves to the pose that the operator has
+            set on the page.
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
         cause: The cause that holds it, one of `standing.CAUSES`; empty if it is
@@ -159,7 +160,7 @@ class Wishes:
 
 @dc.dataclass(frozen=True)
 class Serving:
-    """The page can be opened.
+    """Message: the page can be opened.
 
     Attributes:
         url: Its address.
@@ -170,11 +171,11 @@ class Serving:
 
 @dc.dataclass(frozen=True)
 class CodeIssued:
-    """The client that types a code into the page operates the robot.
+    """Message: a new code. The client that types it operates the robot.
 
     Attributes:
         code: The code, for the terminal.
-        why: Why there is a new one; empty for the first.
+        why: Reason of the new code; empty for the first one.
     """
 
     code: str
@@ -194,4 +195,4 @@ class Failed:
 
 @dc.dataclass(frozen=True)
 class Beat:
-    """The process is alive, and its page answers."""
+    """Message: the process is alive, and its page answers."""

@@ -1,4 +1,4 @@
-"""Other targets that a program can offer where the operator's does not work."""
+"""Finds alternatives to a target that the robot cannot reach."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -67,13 +67,13 @@ class Offer:
 
 @dc.dataclass(frozen=True, eq=False)
 class Trouble:
-    """The situation in which offers help.
+    """The situation for which alternative targets are searched.
 
     Attributes:
         X_WT: The operator's target, shape (4, 4).
         X_WE: Pose of the end effector, shape (4, 4).
-        p_WHome: Its place if the arm were at home, and the base where it is,
-            shape (3,) [m].
+        p_WHome: Position of the end effector if the arm were at home and the
+            base did not move, shape (3,) [m].
         p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
             None if something else is.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
@@ -90,7 +90,7 @@ class Trouble:
     is_cut_off: bool = False
 
     def is_like(self, other: "Trouble | None") -> bool:
-        """Returns whether the same offers help; the robot may have drifted.
+        """Returns whether the same offers apply; small motions do not matter.
 
         Args:
             other: Another situation; None for none.
@@ -102,7 +102,7 @@ class Trouble:
 
 
 class OfferSearch:
-    """Searches offers, one test of a target at a time.
+    """Searches alternative targets; each step tests one target.
 
     Tests take at most half of the time, since the page has more to do.
 
@@ -140,7 +140,7 @@ class OfferSearch:
 
     @property
     def is_busy(self) -> bool:
-        """Whether targets are left to test."""
+        """Whether further targets must be tested."""
         return bool(self._left)
 
     def step(self, works: Callable[[np.ndarray], bool]) -> None:

@@ -43,8 +43,9 @@ _ANGLES = (180.0, 90.0, 180.0)
 _GIZMO = 0.22
 _AWAY = 0.05
 """Distance of the hand from the target beyond which there is a ghost [m]."""
-# Sliders that were just moved are not moved back: the target, of which they
-# show the pose otherwise, hears of it one control period later.
+# The sliders show the target's pose, but the target moves one control period
+# after the sliders. So sliders that a person has just moved are not moved back
+# to the target's pose.
 _GRACE = 0.5
 _ANSWER = 5.0
 """Time in which a press of RELEASE is to be confirmed [s]."""
@@ -53,7 +54,7 @@ Press = Callable[[], None]
 
 
 class OperatorPanel:
-    """Sliders, keys, a gizmo in the scene, saved poses and the map's buttons.
+    """The operator's controls: sliders, keys, gizmo, saved poses, map buttons.
 
     Dragging the gizmo moves the target at once. A click on a surface proposes
     a target before it, with a ghost of the robot; then gizmo and sliders move
@@ -88,7 +89,8 @@ class OperatorPanel:
         self._pressed: frozenset[str] = frozenset()
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
         self._commands: list[viser.CommandHandle] = []
-        # Far from STOP, and asked for: no slip lets a robot go.
+        # RELEASE is far from STOP, and needs a confirmation, so that it is not
+        # pressed by accident.
         self._release = self._button(
             client.gui, "RELEASE", self._ask, color="orange", order=80.0
         )
@@ -167,7 +169,7 @@ class OperatorPanel:
             self._offer_buttons = [self._offer_button(gui, x) for x in LABELS]
             if len(self._job.robot.effectors) > 1:
                 self._hand = self._add_choice(gui)
-            # What is asked of a stopped robot is void.
+            # Requests to a stopped robot are ignored.
             self._motions = [
                 self._button(gui, "Hold", lambda: desk.press("holds"), "H"),
                 self._button(gui, "Go home", lambda: desk.press("homes")),
@@ -216,7 +218,7 @@ class OperatorPanel:
 
     @property
     def _gamepad_does(self) -> dict[str, Press]:
-        """The effects of a gamepad's buttons."""
+        """Describes the effects of a gamepad's buttons."""
         press = self._desk.press
         return {
             OPEN: lambda: press("opens"),
@@ -309,7 +311,7 @@ class OperatorPanel:
     def _listen(self, slider: viser.GuiSliderHandle) -> None:
         @slider.on_update
         async def _(event: viser.GuiEvent):
-            # A person has set it only if a client has.
+            # Changes by the server, without a client, are ignored.
             if event.client is not None:
                 values = [float(s.value) for s in self._sliders]
                 self._move(self._coordinates.pose(np.array(values)))
@@ -383,7 +385,8 @@ class OperatorPanel:
 
     def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
         """Moves the proposal if there is one, else the target."""
-        # Gizmo and keys are at the pose of the hand before until a look comes.
+        # Until the next update, gizmo and keys still have the previous hand's
+        # pose.
         if not np.isfinite(X_WT).all() or self._look.effector != self._chosen:
             return
         self._moved_at = monotonic()
@@ -430,7 +433,7 @@ class OperatorPanel:
 
     @property
     def question(self) -> np.ndarray | None:
-        """The target whose reach is shown, shape (4, 4); None for none."""
+        """The target that is tested for reach, shape (4, 4); None for none."""
         if self._proposal is not None:
             return self._proposal
         X_WT, p_WE = self._wished(), self._look.X_WE[:3, 3]
@@ -442,7 +445,7 @@ class OperatorPanel:
 
         Args:
             reach: The answer.
-            X_WT: The target that it is about, shape (4, 4).
+            X_WT: The tested target, shape (4, 4).
         """
         self._ghost.show(reach, X_WT)
         self._verdict.content = verdict_html(reach)
@@ -468,7 +471,7 @@ class OperatorPanel:
                 button.visible = label in labels
 
     def withdraw(self) -> None:
-        """Shows no answer, since there is no request."""
+        """Hides the answer, since there is no request."""
         self._ghost.hide()
         self._verdict.visible = False
 
@@ -497,7 +500,7 @@ def verdict_html(reach: Reach) -> str:
 
 
 def _pose(wxyz: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """The pose of a node of viser's, shape (4, 4); NaN if it is none."""
+    """Returns the pose of a viser node, shape (4, 4); NaN if it is invalid."""
     w, x, y, z = np.asarray(wxyz, float)
     n = np.sqrt(w * w + x * x + y * y + z * z)
     w, x, y, z = (v / n if n > 0 else np.nan for v in (w, x, y, z))

@@ -1,19 +1,19 @@
-"""`Pace`: the speed of a simulation beside the wall clock."""
+"""`Pace`: measures a simulation's speed relative to the wall clock."""
 
 from collections import deque
 
 _SPAN = 3.0
-"""Time over which the pace is taken [s]."""
+"""Time over which the speed is averaged [s]."""
 
 
 class Pace:
-    """The share of real time that the last seconds ran at."""
+    """The speed of the last seconds, relative to real time."""
 
     def __init__(self):
         self._moments: deque[tuple[float, float]] = deque()
 
     def add(self, time: float, now: float) -> None:
-        """Takes in a moment; all are forgotten if time goes backwards.
+        """Adds a sample; if time goes backwards, drops the earlier ones.
 
         Args:
             time: Time of the diagram [s].
@@ -27,7 +27,7 @@ class Pace:
 
     @property
     def share(self) -> float | None:
-        """Seconds of the diagram in a second; None while that is not known."""
+        """Simulated seconds per second; None while unknown."""
         if not self._moments:
             return None
         (time, now), (later, end) = self._moments[0], self._moments[-1]

@@ -17,11 +17,12 @@ from remosplat_drake.signals.thing import UNSEEN
 REACHABLE = "reachable"
 """Verdict: a configuration reaches the target and keeps all distances."""
 BLOCKED = "blocked"
-"""Verdict: configurations reach it, and all are too near to something."""
+"""Verdict: configurations reach the target, but all are too near to
+obstacles."""
 UNSEEN_THERE = "unseen"
-"""Verdict: the best of those is too near to space that no camera has seen."""
+"""Verdict: the best configuration at the target is too near to unseen space."""
 OUT_OF_REACH = "out of reach"
-"""Verdict: no configuration that reaches it was found."""
+"""Verdict: no configuration was found that reaches the target."""
 
 _SEEDS = 150
 """Number of seeds of the inverse kinematics: some milliseconds."""
@@ -52,9 +53,9 @@ def find_reach(
     q: np.ndarray,
     aim: Aim | Target,
 ) -> Reach:
-    """Looks for a configuration at a target; equal calls give equal answers.
+    """Searches a configuration that reaches a target; is deterministic.
 
-    There need not be a path to this configuration.
+    A path to this configuration may not exist.
 
     Args:
         planner: Contains the robot, and its self-distances.

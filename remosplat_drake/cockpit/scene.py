@@ -16,7 +16,7 @@ from remosplat_drake.visualization.unseen_space import (
 )
 
 MOST_GAUSSIANS = 1_000_000
-"""Largest number of Gaussians that are drawn: those that cover most."""
+"""Largest number of Gaussians that are drawn; the largest ones are chosen."""
 
 _AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
 _THIN = 1e-3
@@ -72,7 +72,8 @@ class CockpitScene:
             draw_splat(scene, _SPLAT, splat)
         else:
             scene.remove_by_name(_SPLAT)
-        # A grid would shine through the floor of a splat.
+        # The grid is hidden if there is a splat, since it would be visible
+        # through the splat's floor.
         self._floor.visible = not has_splat
         shown = picture.shows_unseen
         if self._veil is not None:
@@ -162,7 +163,7 @@ class CockpitScene:
 def draw_splat(
     scene: viser.SceneApi, name: str, splat: GaussianSplat
 ) -> viser.GaussianSplatHandle:
-    """Draws true Gaussians; surfels get a thickness that is not seen.
+    """Draws Gaussians; surfels get an invisibly small thickness.
 
     Args:
         scene: The scene that they are drawn in.

@@ -1,4 +1,4 @@
-"""The cockpit's process: the code that runs inside it."""
+"""The program of the cockpit's process, which serves the page."""
 
 import logging
 import os
@@ -50,7 +50,7 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
 
 _BEAT = 0.2
-"""Time between two signs of life [s]."""
+"""Time between two messages that the process is alive [s]."""
 
 _LISTEN = 0.02
 """Longest wait for news [s]."""
@@ -146,7 +146,7 @@ class Page:
             self._desk.expire()
 
     def _keep_beating(self) -> None:
-        """Reports, through the loop that handles STOP, that STOP works."""
+        """Sends, through the event loop that handles STOP, that STOP works."""
         loop = self._server.get_event_loop()
         while True:
             loop.call_soon_threadsafe(self._send, Beat())
@@ -165,13 +165,14 @@ class Page:
                 os._exit(0)  # The control process has gone.
 
     def _receive(self) -> None:
-        """Takes in all that has arrived; of moments the newest is shown."""
+        """Reads all messages that have arrived; shows the newest content."""
         look = None
         while self._connection.poll():
             message = self._connection.recv()
             if isinstance(message, ArrayHeader):
                 self._picture = receive_arrays(self._connection, message)
-                # Without the lock: it takes a while, and STOP must be heard.
+                # This runs without the lock, since it takes long and STOP must
+                # work meanwhile.
                 self._scene.show_map(self._picture)
             else:
                 look = message
@@ -196,7 +197,7 @@ class Page:
         with self._lock:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
-                # No person is there to see where the robot goes.
+                # No person watches the robot any more.
                 self._desk.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
@@ -211,7 +212,7 @@ class Page:
             self._scene.shows_unseen = shown
 
     def age(self) -> float:
-        """Returns the age of what the page shows [s]; before a run it lasts."""
+        """Returns the age of the page's content [s]; 0 before a run."""
         return 0.0 if self._looked_at is None else monotonic() - self._looked_at
 
     def admit(self, panel: ClientPanel, code: str) -> str:
@@ -222,7 +223,7 @@ class Page:
             code: The typed text.
 
         Returns:
-            Why it must not; empty if it operates from now on.
+            Reason of a refusal; empty if the client operates from now on.
         """
         with self._lock:
             client = panel.client
@@ -271,7 +272,7 @@ class Page:
             operator.propose(target_before(surface, self._look.X_WE, standoff))
 
     def _answer_operator(self) -> None:
-        """Looks whether the operator's target can be reached, if it is new."""
+        """Tests whether the operator's target can be reached, if it is new."""
         with self._lock:
             operator = self._operator
             if operator is None:

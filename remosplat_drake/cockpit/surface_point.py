@@ -17,7 +17,8 @@ _STEPS = 200
 """Most steps along a ray; grazing rays take many."""
 
 _SAFE = 0.98
-"""Share of the distance that a step covers, since distances are rounded."""
+"""Fraction of the distance that a step covers; below 1, since distances are
+rounded."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -38,8 +39,8 @@ def find_surface(
 ) -> SurfacePoint | None:
     """Follows a ray to the first surface that it meets.
 
-    The ray steps by the distance to the nearest surface, so it passes through
-    none (Hart, "Sphere tracing", 1996).
+    Each step along the ray is as long as the distance to the nearest surface,
+    so the ray cannot pass through a surface (Hart, "Sphere tracing", 1996).
 
     Args:
         field: The map, whose distances are 1-Lipschitz.

@@ -1,4 +1,4 @@
-"""From where people look at the scene."""
+"""Views of the scene that the page offers."""
 
 import dataclasses as dc
 
@@ -48,7 +48,8 @@ def viewpoint(view: str, look: Look) -> Viewpoint:
         return Viewpoint(p_WT + np.array([-0.6, -0.6, 0.45]), p_WT, up)
     middle = 0.5 * (look.X_WB[:3, 3] + p_WE)
     if view == TOP:
-        # Straight down has no up: the robot's ahead takes its place.
+        # A camera that looks straight down has no upward direction, so the
+        # robot's forward direction is used.
         ahead = look.X_WB[:3, 0].astype(float)
         return Viewpoint(middle + 3.5 * up - 0.01 * ahead, middle, ahead)
     turn = look.X_WB[:3, :3]

@@ -59,7 +59,7 @@ def with_crosshair(rgb: np.ndarray) -> np.ndarray:
             slice(middle[0] - rows, middle[0] + rows + 1),
             slice(middle[1] - columns, middle[1] + columns + 1),
         )
-        # The opposite of what is there is seen on any ground.
+        # The inverted colours are visible on any background.
         marked[part] = 255 * (rgb[part].mean(axis=2, keepdims=True) < 128)
     return marked
 

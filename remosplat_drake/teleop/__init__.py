@@ -1,10 +1,10 @@
-"""Teleoperation: operators' requests, and the target's motion to them.
+"""Teleoperation: operators' requests, and the motion of the target.
 
 Operators are systems with a port `command`, an `OperatorCommand`:
-`TrajectoryOperator` follows a script (`trajectory_file`), `LcmOperator` hears
-another program (`target_stream`), and `visualization.TeleopPanel` has sliders,
-buttons and a gamepad with a dead-man switch. `CommandMerger` makes one of
-several (`merging`).
+`TrajectoryOperator` follows a script (`trajectory_file`), `LcmOperator`
+receives targets of another program (`target_stream`), and
+`visualization.TeleopPanel` has sliders, buttons and a gamepad with a dead-man
+switch. `CommandMerger` merges the commands of several operators (`merging`).
 
 `OperatorTarget` moves the target as the command says, within the bounds of
 `TeleopConfig`: `target_motion` decides what it does (hold, follow, go, scan),

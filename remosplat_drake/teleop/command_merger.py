@@ -1,4 +1,4 @@
-"""`CommandMerger`: makes one operator of several."""
+"""`CommandMerger`: merges the commands of several operators."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
@@ -17,7 +17,7 @@ _COMMAND, _REQUESTS = "command", "map_requests"
 
 
 class CommandMerger(LeafSystem):
-    """Lets the newest wish win, and adds up the presses of buttons.
+    """Outputs the newest request of several operators, and all button presses.
 
     .. pydrake_system::
 
@@ -30,9 +30,9 @@ class CommandMerger(LeafSystem):
         - map_requests
 
     Each operator i has the ports `command_i`, an `OperatorCommand`, and
-    `map_requests_i`, its `MapRequests`; the outputs are of the same types.
-    They follow the inputs without delay; which operator leads is remembered
-    once a period.
+    `map_requests_i`, its `MapRequests`; the outputs are of the same types. The
+    outputs follow the inputs without delay. The system stores once a period
+    which operator leads, that is, made the latest request.
 
     Args:
         count: Number of operators, at least one.

@@ -11,13 +11,15 @@ import numpy as np
 from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 SILENCE = 0.5
-"""Time after which a dead-man switch without news counts as let go [s]."""
+"""Time without a message after which a dead-man switch counts as released
+[s]."""
 
 OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
 """Things that a button does when it is pressed."""
 
 _PRESSES = {0: CLOSE, 1: OPEN, 12: FASTER, 13: SLOWER}
-"""What the lower and the right button do, and the directional pad up and down.
+"""Effects of the lower and the right button, and of the directional pad up and
+down.
 """
 
 _DOWN, _UP = 6, 7  # Triggers.
@@ -42,7 +44,7 @@ class GamepadState:
 def gamepad_presses(
     buttons: Sequence[float], config: GamepadConfig
 ) -> frozenset[str]:
-    """Returns what the pressed buttons do; nothing without the dead-man switch.
+    """Returns the effects of pressed buttons; none without dead-man switch.
 
     Args:
         buttons: Values of the buttons from 0 to 1; missing ones are not
@@ -95,13 +97,13 @@ def gamepad_velocity(
 
 
 def _beyond_dead_zone(axes: Sequence[float], i: int, zone: float) -> float:
-    """A stick's position, zero within the zone and continuous at its edge."""
+    """Returns a stick's position, zero in the dead zone and continuous."""
     value = _value(axes, i, -1.0)
     return float(np.sign(value) * max(abs(value) - zone, 0.0) / (1.0 - zone))
 
 
 def _value(values: Sequence[float], i: int, lower: float) -> float:
-    """A value within its range; zero for a missing or non-finite value."""
+    """Returns a value in its range; zero if it is missing or not finite."""
     if i >= len(values) or not np.isfinite(values[i]):
         return 0.0
     return float(np.clip(values[i], lower, 1.0))

@@ -33,7 +33,7 @@ def advance_hand(
 ) -> bool:
     """Returns whether the hand shall be open, after new requests.
 
-    Of two at once, the hand closes: it then drops nothing.
+    If both buttons were pressed, the hand closes, so that it drops nothing.
 
     Args:
         known: The requests at the last look.

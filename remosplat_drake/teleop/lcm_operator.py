@@ -19,7 +19,7 @@ from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 
 class LcmOperator(LeafSystem):
-    """An operator that listens for `pose_target` and `velocity_target`.
+    """Receives `pose_target` and `velocity_target` messages.
 
     .. pydrake_system::
 

@@ -40,9 +40,10 @@ def merge_commands(
 ) -> MergedCommand:
     """Merges the commands of several operators.
 
-    An operator with a new request leads from then on: its pose, its velocity
-    and its trouble count, those of the others do not. Buttons of all operators
-    count. Of two at once the first leads.
+    An operator with a new request leads from then on: its pose, velocity and
+    trouble are used, and those of the other operators are ignored. If two
+    operators make requests at the same time, the first one leads. Button
+    presses of all operators count.
 
     Args:
         before: The operators at the last look.

@@ -46,23 +46,22 @@ class OperatorTarget(LeafSystem):
         - map_requests
         - hand_command (optional)
 
-    It stands instead of a `TargetSequence` that never ends. `configuration`
-    takes the measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`,
-    `target` the pose X_WT alone of the end effector that the operator moves as
-    a `RigidTransform`, and `state` that one's `TargetState`. The outgoing
-    `map_requests` are those that come in and the frames that scans want.
-    `hand_command` is the hand's width and force [m, N]; a robot without a hand
-    has no such port.
+    It replaces a `TargetSequence`, and never ends. `configuration` takes the
+    measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`, `target`
+    the pose X_WT alone of the end effector that the operator moves as a
+    `RigidTransform`, and `state` that one's `TargetState`. The output
+    `map_requests` contains the input's requests and the frames that scans
+    request. `hand_command` is the hand's width and force [m, N]; a robot
+    without a hand has no such port.
 
-    One of several end effectors is moved, which the command selects; the others
-    are held where they were left, or at their starts. One that is left while it
-    moves is held at its place then.
+    The command selects which of several end effectors moves. The others are
+    held at the pose at which they were deselected, or at their start.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
-    target stays with it, so that a release does not send the robot to
-    a target that an operator moved meanwhile. The outputs do not depend on this
-    input but by the periodic update: what the supervisor sees depends on the
-    target.
+    target stays with it, so that a release does not send the robot to a target
+    that an operator moved meanwhile. This input affects the outputs only
+    through the periodic update, since the supervisor's inputs depend on the
+    target (algebraic loop).
 
     Args:
         robot: The robot, for its kinematics.
@@ -98,7 +97,8 @@ class OperatorTarget(LeafSystem):
         self._supervision_input = self.DeclareAbstractInputPort(
             "supervision", Value(SupervisorState(np.zeros(robot.n_u)))
         )
-        # Without a pose until a tick knows where the end effector is.
+        # The target has no pose until a tick has measured the end effector's
+        # pose.
         nowhere = TargetState.at_rest(np.full((4, 4), np.nan))
         hands = _Hands((nowhere,) * len(self._laws))
         self._hands_index = self.DeclareAbstractState(Value(hands))
@@ -263,7 +263,8 @@ class OperatorTarget(LeafSystem):
             elif i == before.leading:
                 one = stand(one, command, X_WEs[i], "hold: another hand moves")
             else:
-                # What was asked of others is nothing new when its turn comes.
+                # Earlier requests, which were meant for other end effectors, do
+                # not count as new.
                 one = dc.replace(one, command=command)
             states.append(one)
         cell = int(self._hands_index)

@@ -13,7 +13,8 @@ from pydrake.math import RotationMatrix
 from remosplat_drake.robot.pose_error import rotation_vector
 
 _COMMITMENT = 0.2
-"""A turn is reversed only where that saves more than this angle [rad]."""
+"""A rotation in progress is reversed only if this saves more than this angle
+[rad]."""
 
 
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:
@@ -89,9 +90,9 @@ def rotation_to_go(
 ) -> np.ndarray:
     """Returns the rotation left to a goal, as a rotation vector in W.
 
-    It is the shorter way round, unless the target is turning already and the
-    goal has passed the far side: to turn back would take longer then, and a
-    goal that trembles at half a turn would never let go.
+    It is the shorter rotation. Exception: if the target already rotates and
+    reversing would take longer, the direction is kept. So a goal that
+    oscillates around half a turn does not reverse the rotation again and again.
 
     Args:
         R_WT: The target's present rotation, shape (3, 3).

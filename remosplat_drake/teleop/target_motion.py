@@ -58,7 +58,7 @@ def stand(
     X_WE: np.ndarray,
     text: str = "hold: the robot is stopped",
 ) -> TargetState:
-    """Keeps the target with a robot that is stopped, or a hand that is left.
+    """Keeps the target at a stopped robot, or at a deselected hand.
 
     Requests in the meantime are ignored.
 
@@ -79,7 +79,7 @@ def _begin(
     known: OperatorCommand,
     X_WE: np.ndarray,
 ) -> TargetState:
-    """Takes up the newest wish, if there is a new one."""
+    """Starts the newest request, if there is a new one."""
     command = state.command
     if command.holds > known.holds:
         return hold(state, X_WE, "hold")
@@ -105,7 +105,7 @@ def _begin(
 
 
 def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
-    """Lets the target rest where the end effector is.
+    """Holds the target at the end effector's present pose.
 
     Args:
         state: The target before.
@@ -140,7 +140,7 @@ def _begin_scan(
         return hold(state, X_WE, "no wrist camera to scan with")
     if not np.isfinite(X_WE).all():
         return hold(state, X_WE, "no scan: the robot's pose is unknown")
-    # What has been free until now starts from where the hand has it.
+    # Directions that were free so far start from the hand's present pose.
     target = law.target(state)
     if target.free:
         state = dc.replace(state, X_WT=target.nearest_pose(X_WE))
@@ -168,7 +168,7 @@ def _next_view(
 
 
 def _break_off(before: TargetState, state: TargetState) -> TargetState:
-    """Lets the last frame of a scan that went no further be its last one."""
+    """Ends the frames of a scan that was broken off."""
     broken_off = before.mode == SCAN and state.mode != SCAN
     if broken_off and before.scan_size > len(before.scan):
         return dc.replace(state, unfinished=state.unfinished - 1)

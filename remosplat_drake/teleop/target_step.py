@@ -17,7 +17,7 @@ from remosplat_drake.teleop.smoothing import (
 
 
 def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
-    """Moves the target by one step of time; one that holds stays.
+    """Moves the target by one time step; does not move one that holds.
 
     Args:
         law: Bounds of the motion.
@@ -79,7 +79,7 @@ def _wanted_velocity(
 def _leashed(
     law: MotionLaw, X_WT: np.ndarray, X_WE: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
-    """A velocity that can still be braked where the lead is largest."""
+    """Bounds a velocity so that it can be braked at the largest lead."""
     config, lead = law.config, X_WT[:3, 3] - X_WE[:3, 3]
     length = float(np.linalg.norm(lead))
     if not length > 0.0:
@@ -92,9 +92,10 @@ def _leashed(
 def _along_walls(
     law: MotionLaw, X_WT: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
-    """A velocity that can still be braked at the walls of the workspace."""
+    """Bounds a velocity so that it can be braked at the workspace's walls."""
     config, p_WT = law.config, X_WT[:3, 3]
-    # What three axes brake with together must not exceed the whole.
+    # The braking decelerations of the three axes together must not exceed the
+    # bound.
     share = config.max_acceleration / np.sqrt(3.0)
     back = [
         braking_speed(max(room, 0.0), share, law.dt)

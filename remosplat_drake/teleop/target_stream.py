@@ -66,9 +66,9 @@ def advance_stream(
 ) -> StreamState:
     """Advances a stream by a look at the network.
 
-    A stream takes the target when it begins, and again when it continues after
-    a silence. While it flows it does not take it again, so an operator may
-    press hold meanwhile.
+    A stream takes control of the target when it begins, and when it continues
+    after a pause. While messages arrive without pause, it does not take control
+    again, so that an operator may press hold.
 
     Args:
         kind: Whether it is one of poses or of velocities.
@@ -92,7 +92,8 @@ def advance_stream(
 def merged_command(streams: tuple[StreamState, StreamState]) -> OperatorCommand:
     """Returns the one command of a stream of poses and one of velocities.
 
-    Trouble is that of the stream whose message came last.
+    The trouble of the merged command is that of the stream with the latest
+    message.
 
     Args:
         streams: The stream of poses, and that of velocities.

@@ -48,7 +48,8 @@ class GamepadConfig(Config):
     speed: Annotated[float, Interval(gt=0, le=2)] = 0.15
     # Turning rate of the target with a stick fully pushed [rad/s].
     rotation: Annotated[float, Interval(gt=0, le=10)] = 0.6
-    # Share of a stick's way around its centre where it counts as released.
+    # Dead zone: fraction of a stick's range around its centre that counts as
+    # released.
     dead_zone: Annotated[float, Interval(ge=0, lt=1)] = 0.1
     # Greatest distance of the target from the end effector [m]: it must not
     # run away from one that an obstacle holds back.
@@ -88,7 +89,7 @@ class PoseStreamConfig(Config):
 class ScanConfig(Config):
     """A scan: the wrist camera looks around for a map, in two rows of views."""
 
-    # How far the camera looks to either side of straight ahead [deg].
+    # Largest pan angle of the camera, to either side of straight ahead [deg].
     pan_deg: Annotated[float, Interval(ge=0, le=90)] = 60.0
     # How far below the horizon the camera looks in the row of steep views
     # [deg].
@@ -98,14 +99,14 @@ class ScanConfig(Config):
     flat_deg: Annotated[float, Interval(ge=0, le=90)] = 25.0
     # Time at a pose before its frame is taken [s].
     dwell: Annotated[float, Interval(ge=0, le=60)] = 0.3
-    # Time after the target's arrival at a pose at which the frame is taken
-    # where the robot is, if it has not come there itself [s].
+    # Longest wait for the robot after the target has arrived at a pose [s].
+    # Then the frame is taken from the robot's present pose.
     timeout: Annotated[float, Interval(gt=0, le=60)] = 2.0
 
 
 @dc.dataclass
 class TeleopConfig(Config):
-    """Bounds of the target's motion, and where an operator's wishes come from.
+    """Bounds of the target's motion, and the sources of operators' requests.
 
     The page's controls are one of the sources wherever there is a page.
     """

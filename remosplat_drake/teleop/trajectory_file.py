@@ -170,15 +170,15 @@ def _check_step(
 def asked_over_time(
     steps: Sequence[OperatorStep], scenes: Sequence[PrimitiveScene] = ()
 ) -> list[Asked]:
-    """Adds the steps of a script up over time.
+    """Accumulates the requests of a script over time.
 
     Args:
         steps: The steps, in the order of time.
         scenes: The scene at the start, and those that take turns with it.
 
     Returns:
-        The requests so far, first none from -inf on, then one entry for each
-        step.
+        The requests up to each time: first an empty entry at -inf, then one
+        entry for each step.
     """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
     asked = [Asked(-np.inf, command, requests)]

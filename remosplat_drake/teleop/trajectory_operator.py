@@ -1,4 +1,4 @@
-"""`TrajectoryOperator`: an operator who follows a script."""
+"""`TrajectoryOperator`: outputs the timed requests of a script."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from remosplat_drake.teleop.trajectory_file import (
 )
 
 _ROUNDING = 1e-9
-"""Time by which a step is due too early [s]: times of ticks are sums."""
+"""Tolerance of a step's time [s], for rounding errors in the times of ticks."""
 
 
 class TrajectoryOperator(LeafSystem):
@@ -30,7 +30,7 @@ class TrajectoryOperator(LeafSystem):
         - map_requests
 
     `command` carries an `OperatorCommand`, `map_requests` the `MapRequests`.
-    Times count from when the simulation is initialized.
+    Times are measured from the initialisation of the simulation.
 
     Args:
         steps: The steps of the script, in the order of time.
