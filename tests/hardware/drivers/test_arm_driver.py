@@ -76,11 +76,15 @@ def test_commands_expire_and_statuses_tell_what_the_arm_does():
         ("ur5e", "!UrArm {host: ''}", "arm_driver.host: must"),
         ("ur5e", "!Ur {}", "unknown tag 'Ur'"),
         ("ur5e", "!nowhere:Arm {}", "cannot import nowhere"),
-        ("ur5e", "!Ros2Arm {mode: /m}", "running_modes: belongs with `mode`"),
+        (
+            "ur5e",
+            "!Ros2Arm {mode: /m}",
+            "running_modes: set both this and `mode`",
+        ),
         (
             "ur5e",
             "!Ros2Arm {running_modes: [RUNNING]}",
-            "running_modes: belongs with `mode`",
+            "running_modes: set both this and `mode`",
         ),
         (
             "ur5e",
