@@ -66,9 +66,9 @@ class StandingSystem(LeafSystem):
         output_ports:
         - standing
 
-    The sentence is updated ten times a second. A robot that has not moved for a
-    second counts as held until it moves again, so the sentence does not
-    flicker. All times are by the diagram's clock.
+    The sentence is updated ten times a second. A robot that has not moved for
+    `PAUSE` counts as held until it moves again, so the sentence does not
+    flicker; see `present_hold`. All times are by the diagram's clock.
 
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
