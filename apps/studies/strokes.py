@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from remosplat_drake.app.identification.excitation import commands, find_stroke
 from remosplat_drake.app.identification.room import NoRoomError, Room
 from remosplat_drake.app.scenario import Scenario, load_scenario
@@ -24,7 +24,7 @@ from remosplat_drake.app.velocity_run import build_velocity_run, latest_axes
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.progress import Progress
-from remosplat_drake.commands.number_flags import at_least_one
+from remosplat_drake.commands.number_flags import at_least_one, whole_number
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.recording.trajectory import Trajectory
@@ -181,6 +181,14 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         help="number of poses of each robot (default: %(default)s)",
     )
     parser.add_argument(
+        "--seed",
+        type=whole_number,
+        default=0,
+        metavar="N",
+        help="seed of the poses; processes with different seeds share the work"
+        " (default: %(default)s)",
+    )
+    parser.add_argument(
         "--output",
         type=Path,
         metavar="FILE",
@@ -189,10 +197,11 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _study(arguments: argparse.Namespace) -> int:
+    check_least("strokes", arguments, seed=0)
     found = []
     with Progress(open_console(stderr=True)) as progress:
         for name in progress.over(SCENARIOS, "moving axes"):
-            found.append(strokes_of(name, arguments.poses))
+            found.append(strokes_of(name, arguments.poses, arguments.seed))
             text = json.dumps([dc.asdict(s) for s in found], indent=2) + "\n"
             if arguments.output:
                 write_atomically(arguments.output, text)
