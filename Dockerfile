@@ -1,5 +1,8 @@
 # A controller, its drivers and the stand-in, on a bare Debian with Python.
 #
+# Its steps, and those of compose.yaml, were run in a Debian root of debootstrap
+# with its Python 3.11. The image itself was not built.
+#
 #   docker build -t remosplat .
 #   docker compose up            # the stand-in, and a controller that rehearses
 #   docker compose exec run remosplat arm --rehearsal
