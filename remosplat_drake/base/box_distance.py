@@ -39,5 +39,5 @@ def distance_to_cylinder(x, y, z, size):
 
 @helper
 def _signed(square, inside):
-    """Chooses the distance outside, given its square, or that inside."""
+    """Returns the distance of a point: positive outside, negative inside."""
     return where(square > 0.0, root(square), inside)

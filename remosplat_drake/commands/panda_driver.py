@@ -84,9 +84,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         metavar="N_M",
         help=(
-            "external torque on a joint from which on a collision is "
-            "assumed (default: 20 to 12 N m, as in libfranka's example); "
-            "settings in Desk have no effect"
+            "smallest external torque on a joint that counts as a collision "
+            "(default: 20 to 12 N m, as in libfranka's example); settings in "
+            "Desk have no effect"
         ),
     )
     parser.add_argument(
@@ -94,8 +94,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         metavar="N",
         help=(
-            "external force [N] and torque [N m] on the hand from which on "
-            "a collision is assumed (default: 20 N, 25 N m)"
+            "smallest external force [N] and torque [N m] on the hand that "
+            "count as a collision (default: 20 N, 25 N m)"
         ),
     )
 

@@ -208,7 +208,7 @@ class MeshcatPage:
     def set_places(
         self, hand: np.ndarray, base: np.ndarray, target: np.ndarray | None
     ):
-        """Sets the positions that the page's views look at.
+        """Sets the points at which the camera views of the page look.
 
         Args:
             hand: Position of the first end effector in W, shape (3,) [m].

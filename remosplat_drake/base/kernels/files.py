@@ -141,6 +141,6 @@ def locked(name: str) -> Iterator[None]:
 
 @cache
 def _lock_file(folder: Path) -> int:
-    """Opens, once, the file of which each byte serves as a lock."""
+    """Returns the lock file, each byte of which is a lock; opens it once."""
     folder.mkdir(parents=True, exist_ok=True)
     return os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)
