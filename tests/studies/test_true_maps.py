@@ -408,6 +408,20 @@ def test_surfaces_are_seen_that_face_cameras_and_are_not_hidden():
     assert not Sight(dc.replace(case, capture=blind)).seen(top)[0]
 
 
+@pytest.mark.parametrize(("row", "seen"), [(0.5, False), (1.5, True)])
+def test_a_surface_at_the_border_of_an_image_is_not_seen(row, seen):
+    """The principal point is moved so that a point is in a given row."""
+    case = board_taken()
+    near = case.caster.nearest(np.array([[0.0, 0, TOP + 0.1]]))
+    _, before, _ = case.cameras.project(0, near.p_W)
+    K = case.cameras.K.copy()
+    K[1, 2] += row - before[0]
+    capture = dc.replace(case.capture, depth=0 * case.capture.depth + 1)
+    cameras = dc.replace(case.cameras, K=K)
+    sight = Sight(dc.replace(case, capture=capture, cameras=cameras))
+    assert np.isfinite(sight._seen_at(0, near)) == [seen]
+
+
 def test_a_point_far_outside_the_image_is_in_no_pixel():
     """A lens's polynomial turns back far outside the image.
 

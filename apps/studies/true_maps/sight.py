@@ -12,6 +12,11 @@ from apps.studies.true_maps.ray_casting import Nearest
 _STEEPEST = np.cos(np.deg2rad(78))
 """Cosine of the largest angle of incidence at which a view sees a surface."""
 
+_BORDER = 1
+"""Pixels at the border of an image in which a surface does not count as seen: a
+pixel's ray through its centre may miss it there, and no ray beyond the border
+meets it."""
+
 _OWN = 0.001
 """Tolerance with which a ray must reach a point [m]."""
 
@@ -129,7 +134,8 @@ class Sight:
         """Depths at which a view sees points, (n,) [m]; inf if unseen."""
         cameras, p_W = self.taken.cameras, surface.p_W
         u, v, z = cameras.project(view, p_W)
-        inside = (u >= 0) & (u < WIDTH) & (v >= 0) & (v < HEIGHT)
+        inside = (u >= _BORDER) & (u < WIDTH - _BORDER)
+        inside &= (v >= _BORDER) & (v < HEIGHT - _BORDER)
         rows = np.flatnonzero(inside)
         pixel = v[rows].astype(int), u[rows].astype(int)
         rows = rows[self.taken.capture.depth[view][pixel] > 0]
