@@ -94,13 +94,13 @@ class Figures:
 
 
 def strays(text: str, settings: dict[str, str]) -> list[str]:
-    """Finds figures with a unit that are no settings.
+    """Finds numbers with a unit in a page that are not declared as settings.
 
-    Code and addresses are left out.
+    Numbers in code and in addresses are ignored.
 
     Args:
-        text: Markdown, without the figures that were inserted.
-        settings: The literals that are allowed.
+        text: Markdown, without the inserted measurements.
+        settings: The allowed literals, such as "50 Hz".
     """
     found = _LITERAL.findall(_CODE.sub(" ` ", text))
     return [f for f in map(_spaced, found) if f not in settings]

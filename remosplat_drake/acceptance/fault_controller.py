@@ -49,8 +49,8 @@ _CONTRADICTION = 1.2
 """Time for which no command is feasible [s]."""
 
 _TOO_NEAR = 0.002
-"""The distance of the two walls is less than the stopping distance by this
-[m]."""
+"""Length by which the hand is nearer to each of the two walls than the stopping
+distance [m]."""
 
 
 class FaultyField(DistanceField):

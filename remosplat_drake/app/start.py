@@ -23,8 +23,8 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.standing.names import name_thing
 
 NOTABLE = 1e-3
-"""Shortage of a distance, compared with its stopping distance, from which it is
-reported [m]."""
+"""A distance at the start is reported if it is smaller than the stopping
+distance by more than this length [m]."""
 
 _FORESEEN = 2.0
 """Simulated time within which the law must increase distances that are too

@@ -166,7 +166,8 @@ def _family(folder: Path) -> str:
 def _numbers(folder: Path) -> list[str]:
     """Returns the numbers of the problems in a folder, as written.
 
-    A number of which one file is missing is included, as an unusable problem.
+    A number is also included if one of its two files is missing. The benchmark
+    then reports this problem as unusable.
     """
     return sorted(
         {

@@ -159,7 +159,10 @@ def run_trial(trial: Trial) -> TrialResult:
     if isinstance(trial.case, MovingCase):
         scenario.movers = list(trial.case.movers())
     if task.support is not None and trial.method.controller:
-        problem = f"{trial.method.name}: controllers of your own carry nothing"
+        problem = (
+            f"{trial.method.name}: your own controller cannot carry objects;"
+            " select another suite"
+        )
         return dc.replace(describe(trial), problem=problem)
     world = _make_world(trial.method, scenario, task, splat_W)
     truth = task.with_grasped(task.truth_field, world.robot)

@@ -113,7 +113,9 @@ def check_pixel_count(source: Source, width: int, height: int):
 
 
 def check_announced_size(where: str, field: str, width: float, height: float):
-    """Checks the size of an image that is given only by a field of a file.
+    """Checks an image's size that a file states in a field.
+
+    Used if the image itself cannot confirm its size.
 
     Raises:
         FieldError: The size is unusable; the error names `where` and `field`.

@@ -27,12 +27,15 @@ _TARGET = 0.025
 
 
 class Ghost:
-    """Draws whether a target can be reached, for the client that operates.
+    """Draws a target, and the robot's configuration that reaches it.
+
+    The colour shows whether the target can be reached.
 
     Args:
-        scene: The client's own scene.
+        scene: The scene of the client that operates the robot; other clients
+            do not see the ghost.
         robot: The robot.
-        shapes: The look of its links.
+        shapes: The meshes of its links.
     """
 
     def __init__(
@@ -60,10 +63,12 @@ class Ghost:
             )
 
     def show(self, reach: Reach, X_WT: np.ndarray) -> None:
-        """Draws the answer to whether a target can be reached.
+        """Draws a target and the configuration that reaches it.
 
         Args:
-            reach: The answer; without a configuration no ghost is drawn.
+            reach: The verdict about the target, which determines the colour,
+                and the configuration. Without a configuration, only the target
+                is drawn.
             X_WT: The target, shape (4, 4).
         """
         self._target.position = X_WT[:3, 3]

@@ -22,7 +22,7 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 
 INCOMPLETE = 2
-"""Exit code of a successful run of which a file is incomplete."""
+"""Exit code if the run succeeded, but one of its files is incomplete."""
 
 _FRAME = 0.1
 """Period at which the progress line is updated [s]."""

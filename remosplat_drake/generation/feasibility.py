@@ -46,7 +46,7 @@ MARGIN = 0.5
 """The search aims at this fraction of the tolerances."""
 
 CLEARANCE_MARGIN = 5e-4
-"""The search aims at a clearance that exceeds the required one by this [m]."""
+"""Length by which the search aims to exceed the required clearance [m]."""
 
 
 @dc.dataclass(frozen=True)

@@ -57,7 +57,7 @@ def missing_for_gsplat() -> str:
     from gsplat.cuda._backend import _C
 
     if _C is None:
-        return "needs nvcc, since gsplat compiles its kernels once"
+        return "needs nvcc, since gsplat compiles its kernels at first use"
     return ""
 
 

@@ -165,8 +165,9 @@ def _within(
     """Finds the points (n, 3) that are within reach of places (k, 3).
 
     Returns:
-        The indices (m,) of points within reach of any place, and of which, (k,
-        m).
+        Two arrays. The first has the indices (m,) of the points that are within
+        reach of any place. The second has shape (k, m), and is true where the
+        point is within reach of the place.
     """
     # |K - P|^2 multiplied out, about a point near all places: a million
     # splats take 20 ms, and rounding stays far below a millimetre.

@@ -74,8 +74,8 @@ class Track:
         hidden: Its part that was seen before and may be hidden from all cameras
             now, at its predicted position.
         edges: Its outlines and their velocities.
-        images: Number of images that showed it, or the thing from which it
-            separated.
+        images: Number of images that showed it. If it has separated from
+            another thing, the images of that thing count, too.
         padding: Margin of its extent beyond its points [m].
         error: Bound on position errors of its points [m].
         still_since: Time since which it has been at rest [s].

@@ -21,8 +21,7 @@ from remosplat_drake.splat.bvh_splits import (
 )
 
 LEAF_STRIDE = 16
-"""A leaf's link contains its first place multiplied by this, see
-`leaf_range`."""
+"""Factor of the first place in the link to a leaf, see `leaf_range`."""
 
 PIECE = 1 << 17
 """Largest number of boxes of a piece, which is sorted by one thread."""

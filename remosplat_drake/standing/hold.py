@@ -85,7 +85,8 @@ def present_hold(
     If the whole robot is at rest, every cause counts. If only its hand is at
     rest, only constraints and the lack of a path count, since the base may be
     turning for the next motion. If the robot moves but comes no nearer to its
-    target, only a mover counts, from which it may be moving away.
+    target, the only possible cause is a mover, since the robot may be moving
+    away from one.
 
     Args:
         still: Memory of the robot's motion.

@@ -30,10 +30,14 @@ class Rest:
     """Memory of how long a value has been at rest.
 
     Attributes:
-        at: Value from which it has not changed by `STILL`, of any shape.
-        there_since: Time at which it reached that value [s].
-        since: Start of the present standstill [s]. Since then, it has at most
-            crept, and had no reason to rest.
+        at: Stored value, an array of any shape. Changes of the value by at most
+            `STILL` count as rest.
+        there_since: Time at which the value was stored [s]. It is stored again
+            after each larger change, and while the robot may rest.
+        since: Start of the present standstill [s]. It may be before
+            `there_since`, since slow changes do not end a standstill. Time in
+            which the robot may rest, at its target for example, is not part of
+            a standstill.
     """
 
     at: np.ndarray

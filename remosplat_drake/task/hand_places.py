@@ -34,10 +34,10 @@ last."""
 
 @dc.dataclass(frozen=True, eq=False)
 class HandPlaces:
-    """A grid over a map, of which those points are places where a hand fits.
+    """Grid points of a map at which a hand fits, close to a surface.
 
-    A place is a grid point with a clearance of the hand between `near` and
-    `far`: free, but close to a surface.
+    At such a point, called a place, the hand's clearance is between `near` and
+    `far`.
 
     Attributes:
         field: Distance field of the scene, 1-Lipschitz.

@@ -13,8 +13,8 @@ from pydrake.math import RotationMatrix
 from remosplat_drake.robot.pose_error import rotation_vector
 
 _COMMITMENT = 0.2
-"""A rotation in progress is reversed only if this saves more than this angle
-[rad]."""
+"""A rotation in progress is reversed only if the reversal shortens the rest of
+the rotation by more than this angle [rad]."""
 
 
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:

@@ -137,7 +137,7 @@ def load_operator_steps(
                 str(path),
                 f"steps[{i}].press",
                 f"{SCENE!r} needs a simulation, and a scenario whose"
-                " scene.truth_later says what comes",
+                " scene.truth_later names the file of the other scene",
             )
         before = step.time
     return steps

@@ -37,7 +37,7 @@ _SPEED = 0.5
 """Walking speed of people [m/s]."""
 
 _EVERY = 4
-"""Number of ticks of the run of which one is timed."""
+"""One tick in this number of ticks of a run is timed."""
 
 
 def tick_cases(

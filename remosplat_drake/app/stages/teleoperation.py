@@ -183,7 +183,8 @@ def wrist_camera_mount(
         raise FieldError(
             scenario.source,
             error.field,
-            f"{error.problem}; without a camera set mapping.enabled to false",
+            f"{error.problem}; if the robot has no camera, set mapping.enabled"
+            " to false",
         ) from error
 
 

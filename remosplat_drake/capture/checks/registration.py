@@ -72,7 +72,7 @@ def measure_registration(capture: Capture) -> Registration | None:
     """Finds the shift at which edges match best; None if it is undetermined.
 
     Args:
-        capture: Views, of which up to two dozen are used.
+        capture: The views; at most two dozen are used.
     """
     width = capture.size[1]
     reach = max(2, round(_MAX_SHIFT * width))
@@ -95,7 +95,7 @@ def edge_correlation(capture: Capture, step: int = 0) -> float:
     """Computes the correlation of the edges of depths and colours, unshifted.
 
     Args:
-        capture: Views, of which up to a dozen are used.
+        capture: The views; at most a dozen are used.
         step: Depths of frame i are compared with the colours of frame i + step.
 
     Returns:

@@ -45,9 +45,9 @@ _REACH = 0.1
 """Surfaces farther apart than this are two surfaces [m]."""
 
 _THROUGH, _THROUGH_FAR = 0.05, 0.03
-"""A view shows free space at a point if the depth that it measured in this
-direction exceeds the point's depth by this [m], plus this fraction of the
-depth."""
+"""Length [m], and added fraction of the depth, that define free space. A view
+shows free space at a point if the depth that it measured in the direction of
+the point exceeds the point's depth by more than their sum."""
 
 _TIMES_OFFSET = 5.0
 """The margin `_THROUGH` is at least this multiple of the median disagreement of

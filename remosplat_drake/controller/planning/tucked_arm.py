@@ -9,7 +9,7 @@ import numpy as np
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
 _DRAWS = 200
-"""Number of drawn arm postures, of which the most compact is taken."""
+"""Number of random arm postures; the most compact free one is used."""
 
 
 def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:

@@ -103,7 +103,7 @@ class MotionPredictor(LeafSystem):
         self.set_name("predictor")
         self._robot, self._model = robot, model
         self._ramp = StationRamp(robot.acceleration_limit, period)
-        # A station begins its ramp later than a punctual tick by this time.
+        # Time between a punctual tick and the start of a station's ramp.
         self._slack = spare_time(period)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q

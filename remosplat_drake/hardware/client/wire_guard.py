@@ -99,7 +99,7 @@ class Watch:
         Args:
             identity: Our identity.
             commands: Channels on which only we may send.
-            statuses: Channels on each of which only one driver may send.
+            statuses: Channels with statuses. On each, only one driver may send.
         """
         self.identity = identity
         self.own = ""

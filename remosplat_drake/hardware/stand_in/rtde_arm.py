@@ -53,9 +53,11 @@ _ANSWERS = {
 
 
 class RtdeArm:
-    """Serves clients of RTDE, of the dashboard and of programs, by `UrRules`.
+    """Simulates the network interfaces of a Universal Robots controller.
 
-    The caller of `step` determines the robot's clock.
+    It has ports for RTDE, for the dashboard server and for uploaded programs.
+    `UrRules` determines how the robot reacts. Each call of `step` advances the
+    robot's clock.
 
     Attributes:
         rules: The rules of the robot's controller.

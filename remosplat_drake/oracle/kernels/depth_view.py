@@ -1,8 +1,9 @@
 """`DepthViews`: the six depth views of one sphere, for kernels (Numba).
 
-Sets of views are bit masks: bit v is view v. In SIMD lanes, which are floats, a
-set is the number with these bits. In the sensor's frame D, a view contains the
-points whose coordinate along its axis exceeds the magnitudes of both others.
+A set of views is an integer: bit v is 1 if the set contains view v. SIMD lanes
+contain floats, so there this integer is converted to a float. In the sensor's
+frame D, a view contains the points whose coordinate along its axis exceeds the
+magnitudes of both others.
 """
 
 from typing import NamedTuple

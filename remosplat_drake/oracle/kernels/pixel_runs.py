@@ -61,15 +61,19 @@ class Canvas(NamedTuple):
         candidates: Pixels whose transmittance fell below the threshold of the
             median.
         order: Room to sort the fragments of a pixel.
-        deferred: Splats with only their grid pixels drawn so far: place in the
-            records times the number of views, plus the view.
-        ready: Number of splats that wait for each view.
-        places: Places of these splats in the records, shape (6, 8).
-        projections: The projected splats of one view, in SIMD lanes.
-        parts: Which pixels of each are drawn.
-        spans: First and last column of their rows, eight at a time, shape
-            (8, -, 2, 8).
-        met: Which of these rows have any column, as bits, shape (8, -).
+        deferred: Pairs of a splat and a view for which only the grid pixels are
+            drawn so far. A pair is stored as one number: the splat's place in
+            the records, times 6 (the number of views), plus the view.
+        ready: Number of splats that are collected for each view, to be drawn
+            together, shape (6,).
+        places: Places of the collected splats in the records, shape (6, 8).
+        projections: Up to eight projected splats of one view, in SIMD lanes.
+        parts: For each projected splat, the part of its pixels to draw: all,
+            those of the grid, or the others.
+        spans: First and last column of each projected splat in each pixel row.
+            Rows are in chunks of eight; shape (8, chunks, 2, 8).
+        met: For each projected splat and chunk of rows, a bit mask of the rows
+            in which the splat covers a pixel, shape (8, chunks).
         pair: Memory for two SIMD lanes.
         sets: Sets of views that need a leaf's splats, in SIMD lanes.
         queue: Queued nodes, by lower bounds of their ranges.

@@ -27,7 +27,7 @@ _STRIDE = 7
 
 
 _SYSTEMATIC = 10.0
-"""Variances are multiplied by this, for errors that the residuals of a pair
+"""Factor of all variances. It allows for errors that the residuals of a pair
 have in common, such as creases hidden by noise. It was determined on rendered
 captures with known truth."""
 

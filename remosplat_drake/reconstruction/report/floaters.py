@@ -19,7 +19,7 @@ class Floaters:
         index: Indices in the splat, shape (n,).
         p_WK: Centres, shape (n, 3) [m].
         height: Distance from the centre to the nearest real surface, shape (n,)
-            [m]; by this, distances at the floater are too small.
+            [m]. A distance to the floater is too small by this length.
     """
 
     index: np.ndarray

@@ -295,7 +295,8 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
     Args:
         report: The report of a map.
-        oracle: Name of the oracle; it subtracts the splats' uncertainty.
+        oracle: Name of the oracle. The result is for distances from which it
+            has subtracted the splats' uncertainty.
     """
     best = reference_of(report)
     for row in report.distances:

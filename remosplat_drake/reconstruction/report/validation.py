@@ -49,9 +49,9 @@ LEAST_VIEWS = 24
 """Least number of views of a capture for cross-validation."""
 
 UNFORESEEN = 2.8
-"""The verdict multiplies over-estimates by this, for surfaces that no held-out
-view shows. It was chosen on 27 captures of the study `true_maps`, split
-`develop`."""
+"""Factor by which the verdict multiplies measured over-estimates, to allow for
+surfaces that no held-out view shows. It was chosen on 27 captures of the study
+`true_maps`, split `develop`."""
 
 _LOOKS = 2
 """A point counts if at least this number of the map's views could have seen

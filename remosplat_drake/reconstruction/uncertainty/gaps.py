@@ -109,10 +109,10 @@ def close_gaps(
 def _normals(
     p_W: np.ndarray, surface_W: np.ndarray, ray_W: np.ndarray
 ) -> np.ndarray:
-    """Unit normals of the planes through the points around each, (n, 3).
+    """Returns normals of planes through the points around each, (n, 3).
 
-    Points on a rod lie in many planes, of which the one that faces the cameras
-    is taken.
+    Points on a rod lie in many planes. The plane that faces the cameras is
+    used.
     """
     tree = KDTree(surface_W)
     apart, near = tree.query(p_W, _NEIGHBORS, distance_upper_bound=_REACH)

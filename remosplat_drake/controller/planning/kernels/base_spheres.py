@@ -87,7 +87,7 @@ def may_stand(space, line, base, q):
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         base: The `BaseSpheres`.
-        q: Configuration, of which the base's pose is used, shape (n_q,).
+        q: Configuration, shape (n_q,). Only the base's pose is used.
     """
     m = len(base.order)
     if m == 0:

@@ -1,8 +1,8 @@
 """Inverse kinematics of arms from eight seeds at a time, and manipulability.
 
 Damped least squares (Wampler 1986, Nakamura and Hanafusa 1986): each step is
-J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds. Lanes hold the eight
-configurations, of which each has its own damping and its own end.
+J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds. SIMD lanes hold the
+eight configurations. Each has its own damping, and ends on its own.
 """
 
 from typing import NamedTuple

@@ -83,7 +83,7 @@ def take_part(parts, top):
 
     Args:
         parts: The `PartStack`.
-        top: Number of parts on the stack, of which one is removed.
+        top: Number of parts on the stack before the topmost is removed.
 
     Returns:
         Its start and end [s], and the number of its items.

@@ -4,8 +4,8 @@ For a robot without delay, the path has one piece. The ramp scales the whole
 command, so tick and ramp follow the path of a held u at decreasing speed. A
 time on the path is the time at which a robot with u held would be there. A
 robot that executes a smaller fraction of u, or brakes earlier, stays on this
-path. The path ends where a station stops that receives no further command, and
-so brakes latest.
+path. The path ends at the latest place at which the robot can stop: where it
+stops if its station receives no further command.
 
 If actuators have delays and lags, the path is that of their model: commands in
 flight, then the command, then its ramp, until all axes have settled. Time on

@@ -123,28 +123,41 @@ class mover_list(object):
 
         self.camera_position = []
         """
-        Pose of the camera in the world: z forward, y down [m; w, x, y, z].
+        Position of the camera in the world [m].
         LCM Type: double[num_cameras][3]
         """
 
         self.camera_quaternion = []
-        """ LCM Type: double[num_cameras][4] """
+        """
+        Orientation of the camera in the world, w, x, y, z. The camera's z axis
+        points forward, and its y axis down.
+        LCM Type: double[num_cameras][4]
+        """
+
         self.least_tangent = []
         """
-        Its field of view at depth 1: the least x and y, and the greatest.
+        Least x and y of the camera's field of view, at depth 1.
         LCM Type: double[num_cameras][2]
         """
 
         self.greatest_tangent = []
-        """ LCM Type: double[num_cameras][2] """
+        """
+        Greatest x and y of the camera's field of view, at depth 1.
+        LCM Type: double[num_cameras][2]
+        """
+
         self.near = []
         """
-        Least and greatest depth at which it can find a mover [m].
+        Least depth at which the camera can detect a mover [m].
         LCM Type: double[num_cameras]
         """
 
         self.far = []
-        """ LCM Type: double[num_cameras] """
+        """
+        Greatest depth at which the camera can detect a mover [m].
+        LCM Type: double[num_cameras]
+        """
+
 
     def encode(self):
         buf = BytesIO()
