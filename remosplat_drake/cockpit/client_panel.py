@@ -30,7 +30,7 @@ _COLOURS = {
 _GREY = "#495057"
 
 _SLOW = 0.85
-"""Real-time factor below which the page shows it."""
+"""The page shows the real-time factor if it is below this."""
 
 _UNSEEN = (
     "The robot does not go where no camera has looked. Point the camera at the"
@@ -60,14 +60,14 @@ class Crew(Protocol):
 
 
 class ClientPanel:
-    """STOP, the robot's state, a field for the code, and views.
+    """One browser's panel: STOP, the robot's state, a code field, and views.
 
     The controls belong to this client: messages of other clients do not reach
     them.
 
     Args:
         client: The client.
-        crew: The page that it is part of.
+        crew: Interface of the page that contains the panel.
         look: The page's content at present.
         shows_unseen: Whether the veil is drawn; None if there is none.
 
@@ -165,10 +165,10 @@ class ClientPanel:
             self.client.camera.up_direction = view.up_W
 
     def show(self, look: Look, pace: float | None = None) -> None:
-        """Shows one moment.
+        """Shows the run's state at one moment.
 
         Args:
-            look: The moment.
+            look: The page's content at that moment.
             pace: Simulated seconds per second; None if unknown.
         """
         before, self._look = self._look, look

@@ -27,14 +27,14 @@ class CockpitOperator(LeafSystem):
         - operator
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    and `operator` the `OperatorRequests` so far, from the latest message before
-    the port is evaluated. If the cockpit sends nothing, its STOP does not work,
-    and `operator` reports that.
+    and `operator` the `OperatorRequests` so far. They come from the cockpit's
+    latest message. If the cockpit sends nothing, its STOP does not work, and
+    `operator` reports that.
 
     Args:
         process: The cockpit.
-        scenes: The scenes that a simulated camera is shown in turns, one
-            after each press of a button, that of the start first.
+        scenes: The scenes of a simulated camera, the first one at the start;
+            each press of a button switches to the next one.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ def map_requests(
 
     Args:
         wishes: All requests so far.
-        scenes: The scenes that a simulated camera is shown in turns.
+        scenes: The scenes of a simulated camera, the first one at the start.
     """
     scene = scene_in_turn(scenes, wishes.scene_changes)
     return dc.replace(wishes.requests, scene=scene)

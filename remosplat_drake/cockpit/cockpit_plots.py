@@ -49,14 +49,14 @@ class _Curve:
 
 
 class CockpitPlots:
-    """Draws clearance, distance to the target and tick time, folded at first.
+    """Draws plots of clearance, distance to the target and tick time.
 
-    The plots are pictures without controls, so that all clients share them.
-    Some kilobytes are sent twice a second.
+    The plots are folded at first. They are pictures without controls, so that
+    all clients share them. Some kilobytes are sent twice a second.
 
     Args:
         server: The page's server.
-        job: The inputs of the cockpit.
+        job: The settings of the cockpit.
     """
 
     def __init__(self, server: viser.ViserServer, job: CockpitJob):
@@ -87,10 +87,10 @@ class CockpitPlots:
         return _Curve(plot, RollingTrace(SPAN, _BIN, worse), picture, grows)
 
     def add(self, look: Look) -> None:
-        """Takes a moment in.
+        """Adds the values of one moment.
 
         Args:
-            look: The moment.
+            look: The page's content at that moment.
         """
         self._now = look.time
         distance = np.linalg.norm(look.X_WT[:3, 3] - look.X_WE[:3, 3])
@@ -100,7 +100,7 @@ class CockpitPlots:
             self._duration.trace.add(look.time, 1e3 * look.worst.duration)
 
     def draw(self) -> None:
-        """Draws the new values, unless it was done shortly before."""
+        """Draws the plots, unless they were drawn less than `PERIOD` ago."""
         if monotonic() - self._drawn_at < PERIOD:
             return
         self._drawn_at = monotonic()
@@ -113,8 +113,8 @@ def with_room_for(plot: SvgPlot, value: np.ndarray) -> SvgPlot:
     """Returns a plot whose axis ends at a round number above all values.
 
     Args:
-        plot: The plot; its axis is made longer, never shorter.
-        value: The values, shape (n,); infinite ones need no room.
+        plot: The plot. Its axis becomes longer or remains as it is.
+        value: The values, shape (n,); infinite ones are ignored.
     """
     most = float(np.max(value[np.isfinite(value)], initial=0.0))
     if most <= plot.upper:

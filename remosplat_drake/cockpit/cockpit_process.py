@@ -25,7 +25,7 @@ START_TIME = 120.0
 """Longest time from the start of the process until its page is served [s]."""
 
 PATIENCE = 3.0
-"""Time without a message from the process after which STOP counts as broken
+"""STOP counts as broken if the process has sent no message for this time
 [s]."""
 
 DIED = "the cockpit's process has died: its STOP does not work"
@@ -43,7 +43,7 @@ _log = logging.getLogger(__name__)
 class CockpitProcess:
     """Serves the cockpit's page in a separate process.
 
-    As soon as the page can be opened, no method waits for that process. One
+    Only `start` waits for that process, until the page can be opened. One
     thread sends the page's content, and skips contents that come too fast;
     another thread reads requests.
 
@@ -72,7 +72,7 @@ class CockpitProcess:
         """Starts the process and waits until its page can be opened.
 
         Args:
-            job: All that the cockpit needs.
+            job: The settings of the cockpit.
             picture: The map at the start.
 
         Returns:
@@ -99,12 +99,13 @@ class CockpitProcess:
         return message.url
 
     def show(self, look: Look) -> None:
-        """Shows one moment, unless a newer one comes before it is sent.
+        """Sends the state of one moment, unless a newer one replaces it before.
 
-        The newer moment contains the worst of its control ticks.
+        The newer state then includes the worst control tick of the replaced
+        one.
 
         Args:
-            look: The moment.
+            look: The page's content at that moment.
         """
         with self._news:
             self._look = look.after(self._look)

@@ -38,7 +38,7 @@ PUBLISH_PERIOD = 1 / 20
 
 
 class CockpitView(LeafSystem):
-    """Sends the cockpit its content, twenty times a second.
+    """Sends the state of the run to the cockpit, twenty times a second.
 
     .. pydrake_system::
 

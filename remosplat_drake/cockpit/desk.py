@@ -56,13 +56,13 @@ class Desk:
         """Counts a press of a button for the target.
 
         Args:
-            name: A count of `OperatorCommand`: holds, homes, scans, opens or
-                closes.
+            name: Name of the count in `OperatorCommand`: holds, homes, scans,
+                opens or closes.
         """
         self._count("command", name)
 
     def lead(self, V_W: np.ndarray | None) -> None:
-        """Requests a velocity, which holds until it is renewed or expires.
+        """Requests a velocity, which is valid until it is renewed or expires.
 
         Args:
             V_W: The velocity, angular above translational, shape (6,) [rad/s,
@@ -104,7 +104,8 @@ class Desk:
         """Counts a press of a button for the map.
 
         Args:
-            name: A count of `MapRequests`: frames, refines, undos or saves.
+            name: Name of the count in `MapRequests`: frames, refines, undos or
+                saves.
         """
         self._count("requests", name)
 

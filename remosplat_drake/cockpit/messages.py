@@ -39,11 +39,10 @@ class CockpitJob:
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without a camera there.
         mapping: Whether there is a live map.
-        scenes: The scenes that a simulated camera is shown in turns, that of
-            the start first.
+        scenes: The scenes of a simulated camera, the first one at the start.
         make_camera: Makes the wrist camera; None without one.
-        truth: The solids of a scene that is drawn by its solids, since it has
-            no splat; None elsewhere.
+        truth: The true solids, which are drawn if the scene has no splat; None
+            if the splat is drawn.
     """
 
     title: str
@@ -71,7 +70,8 @@ class MapPicture:
         field: The distance field.
         splat_W: The splat in W; None for none.
         coverage: The space seen by cameras; None if unknown.
-        shows_unseen: Whether the veil before unseen space is drawn at first.
+        shows_unseen: Whether the veil, the boundary of unseen space, is drawn
+            at first.
         X_WG: Pose of the coverage's grid in W, shape (4, 4).
     """
 
@@ -96,8 +96,8 @@ class Look:
             set on the page.
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
-        cause: The cause that holds it, one of `standing.CAUSES`; empty if it is
-            not held.
+        cause: The cause that holds this link, one of `standing.CAUSES`; empty
+            if no link is held.
         p_WHeld: Point at which that link is held, shape (3,) [m]; None if there
             is none.
         target: The target's state, in words.
@@ -107,7 +107,7 @@ class Look:
             if there were none.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None for a single one.
+            None if the robot has only one end effector.
     """
 
     time: float
@@ -130,7 +130,7 @@ class Look:
     X_WTs: np.ndarray | None = None
 
     def after(self, earlier: "Look | None") -> "Look":
-        """Returns this moment with the ticks of a moment that was skipped.
+        """Returns this moment, including the worst tick of a skipped moment.
 
         Args:
             earlier: The previous moment; None if it has been shown.
@@ -147,9 +147,10 @@ class Wishes:
     Attributes:
         command: The operator's command for the target.
         requests: The operator's requests to the map.
-        scene_changes: Number of times that a simulated camera was to see
-            another scene.
-        operator: Presses of STOP, by all, and of RELEASE, by the operator.
+        scene_changes: Number of requests to switch the scene of a simulated
+            camera.
+        operator: Numbers of presses: of STOP by all clients, and of RELEASE by
+            the operator.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -184,10 +185,10 @@ class CodeIssued:
 
 @dc.dataclass(frozen=True)
 class Failed:
-    """The page cannot be served.
+    """Message: the page cannot be served.
 
     Attributes:
-        reason: Why not, in a line.
+        reason: The reason, in one line.
     """
 
     reason: str

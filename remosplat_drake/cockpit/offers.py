@@ -21,15 +21,17 @@ from remosplat_drake.signals.standing import (
 from remosplat_drake.signals.target import Target
 
 OTHER_SIDE = "From the other side"
-"""Offer: the same place, with the hand turned about its own axis."""
+"""Offer: the same position, with the hand turned about its own axis."""
 BACK_OFF = "Back off"
-"""Offer: the same direction, further away from what is ahead of the hand."""
+"""Offer: the same orientation, further back along the hand's own axis."""
 HIGHER = "Higher"
-"""Offer: the same direction, further up."""
+"""Offer: the same orientation, further up."""
 NEARER = "Nearer to the robot"
-"""Offer: a place on the line from the target to the hand of an arm at home."""
+"""Offer: the same orientation, nearer to the position that the hand has while
+the arm is at home."""
 LOOK_THERE = "Look there"
-"""Offer: the wrist camera looks at the unseen space that holds the robot."""
+"""Offer: a pose at which the wrist camera sees the unseen space that stops the
+robot."""
 
 LABELS = (OTHER_SIDE, BACK_OFF, HIGHER, NEARER, LOOK_THERE)
 """Labels of all offers, in their order on the page."""
@@ -41,20 +43,20 @@ _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
 _SHARES = (0.9, 0.75, 0.5, 0.25, 0.1, 0.0, -0.2)
-"""Shares of the way from that hand to the target; beside a wall, the hand must
-go back."""
+"""Fractions of the way from the hand of an arm at home to the target. The
+negative one moves the hand back, as is necessary beside a wall."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
-"""Distances by which the camera is moved up and back, to see a place [m]."""
+"""Distances by which the camera is moved up and back, to see a point [m]."""
 
 SETTLES = 0.3
-"""Time for which a situation must last before targets are tested [s]: a gizmo
-that is dragged makes a new one with every move."""
+"""Time for which a situation must last before targets are tested [s]. While an
+operator drags the target, the situation changes all the time."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Offer:
-    """A target that works where the operator's does not.
+    """An alternative to a target that the robot cannot reach.
 
     Attributes:
         label: One of `LABELS`.
@@ -78,8 +80,8 @@ class Trouble:
             None if something else is.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without one.
-        is_cut_off: Whether no path leads there; then none leads to what is
-            beside it.
+        is_cut_off: Whether no path leads to the target. If so, targets beside
+            it are not offered, since no path leads to them either.
     """
 
     X_WT: np.ndarray
@@ -122,7 +124,7 @@ class OfferSearch:
         self._left: list[Offer] = []
 
     def begin(self, trouble: Trouble | None, field: object) -> None:
-        """Begins anew if the situation or the map is another one.
+        """Starts a new search if the situation or the map has changed.
 
         Args:
             trouble: The situation; None if no offer is needed.
@@ -144,7 +146,7 @@ class OfferSearch:
         return bool(self._left)
 
     def step(self, works: Callable[[np.ndarray], bool]) -> None:
-        """Tests one target, if one is left and it is time.
+        """Tests one target, if one is left and the pause between tests is over.
 
         Args:
             works: Function that tests a target.
@@ -156,7 +158,7 @@ class OfferSearch:
     def next_test(self) -> Offer | None:
         """Returns a target to test; None if none is left, or it is too early.
 
-        Its result is given to `judge`.
+        The caller tests it, and passes the result to `judge`.
         """
         if not self._left or self._clock() < self._due:
             return None
@@ -215,8 +217,8 @@ def trouble_of(
         q: Its configuration, shape (n_q,) [rad, m].
 
     Returns:
-        None if other targets would not help, as while the robot moves, waits
-        for a mover, or is stopped.
+        The situation; None if other targets would not help, for example while
+        the robot moves freely, waits for a mover, or is stopped.
     """
     is_held = standing.kind in (HELD, MOVING) and standing.cause
     if not is_held or standing.cause in (MOVER, NO_COMMAND, NOT_OBEYED):
@@ -232,7 +234,7 @@ def trouble_of(
 def place_at_home(
     robot: RobotModel, q: np.ndarray, effector: int = 0
 ) -> np.ndarray:
-    """Returns where a hand is if its arm is at home, shape (3,) [m].
+    """Returns the position of a hand whose arm is at home, shape (3,) [m].
 
     Args:
         robot: The robot.

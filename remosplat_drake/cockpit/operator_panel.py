@@ -42,13 +42,13 @@ _SLIDERS = (
 _ANGLES = (180.0, 90.0, 180.0)
 _GIZMO = 0.22
 _AWAY = 0.05
-"""Distance of the hand from the target beyond which there is a ghost [m]."""
+"""A ghost is drawn if the hand is farther from the target than this [m]."""
 # The sliders show the target's pose, but the target moves one control period
 # after the sliders. So sliders that a person has just moved are not moved back
 # to the target's pose.
 _GRACE = 0.5
 _ANSWER = 5.0
-"""Time in which a press of RELEASE is to be confirmed [s]."""
+"""Time within which a press of RELEASE must be confirmed [s]."""
 
 Press = Callable[[], None]
 
@@ -62,9 +62,9 @@ class OperatorPanel:
 
     Args:
         client: The client that operates.
-        job: The inputs of the cockpit.
+        job: The settings of the cockpit.
         desk: Stores the requests.
-        look: The present look.
+        look: The present content of the page.
         shapes: The look of the robot's links.
         hand_over: Called when the operator hands over.
     """
@@ -357,7 +357,7 @@ class OperatorPanel:
         return gizmo
 
     def propose(self, X_WT: np.ndarray) -> None:
-        """Proposes a target, which does nothing until the operator agrees.
+        """Proposes a target; the robot moves to it only if the operator agrees.
 
         Args:
             X_WT: The target, shape (4, 4).
@@ -407,10 +407,10 @@ class OperatorPanel:
                 slider.value = value
 
     def show(self, look: Look) -> None:
-        """Shows one moment.
+        """Shows the run's state at one moment.
 
         Args:
-            look: The moment.
+            look: The page's content at that moment.
         """
         self._look = look
         can_release = "release" in look.state.buttons
@@ -433,7 +433,7 @@ class OperatorPanel:
 
     @property
     def question(self) -> np.ndarray | None:
-        """The target that is tested for reach, shape (4, 4); None for none."""
+        """The target whose configuration is searched, shape (4, 4), or None."""
         if self._proposal is not None:
             return self._proposal
         X_WT, p_WE = self._wished(), self._look.X_WE[:3, 3]
@@ -471,12 +471,12 @@ class OperatorPanel:
                 button.visible = label in labels
 
     def withdraw(self) -> None:
-        """Hides the answer, since there is no request."""
+        """Hides the ghost and the answer, if no target is tested."""
         self._ghost.hide()
         self._verdict.visible = False
 
     def remove(self) -> None:
-        """Takes all of the operator's controls away."""
+        """Removes all of the operator's controls."""
         for part in (self._release, self._let_go, *self._parts):
             part.remove()
         for command in self._commands:

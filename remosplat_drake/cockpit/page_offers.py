@@ -31,20 +31,21 @@ INSTEAD = heading("Try instead")
 """Name of the title of the buttons."""
 
 BUTTONS = {label: button(label) for label in LABELS if label != LOOK_THERE}
-"""Names of the buttons. A run takes no frames, so a look would not help it."""
+"""Names of the buttons. LOOK_THERE has none, since a run of given targets takes
+no frames."""
 
 _PERIOD = 0.1
-"""Time between two looks at the robot's state [s]."""
+"""Time between two checks of the robot's state [s]."""
 
 _PAUSE = 0.02
-"""Time for which the search sleeps before it asks again if it is time [s]."""
+"""Time for which the search sleeps if it is too early for the next test [s]."""
 
 Works = Callable[[np.ndarray], bool]
 """Function that tests a target."""
 
 
 class OfferThread:
-    """Searches offers beside the control loop.
+    """Searches offers in a separate thread, beside the control loop.
 
     Attributes:
         offers: The offers so far.
@@ -61,7 +62,7 @@ class OfferThread:
         return self._search.offers
 
     def ask(self, trouble: Trouble | None, field: object, works: Works) -> None:
-        """Begins a search if the situation or the map is another one.
+        """Starts a new search if the situation or the map has changed.
 
         Args:
             trouble: The situation; None if no offer is needed.

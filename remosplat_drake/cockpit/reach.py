@@ -30,11 +30,11 @@ _SEEDS = 150
 
 @dc.dataclass(frozen=True, eq=False)
 class Reach:
-    """Whether a target can be reached.
+    """Result of a search for a configuration that reaches a target.
 
     Attributes:
         verdict: REACHABLE, BLOCKED, UNSEEN_THERE or OUT_OF_REACH.
-        text: The same in words, with the obstacle.
+        text: The verdict in words, with the obstacle's name.
         q: The best configuration at the target, shape (n_q,); None if none
             was found.
         p_W: Point of the obstacle, shape (3,) [m]; None without one.
@@ -53,7 +53,7 @@ def find_reach(
     q: np.ndarray,
     aim: Aim | Target,
 ) -> Reach:
-    """Searches a configuration that reaches a target; is deterministic.
+    """Searches a configuration that reaches a target, deterministically.
 
     A path to this configuration may not exist.
 
@@ -61,8 +61,9 @@ def find_reach(
         planner: Contains the robot, and its self-distances.
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
-        q: Where the robot is, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors; a target is the first one's.
+        q: The robot's present configuration, shape (n_q,) [rad, m].
+        aim: The targets of the end effectors; a single `Target` is that of the
+            first end effector.
     """
     space = planner.free_space(q, field, stopping)
     goals = goal_configurations(
@@ -89,14 +90,15 @@ def is_within_reach(
     q: np.ndarray,
     aim: Aim | Target,
 ) -> bool:
-    """Returns whether a path to a target is found, and not only its end.
+    """Returns whether a path to a target is found, not only a configuration.
 
     Args:
         planner: Contains the robot, and its self-distances.
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
-        q: Where the robot is, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors; a target is the first one's.
+        q: The robot's present configuration, shape (n_q,) [rad, m].
+        aim: The targets of the end effectors; a single `Target` is that of the
+            first end effector.
     """
     if find_reach(planner, field, stopping, q, aim).verdict != REACHABLE:
         return False

@@ -33,7 +33,7 @@ class Shapes:
     Attributes:
         coloured: Meshes in their colours, by link name; links without a look
             are absent.
-        joined: The same as one mesh a link, without colours.
+        joined: One mesh per link, with all of its shapes, without colours.
     """
 
     coloured: dict[str, list[trimesh.Trimesh]]

@@ -30,7 +30,7 @@ class CockpitScene:
 
     Args:
         server: The page's server.
-        job: The inputs of the cockpit.
+        job: The settings of the cockpit.
         shapes: The look of the robot's links.
     """
 
@@ -97,7 +97,7 @@ class CockpitScene:
 
     @property
     def shows_unseen(self) -> bool | None:
-        """Whether the veil before unseen space is drawn; None without one."""
+        """Whether the boundary of unseen space is drawn; None without one."""
         return None if self._veil is None else self._veil.visible
 
     @shows_unseen.setter
@@ -106,10 +106,10 @@ class CockpitScene:
             self._veil.visible = shown
 
     def show(self, look: Look) -> None:
-        """Draws one moment.
+        """Draws the robot and its targets at one moment.
 
         Args:
-            look: The moment.
+            look: The page's content at that moment.
         """
         X_WL = self._robot.body_poses(look.q)
         with self._server.atomic():

@@ -53,7 +53,7 @@ _BEAT = 0.2
 """Time between two messages that the process is alive [s]."""
 
 _LISTEN = 0.02
-"""Longest wait for news [s]."""
+"""Longest wait for a message of the control process [s]."""
 
 _STANDOFF = 0.05
 """Distance of a proposed target from the surface, added to the stopping
@@ -66,9 +66,10 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
     """Serves the page until the other end of the pipe is closed.
 
     Args:
-        connection: Pipe that brings a `Look` or a `MapPicture` at a time, and
-            takes the content of `messages` for the control process.
-        job: All that the cockpit is given.
+        connection: Pipe to the control process, from which the page receives
+            `Look`s and `MapPicture`s; the page sends the other types of
+            `messages`.
+        job: The settings of the cockpit.
         picture: The map at the start.
     """
     try:
@@ -92,7 +93,7 @@ class Page:
 
     Args:
         connection: Pipe to the control process.
-        job: All that the cockpit is given.
+        job: The settings of the cockpit.
         picture: The map at the start.
 
     Raises:
@@ -134,7 +135,7 @@ class Page:
             Thread(target=self._show_pictures, daemon=True).start()
 
     def run(self) -> None:
-        """Shows the messages of the pipe until that is closed."""
+        """Shows the messages from the pipe until the pipe is closed."""
         self._send(Serving(self._url()))
         self._send(CodeIssued(self._authority.code))
         Thread(target=self._keep_beating, daemon=True).start()
@@ -207,7 +208,7 @@ class Page:
         self._desk.stop()
 
     def show_unseen(self, shown: bool) -> None:
-        """Draws the veil before unseen space, or hides it, for all."""
+        """Draws or hides the boundary of unseen space, for all clients."""
         with self._lock:
             self._scene.shows_unseen = shown
 

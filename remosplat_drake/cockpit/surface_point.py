@@ -8,10 +8,10 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 FARTHEST = 20.0
-"""Length of the ray along which a surface is looked for [m]."""
+"""Length of the ray on which a surface is searched [m]."""
 
 _CLOSE = 1e-3
-"""Distance at which the ray has arrived at a surface [m]."""
+"""The ray has arrived if the surface is nearer than this [m]."""
 
 _STEPS = 200
 """Most steps along a ray; grazing rays take many."""
@@ -44,8 +44,8 @@ def find_surface(
 
     Args:
         field: The map, whose distances are 1-Lipschitz.
-        p_W: Where the ray begins in W, shape (3,) [m].
-        direction_W: Where it goes, shape (3,), of any length.
+        p_W: Start of the ray in W, shape (3,) [m].
+        direction_W: Direction of the ray in W, shape (3,), of any length.
 
     Returns:
         The point; None if there is no surface within `FARTHEST`, or if the
@@ -82,8 +82,8 @@ def target_before(
     Args:
         surface: A point of the surface.
         X_WE: Pose of the end effector, whose z axis points forward, shape (4,
-            4). The target is turned away from it no more than the normal
-            requires.
+            4). The target's x axis is this pose's x axis, projected onto the
+            surface.
         standoff: Distance of the target from the surface [m].
 
     Returns:

@@ -29,11 +29,11 @@ class Viewpoint:
 
 
 def viewpoint(view: str, look: Look) -> Viewpoint:
-    """Returns where a view is taken from.
+    """Returns the pose of the camera that shows a view.
 
     Args:
-        view: One of `VIEWS`; FOLLOW looks as SCENE does.
-        look: The present look.
+        view: One of `VIEWS`; FOLLOW and SCENE have the same pose.
+        look: The present content of the page.
     """
     up = np.array([0.0, 0.0, 1.0])
     p_WT = look.X_WT[:3, 3].astype(float)

@@ -13,7 +13,8 @@ class WorstTick:
 
     Attributes:
         clearance: Smallest distance from the robot to the scene that the
-            controller saw [m]; inf if nothing was within its influence.
+            controller measured [m]; inf if nothing was within the influence
+            distance.
         duration: Longest time that a tick took [s]; NaN if it was not
             measured.
     """
@@ -23,7 +24,7 @@ class WorstTick:
 
     @staticmethod
     def of(report: TickReport) -> "WorstTick":
-        """Makes that of a single tick.
+        """Makes a `WorstTick` of a single tick.
 
         Args:
             report: The report of the tick.

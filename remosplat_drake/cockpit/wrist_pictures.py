@@ -30,8 +30,8 @@ def wrist_pictures(
 
     Args:
         job: Makes the camera.
-        now: Function that returns the present look, and how often a simulated
-            camera was to see another scene.
+        now: Function that returns the page's present content, and the number of
+            requests to switch a simulated camera's scene.
 
     Raises:
         RemoSplatError: There is no such camera.

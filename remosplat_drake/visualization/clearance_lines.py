@@ -24,9 +24,9 @@ _PALE_PERIOD = 0.2  # Shortest time between two drawings of the thin lines [s].
 class ClearanceLines:
     """Red lines from the robot's spheres to their closest scene points.
 
-    A line stands for a collision constraint (row) of the quadratic program. It
-    is thick and strong if the constraint is active, that is, holds with
-    equality at the command; else it is thin and pale. The thick lines are a
+    A line stands for a collision constraint (row) of the quadratic program. The
+    line of an active constraint, which holds with equality at the command, is
+    thick and strong; all other lines are thin and pale. The thick lines are a
     fixed set of shapes that only move, so that a recording can replay them. A
     recording does not contain the thin lines.
 

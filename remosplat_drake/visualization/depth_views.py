@@ -202,7 +202,7 @@ def _add_color_bar(figure: Figure, colors: ScalarMappable):
         0.02,
         0.08,
         "grey: no surface within the far plane\n"
-        "ring: closest pixel of its view, with its clearance; red: of all",
+        "ring: closest pixel of a view, and its clearance; red: closest of all",
         size=11,
         linespacing=1.5,
         color=_FAINT,

@@ -42,7 +42,7 @@ class Look:
 
 @dc.dataclass(frozen=True, eq=False)
 class DrawnPlant:
-    """A plant whose links have the look of a robot.
+    """A plant whose links have the shapes and colours of a robot's links.
 
     Attributes:
         plant: The finalized plant.
@@ -79,7 +79,7 @@ class DrawnPlant:
 
 @lru_cache(maxsize=4)
 def drawn_plant(robot: RobotModel) -> DrawnPlant:
-    """Returns the plant with the look of a robot; it is made only once.
+    """Returns a plant whose links look like a robot's; makes it only once.
 
     Args:
         robot: The robot.

@@ -15,8 +15,8 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.shapes import rigid_transform
 
 NEAR, TURNED = 0.03, 0.15
-"""Distance [m] and angle [rad] from the target within which the ghost is
-hidden, since the hand itself is there."""
+"""The ghost is hidden if the hand is within this distance [m] and this angle
+[rad] of the target."""
 
 _COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
 
@@ -86,8 +86,8 @@ def translucent(shape: Shape) -> Shape:
     """Returns a translucent copy of a shape.
 
     Args:
-        shape: The shape. If it has no materials, it gets the colour with which
-            it is drawn.
+        shape: The shape. If it has no materials, it is returned unchanged: its
+            colour is set where it is drawn.
     """
     if not isinstance(shape, Mesh) or shape.extension() != ".gltf":
         return shape

@@ -232,7 +232,7 @@ class MeshcatPage:
         self._newest.put(("legend",), list(entries))
 
     def set_task(self, outline: TaskOutline, root: str):
-        """Lists the steps of a task with the present one marked, and objects.
+        """Lists a task's objects, and its steps with the present one marked.
 
         Args:
             outline: The task.

@@ -132,7 +132,7 @@ def _alive(standing: Standing, buttons: tuple[str, ...]) -> PageState:
 
 
 def without_map(state: PageState) -> PageState:
-    """Adds to a state that the robot has no map yet.
+    """Returns a state whose text adds that the robot has no map yet.
 
     Args:
         state: The robot's state.

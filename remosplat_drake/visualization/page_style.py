@@ -29,9 +29,9 @@ BUTTONS = {
 """Names of the buttons that act on the run."""
 
 KEYS = {START: "Enter", STOP: "Escape", RELEASE: ""}
-"""Keys of these buttons. STOP has Escape, since no browser uses it to click a
-focused button, as the space bar. RELEASE has no key, so that it is not pressed
-by accident."""
+"""Keys of these buttons. STOP has Escape and not the space bar, since browsers
+click a focused button if the space bar is pressed. RELEASE has no key, so that
+it is not pressed by accident."""
 
 
 def escaped(text: str) -> str:
@@ -49,7 +49,7 @@ def heading(text: str) -> str:
 
 
 def button(text: str, key: str = "") -> str:
-    """Returns the name of a button; two of them share a row.
+    """Returns the name of a button; a row of the page holds two buttons.
 
     Args:
         text: Text on the button.

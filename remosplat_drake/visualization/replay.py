@@ -64,7 +64,7 @@ def record_replay(
 
     The animation shows robot, target and traces, and a red line from the robot
     to the closest point of the map. At each time it shows the map that was in
-    use. A link glows while the robot was held by it.
+    use. While an obstacle or a limit held the robot, the affected link glows.
 
     Args:
         page: The page to draw on, which must be empty.
@@ -151,7 +151,7 @@ def draw_maps(
 ) -> None:
     """Draws all maps of a run, each visible only at its ticks.
 
-    All maps together have at most as many discs as a single map may have.
+    The limit on the number of drawn discs holds for all maps together.
 
     Args:
         page: The page to draw on, which is recording.

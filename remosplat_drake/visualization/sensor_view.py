@@ -31,10 +31,10 @@ _CORNERS = np.array(
 class SensorView:
     """Draws a sphere, the frusta of its six views, and the surfaces they see.
 
-    The frusta of the six views fill a cube, whose edges are drawn. The closest
-    ray of every view ends in a dot on the scene; the closest of all is red. The
-    points that the views see have the colours of the picture, and a button
-    hides them.
+    The frusta of the six views fill a cube, whose edges are drawn. A line joins
+    the sensor to the closest point of each view, which is marked by a dot; the
+    line to the closest point of all is red. The points that the views see have
+    the colours of the picture, and a button hides them.
 
     Args:
         page: The page to draw on.

@@ -53,8 +53,8 @@ class SphereView:
 
         Args:
             q: Measured configuration, shape (n_q,).
-            report: The last tick. A sphere without a clearance in it is far
-                from the scene.
+            report: The controller's report of the last tick. A sphere that has
+                no clearance in the report is far from the scene.
             time: Time of the step in a recording [s].
         """
         X_WL = self._robot.body_poses(q)

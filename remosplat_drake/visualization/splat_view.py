@@ -16,14 +16,14 @@ N_SIGMA = 1.6
 """Radius of the discs in standard deviations."""
 
 MIN_OPACITY = 0.1
-"""Opacity below which Gaussians are not drawn. It is the distance oracle's
+"""Least opacity of the Gaussians that are drawn. It is the distance oracle's
 default, so that the page shows the Gaussians that the robot avoids."""
 
 _POINT_RADIUS = 0.006  # [m]
 
 
 class SplatView:
-    """Draws a splat; a button switches between surfels, points and hidden.
+    """Draws a splat; a button selects surfels, points, or neither.
 
     If a splat is too large for a browser, the largest discs are drawn, and the
     page states their number.

@@ -1,4 +1,4 @@
-"""`StandingView`: highlights the held link and the place that holds it."""
+"""`StandingView`: highlights a held link and the obstacle that holds it."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -24,7 +24,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class StandingView(LeafSystem):
-    """Highlights a held link and the place that holds it.
+    """Highlights a held link, and the point of the obstacle that holds it.
 
     .. pydrake_system::
 
@@ -33,11 +33,12 @@ class StandingView(LeafSystem):
         - configuration
         - standing
 
-    `configuration` takes the measured q, `standing` the `Standing`. If the
-    robot is held before its target, the held link glows, and a ring marks the
-    place that holds it, also in a replay. In a run without a supervisor, this
-    view also shows the sentence about the robot's state in the page's bar;
-    otherwise the `SafetyPanel` shows it.
+    `configuration` takes the measured q, `standing` the `Standing`. If an
+    obstacle or a limit holds the robot before its target, the affected link
+    glows, and a ring marks the obstacle's point, if there is one; a replay
+    shows both, too. In a run without a supervisor, this view also shows the
+    sentence about the robot's state in the page's bar; otherwise the
+    `SafetyPanel` shows it.
 
     Args:
         page: The page to draw on.

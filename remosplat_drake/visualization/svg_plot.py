@@ -24,7 +24,7 @@ class Mark:
     """A horizontal line in a plot, such as a threshold.
 
     Attributes:
-        value: Height of the line, in the unit of the plot's values.
+        value: Value at which the line is drawn, in the unit of the plot.
         text: Meaning of the line.
         color: Colour of the line, as a CSS colour.
     """
@@ -51,7 +51,7 @@ class SvgPlot:
             that a script may move. Otherwise, it shows the last `span` seconds.
         width: Width of the whole plot [px].
         height: Height of the whole plot [px].
-        digits: Number of decimals of the latest value.
+        digits: Number of decimals of the displayed latest value.
     """
 
     title: str
@@ -70,8 +70,8 @@ class SvgPlot:
         """Returns the plot as the text of an SVG element.
 
         Args:
-            time: Age of each value, decreasing, shape (n,) [s]; if `elapsed` is
-                set, the time of each value.
+            time: Ages of the values, decreasing, shape (n,) [s]. If `elapsed`
+                is set, times of the values instead, increasing.
             value: The values, shape (n,); the curve has gaps where they are
                 NaN.
         """

@@ -23,9 +23,9 @@ class TargetView:
     """Draws the axes of a target, and its free directions in yellow.
 
     A ring marks an axis about which the tool may turn, a ball a free
-    orientation, and a rod a free direction. A pale ball marks a target that the
-    end effector passes without a stop, and an orange line the straight line on
-    which it must reach the target.
+    orientation, and a rod an axis along which the tool may move. A pale ball
+    marks a target that the end effector passes without a stop, and an orange
+    line the straight line on which it must reach the target.
 
     Args:
         page: The page to draw on.

@@ -62,8 +62,8 @@ class TeleopPanel(LeafSystem):
     `command` outputs the `OperatorCommand`, and `map_requests` the
     `MapRequests` so far; the page is read when these ports are evaluated.
     `state` takes the `TargetState`: the sliders follow the target while another
-    source moves it, and its text is shown as a line on the page. If there are
-    several end effectors, a button selects the next one.
+    source moves it, and a line on the page shows the text of the state. If
+    there are several end effectors, a button selects the next one.
 
     Args:
         page: The page that gets the controls.

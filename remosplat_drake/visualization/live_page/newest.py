@@ -26,7 +26,7 @@ class Newest:
         """Replaces a value.
 
         Args:
-            key: The thing.
+            key: Key of the item.
             value: The value, of a JSON type or `bytes`; it must not be changed
                 afterwards.
         """
@@ -54,7 +54,7 @@ class Newest:
         """Returns a value; None if there is none.
 
         Args:
-            key: The thing.
+            key: Key of the item.
         """
         with self._news:
             known = self._entries.get(key)

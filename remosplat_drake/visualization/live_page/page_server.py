@@ -30,8 +30,8 @@ _MESHES = "/cas-v1/"
 """Path below which Meshcat's server has the files of shapes."""
 
 _SETTLE = 0.01
-"""Time between the first change and the answer [s], in which further changes of
-the same update arrive."""
+"""Delay of an answer after the first change [s], so that it contains all
+changes of the same update."""
 
 
 class PageServer:
@@ -102,7 +102,7 @@ class PageServer:
         self._server.server_close()
 
     def file(self, path: str) -> tuple[str, bytes] | None:
-        """Returns the content type and content of a file; None if none.
+        """Returns a file's content type and content; None if there is no file.
 
         Args:
             path: Its path.

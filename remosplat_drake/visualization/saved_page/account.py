@@ -14,8 +14,8 @@ _STILL = 0.002
 _IDLE = 3.0
 """Longest standstill that a replay shows completely [s]."""
 _LEAD = 0.5
-"""Part of a skipped standstill that a replay shows, after and before a motion
-[s]."""
+"""Time that a replay still shows at the beginning and at the end of a skipped
+standstill [s]."""
 _POINTS = 380
 """Largest number of points of a curve, about one per pixel."""
 

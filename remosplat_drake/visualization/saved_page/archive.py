@@ -21,8 +21,8 @@ _COMMAND = re.compile(
 # removed.
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
-"""Sizes of elements: bytes, shorts, floats, and doubles of msgpack, which have
-a preceding type byte each."""
+"""Sizes of an array's elements [bytes]: bytes, shorts, floats, and msgpack's
+doubles, each of which follows a type byte."""
 
 
 def pack(page: str, title: str) -> str:
