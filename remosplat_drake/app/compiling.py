@@ -16,8 +16,8 @@ RUN_KERNELS = Path(__file__).with_name("run_kernels.json")
 """File that lists the kernels of runs whose map consists of ellipsoids."""
 
 _SURE = 5.0
-"""Compilation time after which the measured pace and the expected one have
-equal weight in the estimate of the time left [s]."""
+"""After this time of compilation, the estimate of the remaining time weighs the
+measured speed and the expected speed equally [s]."""
 
 
 @contextmanager

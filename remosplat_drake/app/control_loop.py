@@ -109,7 +109,7 @@ class ControlLoop:
     def movers(self) -> OutputPort | None:
         """The output port of the `Movers` that are known.
 
-        If the robot does not sense movers, it is the port of the true ones. It
+        If the robot does not sense movers, the port outputs the true movers. It
         is None if the scenario has no movers.
         """
         return self.known_movers or self.true_movers
@@ -123,7 +123,8 @@ class ControlLoop:
     def executed(self) -> OutputPort:
         """The output port of the command u that the station receives.
 
-        It is the supervisor's, or the controller's if there is no supervisor.
+        The port is the supervisor's, or the controller's if there is no
+        supervisor.
         """
         commander = self.supervisor or self.controller
         return commander.GetOutputPort("velocity_commanded")

@@ -66,8 +66,8 @@ def check_for_hardware(scenario: Scenario) -> None:
 
     Raises:
         FieldError: A value, named in the text, disables a safety check: a
-            switch is off, a number is outside of the ranges of `NARROWER`, or a
-            real arm does not follow commands in the mode.
+            switch is off, a number is outside of the ranges of `NARROWER`, or
+            the chosen mode of the arm does not follow commands.
     """
     for field in REQUIRED:
         if not _value(scenario, field):

@@ -51,7 +51,7 @@ ignores floaters, faint splats in empty space. In our captures up to a third of
 the splats are floaters, but they have only a thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
-"""Fraction of the space around a robot's path that may be unseen without a
+"""Largest unseen fraction of the space around a robot's path that causes no
 warning. It is not small, since the inside of objects is unseen, too."""
 
 _UNKNOWN = (
@@ -290,9 +290,8 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
     """Returns the error of a map that remains in an oracle's distances [m].
 
-    A stopping distance must exceed this number; no other function chooses it.
-    It is smaller if the oracle subtracts the uncertainty of each splat from the
-    distances.
+    Every stopping distance must exceed this error. The error is smaller if the
+    oracle subtracts the uncertainty of each splat from the distances.
 
     Args:
         report: The measurements of the map.

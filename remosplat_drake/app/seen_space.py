@@ -24,8 +24,8 @@ from remosplat_drake.signals.coverage import (
 )
 
 _AROUND = 0.3
-"""Largest distance of a robot's path from its start and targets that is assumed
-[m]."""
+"""The robot's path is assumed to be within this distance of the box around its
+start and targets [m]."""
 
 _STEP = 0.04
 """Spacing of the points at which space is sampled [m]."""

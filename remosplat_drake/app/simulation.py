@@ -56,9 +56,9 @@ def run(
         on_standing: Called with the time [s] and the robot's state whenever it
             has changed.
         on_map: Called with the live map's status whenever its `news` change.
-        until: Function that replaces the arrival at the last target as the end
-            of the run. It is called once a step with the error to the present
-            target, and returns whether to end.
+        until: Function that decides whether the run ends, instead of the
+            arrival at the last target. It is called once per step with the
+            error to the present target.
         patience: Time that a stopped robot waits to be released before the
             run ends [s]. The time limit does not count this time.
 

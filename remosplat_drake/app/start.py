@@ -27,12 +27,12 @@ NOTABLE = 1e-3
 distance by more than this length [m]."""
 
 _FORESEEN = 2.0
-"""Simulated time within which the law must increase distances that are too
-small at the start [s]."""
+"""If distances are too small at the start, the law must increase them within
+this simulated time [s]."""
 
 _GAIN = 1e-4
-"""Least increase, summed over the distances that are too small, within this
-time [m]."""
+"""Least increase of these distances in this time, summed over all of them
+[m]."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:

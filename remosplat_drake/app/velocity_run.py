@@ -37,8 +37,8 @@ from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
 
 LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
 LATEST_ARM = Actuator(delay=0.1, tube=0.15, noise=0.005)
-"""Assumed models of axes before identification. Their error bounds include axes
-without any delay, and axes with a delay of 0.45 s (base) or 0.25 s (arm)."""
+"""Assumed models of axes before identification. Their error bounds cover delays
+from zero to 0.45 s (base) or 0.25 s (arm)."""
 
 _FOLLOW_DWELL = 1.0
 """Time for which an axis may deviate from its assumed model before the robot is

@@ -62,7 +62,8 @@ def compile_kernels(
             and the type of its map affect the kernels.
         live_map: Whether the map may be replaced during the run.
         plans: Whether planning is rehearsed, too. A run without real-time
-            limits may load these kernels at the first search.
+            limits may omit this, and load the kernels of planning at the first
+            search.
 
     Raises:
         RemoSplatError: The loop cannot be made.

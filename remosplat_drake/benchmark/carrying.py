@@ -1,9 +1,10 @@
 """Carries a grasped object to the start's pose, and judges the whole run.
 
-The robot reaches the target as in other trials, with the object for the hand
-alone to touch. There the object becomes part of the robot. If there is no room
-above the arm, the hand first draws it back. Then it is lifted off its support,
-and brought to where the end effector was at the start.
+The robot reaches the target as in other trials; only the hand may touch the
+object. Then the hand grasps the object, which from then on is part of the
+robot. If there is no room above the arm, the hand first moves back. Then it
+lifts the object off its support, and carries it to the end effector's pose at
+the start.
 """
 
 import dataclasses as dc
@@ -46,18 +47,18 @@ from remosplat_drake.task.step_configs import (
 )
 
 BACK = 0.3
-"""How far a level hand goes back before it goes up, if its arm is under a board
-[m]."""
+"""Distance by which a level hand moves back before it moves up, if its arm is
+under a board [m]."""
 
 LEAST = 0.005
 """Least length of the way up [m]."""
 
 _LEFT = 0.005
-"""Distance at which the object has left its support, with which it may overlap
-until then [m]."""
+"""The object has left its support if their distance exceeds this [m]. Before
+that, the two may overlap."""
 
 Carried = tuple[float, Payload]
-"""The time at which the object was taken [s], and the object in the hand."""
+"""The time at which the object was grasped [s], and the object in the hand."""
 
 
 def carrying_steps(
@@ -69,7 +70,7 @@ def carrying_steps(
         task: The task, with an object and its support.
         robot: The robot.
         q0: Configuration at the start, shape (n_q,).
-        scenario: The arrival tolerances, and the time that each way may take.
+        scenario: The arrival tolerances, and the longest time of each step.
     """
     (thing,), support = task.grasped, task.support
     assert support is not None
@@ -117,14 +118,14 @@ def carry(
     Args:
         task: The task, with an object and its support.
         scenario: The scenario of the method.
-        world: The world, in which object and support become objects.
+        world: The content of the scenario's files.
 
     Returns:
-        The run; when the object was taken, and how it was held: None if it was
-        not taken.
+        The run; and the time at which the object was grasped, with its pose in
+        the hand, or None if it was not grasped.
 
     Raises:
-        RemoSplatError: The oracle has no use for solids.
+        RemoSplatError: The oracle does not support solids.
     """
     assert task.solids is not None and task.support is not None
     objects = (*task.grasped, task.support)
@@ -156,11 +157,11 @@ def carry(
 
 
 def until_taken(trajectory: Trajectory, carried: Carried | None) -> Trajectory:
-    """Returns the part of a run before the object was taken.
+    """Returns the part of a run before the object was grasped.
 
     Args:
         trajectory: The whole run.
-        carried: When the object was taken; None if it was not.
+        carried: The time at which the object was grasped; None if it was not.
     """
     if carried is None:
         return trajectory
@@ -191,13 +192,15 @@ def judge_carrying(
 ) -> CarryingResult:
     """Judges a run in which the object is carried, by the true shapes.
 
-    The object may touch the hand, and its support until it has left that.
+    The object may touch the hand. It may also touch its support until it has
+    left the support.
 
     Args:
         task: The task.
         robot: The robot, without a payload.
         result: The run.
-        carried: When the object was taken, and how it is held.
+        carried: The time at which the object was grasped, and its pose in the
+            hand.
     """
     trajectory = result.trajectory
     count = CHECKS_A_TICK

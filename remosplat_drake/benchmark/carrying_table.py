@@ -20,7 +20,7 @@ from remosplat_drake.benchmark.result import (
 from remosplat_drake.benchmark.summary import Comparison, Row
 
 RULE = "text"
-"""The success rule by which the target was reached."""
+"""The success rule that decides whether the target was reached."""
 
 
 def carrying_table(comparison: Comparison) -> Table:

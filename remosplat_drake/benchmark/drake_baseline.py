@@ -46,7 +46,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 GAINS = gain_set("paper")
-"""Gain set, the paper's, that defines the servo, the distances and the
+"""Name of the paper's gain set, which defines the servo, the distances and the
 margins."""
 
 TWIST_WEIGHT = 100.0

@@ -16,11 +16,11 @@ RESAMPLING_PERIOD = 0.05
 """Sampling period of `resampled_acceleration` [s]."""
 
 FAR = 0.1
-"""Largest distance of the robot from itself that is measured [m]; larger ones
-count as this one."""
+"""Upper limit of the measured distance of the robot from itself [m]; larger
+distances are reported as this value."""
 
 JACOBIAN_STEP = 1e-5
-"""Half of the time step with which a Jacobian is differentiated [s]."""
+"""Half of the time step of the finite differences of a Jacobian [s]."""
 
 
 def target_errors(
@@ -247,8 +247,8 @@ def is_stalled(
         q: Configurations at the control ticks, shape (T + 1, n_q).
         dt: Control period [s].
         window: Length of the evaluated time before the end [s].
-        reach: Largest path length in this time with which a point counts as at
-            rest [m].
+        reach: A point counts as at rest if its path in this time is at most
+            this long [m].
     """
     last = q[-1 - round(window / dt) :]
     if len(last) < 2:

@@ -49,8 +49,8 @@ ROBOT = "panda"
 """Default robot of the problems."""
 
 GRASP_DISTANCE = 0.021
-"""Distance from the hand's spheres within which an object counts as grasped
-[m]."""
+"""An object counts as grasped if its distance from the hand's spheres is at
+most this [m]."""
 
 GRASP_SIZE = 0.3
 """Largest side length of an object that a hand grasps [m]."""
@@ -80,7 +80,7 @@ class MotionProblem(SceneCase):
             problem's pose. A mobile robot starts at a displaced pose, which is
             the same in every run.
         with_object: Whether the scene contains the object to be grasped.
-        carried: Whether it is carried to the start's pose afterwards.
+        carried: Whether the robot then carries the object to the start's pose.
     """
 
     robot: str = ROBOT
@@ -91,7 +91,8 @@ class MotionProblem(SceneCase):
         """Returns the same problem in a scene with the object to be grasped.
 
         Args:
-            carried: Whether it is carried to the start's pose afterwards.
+            carried: Whether the robot then carries the object to the start's
+                pose.
         """
         name = CARRY_SUITE if carried else GRASP_SUITE
         suite = self.suite.replace(SUITE, name, 1)

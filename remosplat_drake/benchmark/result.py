@@ -106,15 +106,16 @@ class MovingResult:
 
 @dc.dataclass(frozen=True)
 class CarryingResult:
-    """A run in which the robot carries the object to the start's pose.
+    """Result of a run in which the robot carries an object to the start's pose.
 
     Attributes:
-        taken: Whether the robot took the object at the target.
+        taken: Whether the robot grasped the object at the target.
         outcome: `SUCCESS` if the end effector is at the start's pose with the
-            object, and nothing has touched at or between ticks; `COLLISION`;
-            else `TIMEOUT`.
-        reason: Why the run ended before the start's pose; empty if it did not.
-        duration: Time since the object was taken [s].
+            object, and there was no collision at or between ticks; `COLLISION`
+            if there was one; else `TIMEOUT`.
+        reason: Reason for which the run ended before the start's pose was
+            reached; empty if it was reached.
+        duration: Time from the grasp to the end of the run [s].
         minimum_distance: Least true distance of robot and object from all that
             they must not touch, over the whole run [m].
     """
@@ -188,7 +189,8 @@ class TrialResult:
             if the robot keeps no links apart.
         moving: Contacts with movers, and distances from them; None without
             movers.
-        carrying: The way back with the object; None without one.
+        carrying: Result of carrying the object back; None if no object is
+            carried.
     """
 
     key: str
@@ -217,7 +219,7 @@ class TrialResult:
     carrying: CarryingResult | None = None
 
     def judged(self, rule: str) -> Judgement | None:
-        """Returns the judgement by one of `RULES`; None after a crash."""
+        """Returns the judgement by a rule of `RULES`; None after a crash."""
         return getattr(self, rule)
 
     def outcome(self, rule: str) -> str:

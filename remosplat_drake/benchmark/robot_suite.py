@@ -77,15 +77,15 @@ _AROUND = 1.2
 [m]."""
 
 _DRAWS = 20_000
-"""Number of random configurations after which the search in a scene fails."""
+"""Largest number of random configurations that a search in a scene tries."""
 
 _DRAWS_INSIDE = 50_000
-"""Number of random configurations after which the search in a piece of
-furniture ends and another piece is drawn. It is larger, since in few
+"""Largest number of random configurations that are tried with one piece of
+furniture; then another piece is drawn. The number is large, since in few
 configurations the hand is inside the furniture."""
 
 _PIECES = 40
-"""Number of drawn pieces of furniture after which the search fails."""
+"""Largest number of pieces of furniture that a search draws."""
 
 _DISCS = 40_000
 """Number of discs in a generated scene's splat."""

@@ -34,8 +34,8 @@ CHECKS_A_TICK = 5
 """Number of collision checks per tick: at the tick and at four later points."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""Duration at the end of a run [s], and path length in it below which the robot
-counts as at rest [m]."""
+"""The robot counts as at rest if, in this last part of a run [s], its path is
+shorter than this length [m]."""
 
 
 def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
@@ -54,7 +54,7 @@ class RunJudge:
     Args:
         robot: The robot.
         scenario: Scenario with the control period and the arrival tolerances.
-        trajectory: Its motion.
+        trajectory: The robot's motion in the run.
         task: The target, and the true scene.
     """
 

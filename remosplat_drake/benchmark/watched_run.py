@@ -33,7 +33,7 @@ class WatchedRun:
 
     Attributes:
         robot: The robot.
-        trajectory: Its motion.
+        trajectory: The robot's motion.
         movers: Function that returns the true movers at a time [s], always in
             the same order.
         cameras: The cameras.
@@ -53,7 +53,7 @@ class WatchedRun:
     dt: float
 
     def judged(self, judgement: MoverJudgement) -> MoverJudgement:
-        """Reclassifies contacts with movers that the cameras saw too late.
+        """Corrects the cause of contacts with movers that cameras saw too late.
 
         Args:
             judgement: The contacts, by the motion of the links.
@@ -67,7 +67,10 @@ class WatchedRun:
         return dc.replace(judgement, contacts=tuple(contacts))
 
     def was_seen(self, contact: Contact) -> bool:
-        """Returns whether cameras saw the mover from distance S_p on.
+        """Returns whether cameras always saw a mover since it was S_p away.
+
+        S_p is the protective separation distance. If the mover was never so far
+        away, cameras must have seen it from the start.
 
         Args:
             contact: A link and a mover that touched.

@@ -48,7 +48,7 @@ take so long that statuses are too old."""
 
 _FCI_PATIENCE = 0.002
 """Longest stall that is caught up if a driver must answer each millisecond [s].
-It is shorter, since the driver has no time to answer meanwhile."""
+This limit is shorter, since the driver cannot answer during the stall."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach

@@ -16,10 +16,11 @@ from remosplat_drake.visualization.robot_view import draw_robot
 from remosplat_drake.visualization.run_view import draw_targets
 
 _NEAR = 0.25
-"""Largest distance from a target at which the nearest object is named [m]."""
+"""The text names the object nearest to a target if it is within this distance
+[m]."""
 
 _SMALL = 0.01
-"""Least component of the direction to a target that is mentioned [m]."""
+"""Least offset to a target along an axis that the text mentions [m]."""
 
 
 def show_start(application: Application) -> None:

@@ -18,8 +18,8 @@ from remosplat_drake.splat.cleaning.views import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _LEAST_SEEN = 0.5
-"""Least fraction of its splats that the cameras must see; if they see less,
-they do not fit the splat."""
+"""Least fraction of a splat's Gaussians that its cameras must see. If they see
+less, they belong to another splat or frame."""
 
 
 def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:

@@ -26,8 +26,7 @@ _DIRECTIONS = 90
 """Number of horizontal directions in which the scene's width is measured."""
 
 _SAME = np.cos(np.deg2rad(15.0))
-"""Directions count as equal if the cosine of the angle between them exceeds
-this."""
+"""Two directions count as equal if the cosine of their angle exceeds this."""
 
 
 def add_guide_arguments(group: argparse._ArgumentGroup) -> None:

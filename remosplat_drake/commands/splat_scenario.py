@@ -41,8 +41,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import Suggestion, suggest_task
 
 _BELOW, _MOST_BELOW = -0.1, 0.05
-"""Height below which wheels cannot stand [m], and largest fraction of a splat's
-opacity below it that counts as noise."""
+"""Least height of a floor for wheels [m], and largest fraction of a splat's
+opacity below this height that counts as noise."""
 
 _OUTSIDE = 0.02
 """Fraction of the splats, at each end of an axis, that counts as outliers and

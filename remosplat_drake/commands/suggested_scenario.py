@@ -25,8 +25,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
-"""A point counts as free if measured surfaces are at least so far behind it
-[m]."""
+"""A point counts as free if the measured surface is at least this far behind
+it, as seen by a camera [m]."""
 
 
 def write_scenario(

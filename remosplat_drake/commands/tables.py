@@ -22,7 +22,8 @@ _GAP = 2
 """Width between two columns: the padding of two cells, and a line."""
 
 _NARROWEST = 16
-"""Least width of a column of text. Below it, words would be broken."""
+"""Least width of a column of text. In narrower columns, words would be
+broken."""
 
 
 def open_console(*, stderr: bool = False, **options) -> Console:

@@ -36,7 +36,7 @@ class CommandMerger(LeafSystem):
 
     Args:
         count: Number of operators, at least one.
-        period: Time between two looks at the operators [s].
+        period: Time between two updates of the stored leader [s].
     """
 
     def __init__(self, *, count: int, period: float):
@@ -88,7 +88,7 @@ class CommandMerger(LeafSystem):
             builder: Builder of the diagram.
             sources: The operators: systems with an output port `command`. The
                 port `map_requests` of an operator is used, too.
-            period: Time between two looks at the operators [s].
+            period: Time between two updates of the stored leader [s].
         """
         merger = builder.AddSystem(
             CommandMerger(count=len(sources), period=period)

@@ -11,11 +11,11 @@ import numpy as np
 from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 SILENCE = 0.5
-"""Time without a message after which a dead-man switch counts as released
+"""A dead-man switch counts as released if no message comes for this time
 [s]."""
 
 OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
-"""Things that a button does when it is pressed."""
+"""Effects of a button that is pressed."""
 
 _PRESSES = {0: CLOSE, 1: OPEN, 12: FASTER, 13: SLOWER}
 """Effects of the lower and the right button, and of the directional pad up and
@@ -44,12 +44,12 @@ class GamepadState:
 def gamepad_presses(
     buttons: Sequence[float], config: GamepadConfig
 ) -> frozenset[str]:
-    """Returns the effects of pressed buttons; none without dead-man switch.
+    """Returns the effects of pressed buttons if the dead-man switch is held.
 
     Args:
         buttons: Values of the buttons from 0 to 1; missing ones are not
             pressed.
-        config: Which button is the dead-man switch, which does nothing else.
+        config: Number of the dead-man switch, which has no other effect.
     """
     if _value(buttons, config.dead_man, 0.0) < _PRESSED:
         return frozenset()
@@ -63,18 +63,18 @@ def gamepad_presses(
 def gamepad_velocity(
     axes: Sequence[float], buttons: Sequence[float], config: GamepadConfig
 ) -> np.ndarray | None:
-    """Turns a gamepad's state into the wished velocity of the target.
+    """Turns a gamepad's state into the desired velocity of the target.
 
-    The left stick moves along x (away) and y (left), the triggers move down
-    and up; the right stick turns about z and y, left and right on the
-    directional pad about x.
+    The left stick moves along x (away) and y (left), the triggers move down and
+    up; the right stick turns the target about z and y, and the directional
+    pad's left and right buttons turn it about x.
 
     Args:
         axes: Positions of the sticks from -1 to 1, right and towards the
             operator positive; missing ones are centred.
         buttons: Values of the buttons from 0 to 1; missing ones are not
             pressed.
-        config: Speeds, and which button is the dead-man switch.
+        config: Speeds, and the number of the dead-man switch.
 
     Returns:
         The velocity V_W, angular above translational, shape (6,) [rad/s,

@@ -10,8 +10,8 @@ class HandLaw:
     """The two commands that an operator gives to a hand.
 
     Attributes:
-        width: Opening of the open hand, which is that at the start and that of
-            the collision geometry [m].
+        width: Opening of the open hand, as at the start and in the collision
+            geometry [m].
         force: Force with which the hand closes [N].
     """
 
@@ -23,7 +23,7 @@ class HandLaw:
 
         Args:
             is_open: Whether the hand shall be open; else it closes until it
-                meets something.
+                touches an object.
         """
         return (self.width if is_open else 0.0), self.force
 
@@ -36,9 +36,9 @@ def advance_hand(
     If both buttons were pressed, the hand closes, so that it drops nothing.
 
     Args:
-        known: The requests at the last look.
+        known: The requests at the previous call.
         command: The requests now.
-        is_open: Whether it was to be open before.
+        is_open: Result of the previous call.
     """
     if command.closes > known.closes:
         return False

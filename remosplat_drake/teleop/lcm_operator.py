@@ -27,13 +27,13 @@ class LcmOperator(LeafSystem):
         output_ports:
         - command
 
-    `command` carries an `OperatorCommand`. Ages are by the wall clock,
-    at each pace of the simulation.
+    `command` carries an `OperatorCommand`. Ages of messages are measured by the
+    wall clock, even if the simulation is slower or faster.
 
     Args:
         config: LCM URL, channels and expiry time of the messages.
-        lcm: The LCM network; None opens the one that the config names.
-        period: Time between two looks at the network [s].
+        lcm: The LCM network; None opens the network at the URL in `config`.
+        period: Time between two reads of the network [s].
         clock: Returns the wall clock [s].
     """
 

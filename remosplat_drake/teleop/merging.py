@@ -1,4 +1,4 @@
-"""Merges the commands of several operators: the newest wish wins."""
+"""Merges the commands of several operators: the newest request counts."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 _LEADING = ("moves", "holds", "homes", "poses", "scans", "choices")
-"""Counts of requests whose operator moves the target from then on."""
+"""Counts of requests. An operator who makes such a request leads from then
+on."""
 
 _COUNTS = (*_LEADING, "opens", "closes")
 """All counts; the hand moves beside the target."""
@@ -46,7 +47,7 @@ def merge_commands(
     presses of all operators count.
 
     Args:
-        before: The operators at the last look.
+        before: The result of the previous call.
         sources: The command of each operator now, in the same order.
     """
     pairs = list(zip(before.sources, sources, strict=True))

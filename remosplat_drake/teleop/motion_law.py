@@ -52,8 +52,8 @@ class MotionLaw:
             mount: Mount of the wrist camera, which must move with an end
                 effector; None without one.
             frames: Number of frames of a scan.
-            effector: Index of the end effector that it is about; of several,
-                those that do not carry the camera cannot scan.
+            effector: Index of the end effector that is teleoperated. It can
+                scan only if it carries the camera.
         """
         X_WE = robot.end_effector_pose(q0, effector)
         X_EC = None

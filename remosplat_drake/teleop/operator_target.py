@@ -47,9 +47,9 @@ class OperatorTarget(LeafSystem):
         - hand_command (optional)
 
     It replaces a `TargetSequence`, and never ends. `configuration` takes the
-    measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`, `target`
-    the pose X_WT alone of the end effector that the operator moves as a
-    `RigidTransform`, and `state` that one's `TargetState`. The output
+    measured q, `command` an `OperatorCommand`; `aim` outputs the `Aim`. For the
+    end effector that the operator moves, `target` outputs only the target's
+    pose X_WT, as a `RigidTransform`, and `state` the `TargetState`. The output
     `map_requests` contains the input's requests and the frames that scans
     request. `hand_command` is the hand's width and force [m, N]; a robot
     without a hand has no such port.
@@ -66,8 +66,8 @@ class OperatorTarget(LeafSystem):
     Args:
         robot: The robot, for its kinematics.
         q0: Configuration to start from, shape (n_q,).
-        law: Bounds of the motion; its `dt` is the period [s]. One for each of
-            several end effectors.
+        law: Bounds of the motion, or a sequence of them, one per end effector.
+            Their `dt` is the period [s].
         hand: Commands to the hand; None for a robot without one.
     """
 

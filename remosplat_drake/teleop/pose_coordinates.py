@@ -1,11 +1,11 @@
-"""Six numbers of a pose that a person can set one by one."""
+"""`PoseCoordinates`: six numbers that a person can set one by one."""
 
 import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
 
 
 class PoseCoordinates:
-    """A position in W, and roll, pitch and yaw away from a reference.
+    """A position in W, and roll, pitch and yaw relative to a reference.
 
     Angles are relative to the reference H, so that they are zero where the
     robot begins and far from where they wrap around:

@@ -9,12 +9,12 @@ from remosplat_drake.teleop.teleop_config import ScanConfig
 def scan_poses(
     X_WE: np.ndarray, X_EC: np.ndarray, count: int, config: ScanConfig
 ) -> tuple[np.ndarray, ...]:
-    """Computes poses of the end effector that turn a camera in its place.
+    """Computes poses of the end effector that turn a camera on the spot.
 
-    The camera stays where it is and looks ahead and down, its image upright:
-    along a row of steep views first and back along a row of flatter ones, so
-    that neighbours are near. Up to three poses lie in one row, half as steep
-    as both.
+    The camera's position does not change, and its image remains upright. It
+    looks ahead and down, first along a row of steep views, and then back along
+    a row of flatter views, so that consecutive views are near each other. With
+    up to three poses, there is only one row, at the mean pitch of the two.
 
     Args:
         X_WE: Pose of the end effector where the scan begins, shape (4, 4).
@@ -38,9 +38,10 @@ def scan_poses(
 
 
 def heading(R_WC: np.ndarray) -> float:
-    """Returns where a camera looks in the horizontal plane, a yaw in W [rad].
+    """Returns the yaw in W of a camera's horizontal viewing direction [rad].
 
-    For one that looks straight down it is where the top of its image is.
+    For a camera that looks straight down, it is the yaw of the image's upward
+    direction.
     """
     forward, up = R_WC[:, 2], -R_WC[:, 1]
     return float(np.arctan2(forward[1] + up[1], forward[0] + up[0]))
@@ -50,8 +51,8 @@ def upright_camera(yaw: float, pitch: float) -> np.ndarray:
     """Returns R_WC, shape (3, 3), of a camera whose image is upright.
 
     Args:
-        yaw: Where it looks in the horizontal plane [rad].
-        pitch: How far it looks down below the horizon [rad].
+        yaw: Yaw of the viewing direction in W [rad].
+        pitch: Angle of the viewing direction below the horizon [rad].
     """
     R_WL = RotationMatrix.MakeZRotation(yaw).matrix()
     s, c = np.sin(pitch), np.cos(pitch)

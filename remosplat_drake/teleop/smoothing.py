@@ -1,7 +1,7 @@
 """Motion to a goal with bounded speed and acceleration, without overshoot.
 
-Everything here steps in discrete time: a velocity holds for dt and changes
-by acceleration * dt at most, as a vector.
+Time is discrete: a velocity is constant for dt, and the norm of its change is
+at most acceleration * dt.
 """
 
 import math
@@ -18,7 +18,7 @@ the rotation by more than this angle [rad]."""
 
 
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:
-    """Returns the speed from which full braking ends after a distance.
+    """Returns the largest speed from which braking takes a given distance.
 
     A speed of n + f steps of acceleration * dt, with f in [0, 1), brakes
     over (n (n + 1) / 2 + (n + 1) f) * acceleration * dt^2; this is the
@@ -44,7 +44,8 @@ def velocity_towards(
     """Returns the fastest velocity to a goal that can still stop there.
 
     Args:
-        offset: Vector from here to the goal, shape (3,) [m or rad].
+        offset: Vector from the present position to the goal, shape (3,) [m or
+            rad].
         max_speed: Greatest speed [m/s or rad/s].
         acceleration: Greatest deceleration [m/s^2 or rad/s^2].
         dt: Length of a step [s].
@@ -77,7 +78,7 @@ def change_velocity(
 
 
 def limit_norm(vector: np.ndarray, bound: float) -> np.ndarray:
-    """Shortens a vector to a bound where it is longer."""
+    """Shortens a vector to a bound if it is longer."""
     size = math.hypot(*vector)
     return vector if size <= bound else vector * (bound / size)
 
@@ -88,7 +89,7 @@ def rotation_to_go(
     w_WT: np.ndarray,
     acceleration: float,
 ) -> np.ndarray:
-    """Returns the rotation left to a goal, as a rotation vector in W.
+    """Returns the remaining rotation to a goal, as a rotation vector in W.
 
     It is the shorter rotation. Exception: if the target already rotates and
     reversing would take longer, the direction is kept. So a goal that
@@ -96,7 +97,7 @@ def rotation_to_go(
 
     Args:
         R_WT: The target's present rotation, shape (3, 3).
-        R_WT_goal: The rotation that it shall have, shape (3, 3).
+        R_WT_goal: The target's rotation at the goal, shape (3, 3).
         w_WT: The target's angular velocity in W, shape (3,) [rad/s].
         acceleration: Greatest angular deceleration [rad/s^2].
 

@@ -20,7 +20,8 @@ from remosplat_drake.teleop.target_step import move
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 _SCAN_DISTANCE, _SCAN_ANGLE = 0.03, 0.05
-"""Errors below which the end effector is at a pose of a scan [m], [rad]."""
+"""The end effector has reached a pose of a scan if its errors are smaller than
+these [m], [rad]."""
 
 
 def advance_target(
@@ -32,9 +33,9 @@ def advance_target(
 ) -> TargetState:
     """Advances the target by one step of time.
 
-    First it applies new requests, then it ends motions that end by themselves
-    (the dead-man switch let go, a source in trouble, a pose of a scan reached),
-    and then it moves.
+    First it applies new requests. Then it ends a motion if the dead-man switch
+    is released, if the source of requests reports trouble, or if a pose of a
+    scan is reached. At last it moves the target.
 
     Args:
         law: Bounds and settings of the motion.
@@ -67,7 +68,7 @@ def stand(
         command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
-        text: Why, in words for a person.
+        text: Reason, in words for a person.
     """
     now = dc.replace(state, command=command)
     return _break_off(state, hold(now, X_WE, text))
@@ -109,9 +110,9 @@ def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
 
     Args:
         state: The target before.
-        X_WE: Measured pose of the end effector, shape (4, 4); where it is NaN
-            the target rests where it is itself.
-        text: Why, in words for a person.
+        X_WE: Measured pose of the end effector, shape (4, 4); NaN if it is
+            unknown. The target then keeps its own pose.
+        text: Reason, in words for a person.
     """
     X_WT = X_WE if np.isfinite(X_WE).all() else state.X_WT
     return dc.replace(

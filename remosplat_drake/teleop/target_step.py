@@ -17,7 +17,7 @@ from remosplat_drake.teleop.smoothing import (
 
 
 def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
-    """Moves the target by one time step; does not move one that holds.
+    """Moves the target by one time step; a held target does not move.
 
     Args:
         law: Bounds of the motion.

@@ -27,10 +27,10 @@ class StreamKind(NamedTuple):
     """A kind of stream.
 
     Attributes:
-        source: Its name as a source of commands, in texts.
-        take: Returns the stamp of a packet [us] and the command with its
-            content; the last argument is whether the stream begins. Raises
-            BrokenMessage.
+        source: Name of the stream in texts.
+        take: Function of the present command, of a packet, and of a flag that
+            is true if the stream begins. It returns the packet's stamp [us] and
+            the command with the packet's content. It raises BrokenMessage.
     """
 
     source: str
@@ -44,8 +44,8 @@ class StreamState:
     Attributes:
         command: The operator's command that results from all messages so far.
         utime: Stamp of the latest message that was used [us].
-        received: When that message came, by our wall clock [s].
-        flows: Whether messages are coming.
+        received: Time at which that message arrived, by our wall clock [s].
+        flows: Whether the stream has begun and has not ended.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -64,19 +64,19 @@ def advance_stream(
     now: float,
     expiry: float,
 ) -> StreamState:
-    """Advances a stream by a look at the network.
+    """Advances a stream by the newest packet, if there is one.
 
     A stream takes control of the target when it begins, and when it continues
     after a pause. While messages arrive without pause, it does not take control
     again, so that an operator may press hold.
 
     Args:
-        kind: Whether it is one of poses or of velocities.
+        kind: The kind of stream: poses or velocities.
         state: The stream before.
-        packet: The newest packet since the last look; None for none.
+        packet: The newest packet since the previous call; None for none.
         now: Our wall clock [s].
-        expiry: Time without a message, or age of a message, at which the
-            stream has ended [s].
+        expiry: The stream ends if there is no message for this time, or if a
+            message is older than this [s].
     """
     if packet is not None:
         try:

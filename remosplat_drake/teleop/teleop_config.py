@@ -108,7 +108,7 @@ class ScanConfig(Config):
 class TeleopConfig(Config):
     """Bounds of the target's motion, and the sources of operators' requests.
 
-    The page's controls are one of the sources wherever there is a page.
+    If there is a page, its controls are one of the sources.
     """
 
     # Greatest speed of the target [m/s].
@@ -149,10 +149,10 @@ class TeleopConfig(Config):
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields errors where fields do not fit each other.
+        """Yields errors if fields contradict each other.
 
-        The workspace must hold something, the saved poses among it, and not
-        all directions can be free.
+        The workspace must not be empty and must contain the saved poses. At
+        least one direction must not be free.
         """
         asked = [float(name not in self.free) for name in DIRECTIONS]
         problem = weights_problem(np.array(asked))

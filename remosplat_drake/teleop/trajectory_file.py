@@ -52,7 +52,7 @@ BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 
 @dc.dataclass
 class OperatorStep(Config):
-    """A step of a script: a wish for a pose, a press of a button, or both."""
+    """A step of a script: a requested pose, a press of a button, or both."""
 
     # Time of the step, since the start of the run [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
@@ -113,7 +113,8 @@ def load_operator_steps(
     Args:
         path: The YAML file.
         poses: Names of the saved poses that steps may pick.
-        scenes: The scenes that a simulated camera may be shown in turns.
+        scenes: The scenes of a simulated camera, between which a step may
+            switch.
         effectors: Names of the robot's end effectors.
 
     Raises:
@@ -174,7 +175,7 @@ def asked_over_time(
 
     Args:
         steps: The steps, in the order of time.
-        scenes: The scene at the start, and those that take turns with it.
+        scenes: The scenes of a simulated camera, the first one at the start.
 
     Returns:
         The requests up to each time: first an empty entry at -inf, then one

@@ -34,8 +34,7 @@ class TrajectoryOperator(LeafSystem):
 
     Args:
         steps: The steps of the script, in the order of time.
-        scenes: The scenes that a simulated camera is shown in turns, that of
-            the start first.
+        scenes: The scenes of a simulated camera, the first one at the start.
     """
 
     def __init__(

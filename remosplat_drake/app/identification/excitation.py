@@ -11,7 +11,7 @@ from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.robot.robot_model import RobotModel
 
 CRAWLS = (0.01, 0.03)
-"""Slow speeds at which an axis' dead band shows, as fractions of its speed
+"""Slow speeds that reveal an axis' dead band, as fractions of its speed
 limit."""
 
 PAUSE = 1.5
@@ -55,8 +55,7 @@ class Stroke:
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
         """Returns the largest excursions of the axis from its start.
 
-        They include the case that the axis stops late and keeps its speed until
-        then.
+        They allow for an axis that stops late, and keeps its speed until then.
 
         Args:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).

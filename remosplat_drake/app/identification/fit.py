@@ -28,8 +28,8 @@ _LEAST_BASE_NOISE = 0.02
 during motion."""
 
 _STILL = 1e-6
-"""Commanded speed below which an axis counts as at rest [rad/s, m/s]. It is not
-zero, since a solver returns small values instead of zeros."""
+"""An axis counts as at rest if its commanded speed is below this [rad/s, m/s].
+The bound is not zero, since a solver returns small values instead of zeros."""
 
 _DELAYS = np.arange(0.0, 0.5, 0.02)
 _LAGS = (0.0, 0.03, 0.08, 0.2)

@@ -30,8 +30,8 @@ class Reading:
         stamps: Time of each axis' measurement, shape (n_u,) [s].
         q: Configuration at these stamps, with the base's pose by odometry,
             shape (n_q,) [m, rad].
-        q_W: The same with the base's pose in the map, shape (n_q,) [m, rad];
-            NaN while that is unknown.
+        q_W: Configuration at these stamps, with the base's pose in the map,
+            shape (n_q,) [m, rad]; NaN while this pose is unknown.
     """
 
     measurement: Measurement

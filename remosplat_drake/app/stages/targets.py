@@ -29,7 +29,7 @@ def AddTargets(
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        law: The control law, by which a task checks where the robot may stand.
+        law: The control law. A task uses it to check base poses.
         hardware: Whether the station is the real robot.
 
     Raises:
