@@ -88,8 +88,8 @@ def build(
         page: A browser page to draw on; None draws nothing.
         hardware: Whether the station is the real robot; all other stages are
             the same in simulation.
-        teleoperation: Inputs by which an operator moves the target and the map
-            grows; None means the scenario's targets.
+        teleoperation: The inputs of a teleoperation, with an operator's target
+            and a growing map; None means the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts include them, too.
         law: The control law instead of the scenario's, with its own

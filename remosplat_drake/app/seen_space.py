@@ -38,7 +38,8 @@ class SeenSpace:
     Attributes:
         coverage: The voxels, in the splat's frame G.
         X_WG: Pose of G in W.
-        floor_height: Height in W below which floor links ignore the scene [m].
+        floor_height: Links on the floor ignore the scene below this height in W
+            [m].
     """
 
     coverage: Coverage

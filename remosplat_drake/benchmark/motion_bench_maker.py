@@ -64,7 +64,7 @@ START_CLEARANCE, START_DRAWS = 0.05, 200
 number of random poses that are tried."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which links on the floor ignore the scene, as in scenarios
+"""Links on the floor ignore the scene below this height, as in scenarios
 [m]."""
 
 

@@ -58,7 +58,7 @@ SCENES = (GENERATED, _SHIPPED, *KINDS)
 """Names of all scenes that a suite may contain."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which links on the floor ignore the scene, as in scenarios
+"""Links on the floor ignore the scene below this height, as in scenarios
 [m]."""
 
 _SPARE = 0.009

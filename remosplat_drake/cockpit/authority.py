@@ -11,7 +11,7 @@ _GROUPS, _LENGTH = 2, 4
 """Format of a code: two groups of four characters, so 6.6e11 possible codes."""
 
 MOST_TRIES = 5
-"""Number of wrong codes after which the codes of a client are ignored."""
+"""Largest number of wrong codes of a client; further codes are ignored."""
 
 
 def new_code() -> str:

@@ -31,8 +31,8 @@ from remosplat_drake.sight.simulated.wire_camera import WireCamera
 _YIELD = 10
 
 _MOST_AHEAD = 50_000
-"""Longest time by which an image is rendered before its time stamp [us]. It is
-short, since the robot is drawn at its present position."""
+"""Longest time between the rendering of an image and its later time stamp [us].
+It is short, since the robot is drawn at its present position."""
 
 EXAMPLES = """
 remosplat camera-sim StudioLive

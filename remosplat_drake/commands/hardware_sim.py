@@ -42,9 +42,9 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer after which the simulated robot catches up [s],
-as a real robot would have continued. After a longer stall, catching up would
-take so long that statuses are too old."""
+"""Longest stall of the computer that the simulated robot catches up [s], since
+a real robot would have continued. After a longer stall, catching up would take
+so long that statuses are too old."""
 
 _FCI_PATIENCE = 0.002
 """Longest stall that is caught up if a driver must answer each millisecond [s].

@@ -138,7 +138,7 @@ def room_of(mover: Mover, ahead: float) -> float:
 
     Args:
         mover: The mover.
-        ahead: Time after which the mover is in the ball [s].
+        ahead: Time from now to the predicted position [s].
     """
     far = float(np.linalg.norm(mover.half_extents)) + mover.radius
     soon = mover.velocity_error * ahead

@@ -98,8 +98,8 @@ def AddGuidance(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        law: The control law of the controller, from which that of the
-            rollouts is derived.
+        law: The controller's control law. The law of the rollouts is derived
+            from it.
         configuration: The output port of the measured q, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that outputs the map.

@@ -10,7 +10,7 @@ from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page_state import PageState
 
 _STILL = 0.002
-"""Speed below which a joint counts as at rest [rad/s, m/s]."""
+"""A joint counts as at rest if its speed is below this [rad/s, m/s]."""
 _IDLE = 3.0
 """Longest standstill that a replay shows completely [s]."""
 _LEAD = 0.5
