@@ -1,9 +1,8 @@
 """A station of your own, here a robot with drives that follow with a lag.
 
 A station is a diagram with ports that all stations have. This one is the
-kinematic station with a low-pass filter before its command ports. In a
-scenario, you select it by `station: !my_module:LaggingStation {time_constant:
-0.1}`.
+kinematic station with a low-pass filter before its command ports. Select it by
+`station: !my_module:LaggingStation {time_constant: 0.1}` in a scenario.
 """
 
 import dataclasses as dc

@@ -342,7 +342,7 @@ BAD_FIELDS = {
     ),
     "weight of what is free": (
         "{targets: [{free: [x], weights: {x: 2}}]}",
-        ["targets[0].weights.x", "is free"],
+        ["targets[0].weights.x", "is a free direction"],
     ),
     "no weight": (
         "{targets: [{weights: {x: 0}}]}",

@@ -81,7 +81,7 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         ),
         (
             "{objects: [{name: cup}], tasks: []}",
-            r"objects\[0\]: give one of box, cylinder, hull, got 0",
+            r"objects\[0\]: give exactly one of box, cylinder, hull, got 0",
         ),
         (
             "{objects: [{name: cup, hull: {file: no.obj}}], tasks: []}",

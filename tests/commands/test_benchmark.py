@@ -128,7 +128,7 @@ def test_a_bad_problem_is_an_error_and_the_rest_goes_on(tmp_path, capsys):
     problem = f"{folder / 'request0002.yaml'}:1: start_state.joint_state"
     assert said == [f"error: {problem}: is missing"]
     assert "50.0 [9.5, 90.5] (1/2)" in captured.out
-    assert "left out" in captured.out
+    assert "Neither the map nor the true scene" in captured.out
     # No such folder is no suite.
     command[2] = f"mbm:{tmp_path / 'absent'}"
     assert main([*command, str(tmp_path / "other")]) == 2

@@ -4,6 +4,7 @@ Prints a line for each: how the tick is run, what is replaced, and what the tick
 has raised.
 """
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from asked_in_python import AskedInPython
 from compiled_ingredients import Ceiling
 
+from remosplat_drake.base import lanes
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.rollout import (
     Rollout,
@@ -31,6 +33,34 @@ from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.kernels import support
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
+PLAIN = {
+    "greatest": np.maximum,
+    "in_all": lambda x: np.full(lanes.WIDTH, x),
+    "lanes_from": lambda array, at: array.ravel()[at : at + lanes.WIDTH],
+    "least": np.minimum,
+    "magnitude": np.abs,
+    "root": np.sqrt,
+    "where": np.where,
+}
+"""Functions of lanes, which only compiled code has, for arrays of numbers."""
+
+
+def write_lanes(array, at, values):
+    """Writes lanes into an array that is contiguous."""
+    array.reshape(-1)[at : at + lanes.WIDTH] = values
+
+
+def without_lanes() -> None:
+    """Replaces the functions of lanes wherever they have been imported."""
+    plain = {**PLAIN, "write_lanes": write_lanes}
+    for name, module in list(sys.modules.items()):
+        if name.startswith("remosplat_drake.") and module is not lanes:
+            for function, other in plain.items():
+                if hasattr(module, function) and getattr(
+                    module, function
+                ) is getattr(lanes, function):
+                    setattr(module, function, other)
+
 
 def highest(blocks, span, x, y, z):
     """Does without lanes, which only compiled code has."""
@@ -40,6 +70,7 @@ def highest(blocks, span, x, y, z):
 
 
 support._highest = highest
+without_lanes()
 
 ROBOT = load_robot(Path(__file__).parents[1] / "data" / "three_link.yaml")
 # Only compiled code can ask other maps along a path.

@@ -224,7 +224,9 @@ def test_a_law_may_have_few_of_them(frankie, seed):
 
 def test_a_law_has_one_ingredient_of_a_kind(frankie):
     twice = [VelocityCost(VelocityCostConfig(weight=w)) for w in (1.0, 2.0)]
-    with pytest.raises(NameTakenError, match=r"a VelocityCost: .* 'velocity'"):
+    with pytest.raises(
+        NameTakenError, match=r"of the class VelocityCost: .* 'velocity'"
+    ):
         ReactiveLaw(frankie, twice)
 
 

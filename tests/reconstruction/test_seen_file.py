@@ -58,5 +58,5 @@ def test_damage_is_told(splat, coverage):
             np.testing.assert_array_equal(read.state, coverage.state)
     assert told > 100
     path.write_bytes(whole[:-1])
-    with pytest.raises(FileError, match="cut off"):
+    with pytest.raises(FileError, match="is truncated"):
         read_seen_space(path, splat)

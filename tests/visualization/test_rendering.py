@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import ImageIo
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.visualization import robot_view
+from remosplat_drake.visualization import drawn_plant
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.splat_view import SplatView
 
@@ -37,7 +37,7 @@ def red_wall() -> GaussianSplat:
 def test_browser_shows_robot_splat_and_floor(
     page, frankie, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(robot_view, "link_meshes", lambda visuals: {})
+    monkeypatch.setattr(drawn_plant, "link_meshes", lambda visuals: {})
     builder = DiagramBuilder()
     builder.ExportInput(AddRobotView(builder, frankie, page), "q")
     diagram = builder.Build()

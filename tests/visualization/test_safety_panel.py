@@ -40,7 +40,7 @@ Far:
 def application(page, tmp_path, monkeypatch) -> Application:
     """The robot sets off towards a target nine metres away."""
     monkeypatch.setattr(
-        "remosplat_drake.visualization.robot_view.link_meshes",
+        "remosplat_drake.visualization.drawn_plant.link_meshes",
         lambda visuals: {},
     )
     box = Box(RigidTransform([-0.8, 0, 0.5]), np.array([0.1, 0.5, 0.5]))

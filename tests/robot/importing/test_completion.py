@@ -161,4 +161,4 @@ def test_what_is_fixed_to_something_heavy_needs_no_mass():
     }
     # The last link that moves cannot weigh nothing.
     assert has_mass == {"base": True, "arm": True, "tool": False, "bare": True}
-    assert "of base, bare" in dict(findings.guessed)["mass"]
+    assert "for base, bare" in dict(findings.guessed)["mass"]
