@@ -134,6 +134,7 @@ class PageOffers(LeafSystem):
         self._thread = OfferThread()
         self._shown: tuple[Offer, ...] = ()
         self._accepted: Target | None = None
+        self._replaced: Target | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
@@ -163,7 +164,9 @@ class PageOffers(LeafSystem):
         field = self._field_input.Eval(context)
         standing = self._standing_input.Eval(context)
         self._accept(report.target)
-        trouble = trouble_of(standing, report.target, self._robot, q)
+        trouble = None
+        if not self._is_replaced(report.target):
+            trouble = trouble_of(standing, report.target, self._robot, q)
         self._thread.ask(trouble, field, self._test(field, q, report.target))
         self._show(self._thread.offers if trouble is not None else ())
 
@@ -183,8 +186,17 @@ class PageOffers(LeafSystem):
         for offer in self._shown:
             if self._meshcat.GetButtonClicks(BUTTONS[offer.label]):
                 self._accepted = target.at(offer.X_WT)
+                self._replaced = target
                 self._show(())
                 return
+
+    def _is_replaced(self, target: Target) -> bool:
+        """Whether the robot still has the target that an offer replaces."""
+        if self._replaced is not None and not np.array_equal(
+            target.X_WT, self._replaced.X_WT
+        ):
+            self._replaced = None
+        return self._replaced is not None
 
     def _show(self, offers: tuple[Offer, ...]) -> None:
         """Shows a button for each offer."""
