@@ -146,7 +146,9 @@ def test_a_run_is_started_stopped_released_and_ends(port, tmp_path):
         tab.draw_nothing()
         tab.listen_to_console()
         tab.open(url)
-        wait_until_said(tab, "Ready", "reach 0.", "mm from the", "map's error")
+        wait_until_said(
+            tab, "Ready", "reach 0.", "mm from the", "wrong by up to"
+        )
         tab.wait_for(f"!!{HAND}")
         check_layout(tab, "start")
         before = np.array(tab.evaluate(HAND))
