@@ -3,7 +3,6 @@
 import argparse
 import dataclasses as dc
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -11,8 +10,8 @@ from rich.table import Table
 
 from apps.studies import attacks
 from apps.studies.attacks import Aim, Attacks
+from apps.studies.command_line import add_trial_flags, check_least
 from apps.studies.kept_trials import run_missing
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pool import Job
 
 NAMED = "named"
@@ -52,12 +51,7 @@ class CaseStudy:
         Raises:
             FieldError: One is out of its range.
         """
-        least = {"count": 1, "first": 0, "jobs": 0, "attacks": 0}
-        for name, value in least.items():
-            if getattr(arguments, name) < value:
-                raise FieldError(
-                    self.name, f"--{name}", f"must be at least {value}"
-                )
+        check_least(self.name, arguments, count=1, first=0, jobs=0, attacks=0)
 
     def run(self, arguments: argparse.Namespace) -> int:
         """Runs missing trials and prints their results.
@@ -118,19 +112,6 @@ def add_arguments(
         " constants, or the reported results",
     )
     parser.add_argument(
-        "--count", type=int, default=8, help="number of cases (8)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=0, help="number of the first case (0)"
-    )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=2,
-        metavar="N",
-        help="number of parallel workers (2)",
-    )
-    parser.add_argument(
         "--attacks",
         type=int,
         default=0,
@@ -138,10 +119,4 @@ def add_arguments(
         help="drive a robot to the N worst places of each map, in place of"
         " measuring its errors (0)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results") / name,
-        metavar="DIR",
-        help="folder of the results; existing results are not computed again",
-    )
+    add_trial_flags(parser, name, 8, "cases")

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands.main import exit_code
@@ -32,6 +33,42 @@ def study_main(
     )
     add_arguments(parser)
     return exit_code(lambda: run(parser.parse_args(argv)))
+
+
+def add_trial_flags(
+    parser: argparse.ArgumentParser, study: str, count: int, trials: str
+) -> None:
+    """Declares the flags of a study of numbered trials, whose results are kept.
+
+    They are `--first`, `--count`, `--jobs` and `--output`.
+
+    Args:
+        parser: Parser that receives the flags.
+        study: Name of the study's module in this folder.
+        count: Default number of trials.
+        trials: The trials in words, for the help.
+    """
+    for flag, default, meaning in (
+        ("first", 0, "number, or seed, of the first one"),
+        ("count", count, f"number of {trials}"),
+        ("jobs", 2, "number of parallel workers"),
+    ):
+        parser.add_argument(
+            f"--{flag}",
+            type=int,
+            default=default,
+            metavar="N",
+            help=f"{meaning} ({default})",
+        )
+    output = Path("results") / study
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=output,
+        metavar="DIR",
+        help="folder of the results; existing results are not computed again"
+        f" ({output})",
+    )
 
 
 def check_least(

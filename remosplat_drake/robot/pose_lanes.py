@@ -26,6 +26,26 @@ def write_entry(X, i, r, c, value):
 
 
 @helper
+def turned(X, i, v):
+    """Rotates vectors from the frame of pose i into that in which it is given.
+
+    Args:
+        X: Array of poses.
+        i: Number of the pose.
+        v: The vectors, three numbers or lanes.
+
+    Returns:
+        The vectors, three lanes.
+    """
+    x, y, z = v[0], v[1], v[2]
+    return (
+        entry(X, i, 0, 0) * x + entry(X, i, 0, 1) * y + entry(X, i, 0, 2) * z,
+        entry(X, i, 1, 0) * x + entry(X, i, 1, 1) * y + entry(X, i, 1, 2) * z,
+        entry(X, i, 2, 0) * x + entry(X, i, 2, 1) * y + entry(X, i, 2, 2) * z,
+    )
+
+
+@helper
 def turned_back(X, i, v):
     """Rotates vectors from the frame in which pose i is given into its own.
 

@@ -4,16 +4,14 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from remosplat_drake.base import pool
 from remosplat_drake.base.pool import DIED, Job, run_jobs
-from tests.patience import PATIENCE
+from tests.patience import wait_for
 
 
 def where(_) -> int:
@@ -81,11 +79,3 @@ def is_alive(pid: int) -> bool:
         return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
     except FileNotFoundError:
         return False
-
-
-def wait_for(done: Callable[[], bool]):
-    """Waits until a condition holds."""
-    end = time.monotonic() + PATIENCE
-    while not done():
-        assert time.monotonic() < end
-        time.sleep(0.02)

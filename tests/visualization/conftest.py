@@ -9,12 +9,22 @@ import pytest
 from pydrake.geometry import Meshcat
 
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.visualization import drawn_plant
 from remosplat_drake.visualization.page import MeshcatPage
 
 
 @pytest.fixture
 def page() -> MeshcatPage:
     return MeshcatPage()
+
+
+@pytest.fixture
+def without_meshes(monkeypatch):
+    """As where neither the meshes nor the extra are installed."""
+    monkeypatch.setattr(drawn_plant, "link_meshes", lambda visuals: {})
+    drawn_plant.drawn_plant.cache_clear()
+    yield
+    drawn_plant.drawn_plant.cache_clear()
 
 
 @pytest.fixture(scope="session")

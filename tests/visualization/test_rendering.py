@@ -8,7 +8,6 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import ImageIo
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.visualization import drawn_plant
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.splat_view import SplatView
 
@@ -35,9 +34,8 @@ def red_wall() -> GaussianSplat:
     screenshot.find_chromium() is None, reason="needs chromium on the PATH"
 )
 def test_browser_shows_robot_splat_and_floor(
-    page, frankie, tmp_path, monkeypatch
+    page, frankie, tmp_path, without_meshes
 ):
-    monkeypatch.setattr(drawn_plant, "link_meshes", lambda visuals: {})
     builder = DiagramBuilder()
     builder.ExportInput(AddRobotView(builder, frankie, page), "q")
     diagram = builder.Build()

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.robot.robot_model import load_robot
@@ -20,15 +19,6 @@ def draw(robot, page, q):
     context = diagram.CreateDefaultContext()
     diagram.GetInputPort("q").FixValue(context, q)
     diagram.ForcedPublish(context)
-
-
-@pytest.fixture
-def without_meshes(monkeypatch):
-    """As where neither the meshes nor the extra are installed."""
-    monkeypatch.setattr(drawn_plant, "link_meshes", lambda visuals: {})
-    drawn_plant.drawn_plant.cache_clear()
-    yield
-    drawn_plant.drawn_plant.cache_clear()
 
 
 def test_links_are_where_the_model_has_them(

@@ -37,12 +37,8 @@ Far:
 
 
 @pytest.fixture
-def application(page, tmp_path, monkeypatch) -> Application:
+def application(page, tmp_path, without_meshes) -> Application:
     """The robot sets off towards a target nine metres away."""
-    monkeypatch.setattr(
-        "remosplat_drake.visualization.drawn_plant.link_meshes",
-        lambda visuals: {},
-    )
     box = Box(RigidTransform([-0.8, 0, 0.5]), np.array([0.1, 0.5, 0.5]))
     write_rmmi(tmp_path / "scene.json", PrimitiveScene(boxes=(box,)))
     (tmp_path / "test.yaml").write_text(FAR)

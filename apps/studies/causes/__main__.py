@@ -11,7 +11,6 @@ below 10,000 are for development.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -23,7 +22,11 @@ from apps.studies.causes.trial import (
     restored,
     run_trial,
 )
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import (
+    add_trial_flags,
+    check_least,
+    study_main,
+)
 from apps.studies.kept_trials import run_missing
 from remosplat_drake.base.pool import Job
 from remosplat_drake.base.table import Table
@@ -64,25 +67,7 @@ def _row(kind: str, some: list[Outcome]) -> tuple[str, ...]:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags."""
-    for flag, default, meaning in (
-        ("first", 0, "first seed"),
-        ("count", 100, "number of runs"),
-        ("jobs", 2, "runs at a time"),
-    ):
-        parser.add_argument(
-            f"--{flag}",
-            type=int,
-            default=default,
-            metavar="N",
-            help=f"{meaning} ({default})",
-        )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/causes"),
-        metavar="DIR",
-        help=f"where {TRIALS} goes (results/causes)",
-    )
+    add_trial_flags(parser, "causes", 100, "runs")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -26,6 +26,10 @@ _STEP = 0.1
 _PATIENCE = 8.0
 """Time that a stopped robot waits for its release [s]."""
 
+SLOW, ARM = 0.01, 0.3
+"""Distance within which a hand counts as resting [m], and the length that
+weights its angle [m]."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Drive:
@@ -149,8 +153,3 @@ def held_since(
         moved = left > left.min() + SLOW
         moved[int(left.argmin()) :] = False
     return float(times[: at + 1][moved].max(initial=0.0))
-
-
-SLOW, ARM = 0.01, 0.3
-"""Distance within which a hand counts as resting [m], and the length that
-weights its angle [m]."""

@@ -86,8 +86,7 @@ def is_true(
 def _is_of_the_run(cause: str, situation: Situation, time: float) -> bool:
     """Whether a cause is the one with which the run was drawn."""
     begin, kind = situation.fault_at, situation.kind
-    is_on = begin <= time
-    is_on = is_on and time < begin + LASTS + 2.0
+    is_on = begin <= time < begin + LASTS + 2.0
     if cause == stands.BASE:
         return kind == BASE and (is_on or not situation.drives)
     of_kinds = {stands.SUPERVISOR: STOP, stands.LOCALIZATION: LOST}

@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,7 @@ class Situation:
     drives: bool = True
     fields: str = ""
 
-    @property
+    @cached_property
     def law(self) -> ReactiveLaw:
         """The control law."""
         scenario = self.scenario

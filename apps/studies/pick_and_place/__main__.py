@@ -16,7 +16,11 @@ from pydrake.math import RigidTransform
 from rich.console import Console
 from rich.table import Table
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import (
+    add_trial_flags,
+    check_least,
+    study_main,
+)
 from apps.studies.kept_trials import run_missing
 from apps.studies.pick_and_place.problem_run import COMPLETE, Outcome
 from apps.studies.pick_and_place.trial import (
@@ -50,13 +54,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=list(FAMILIES),
         help="families of problems (all)",
     )
-    parser.add_argument("--first", type=int, default=0, help="first seed (0)")
-    parser.add_argument(
-        "--count",
-        type=int,
-        default=5,
-        help="number of seeds of each family (5)",
-    )
     parser.add_argument(
         "--library",
         type=Path,
@@ -69,20 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="only count the meshes of --library that fit the Panda's hand",
     )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=2,
-        metavar="N",
-        help="number of parallel workers (2)",
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/pick_and_place"),
-        metavar="DIR",
-        help=f"folder of {PROBLEMS} (results/pick_and_place)",
-    )
+    add_trial_flags(parser, "pick_and_place", 5, "seeds of each family")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,11 +9,14 @@ independent of the controller checks whether a way out exists.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import (
+    add_trial_flags,
+    check_least,
+    study_main,
+)
 from apps.studies.kept_trials import run_missing
 from apps.studies.ways_out import on_the_wire
 from apps.studies.ways_out.report import summary, table, wire_table
@@ -46,33 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"kinds of violated distances, some of {', '.join(KINDS)} (all)",
     )
     parser.add_argument(
-        "--count",
-        type=int,
-        default=1000,
-        help="number of starts of each robot and kind (1000)",
-    )
-    parser.add_argument(
-        "--first", type=int, default=0, help="seed of the first start (0)"
-    )
-    parser.add_argument(
         "--wire",
         action="store_true",
         help="drive a stand-in robot that starts too near to its surroundings",
     )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=2,
-        metavar="N",
-        help="number of parallel workers (2)",
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/ways_out"),
-        metavar="DIR",
-        help="folder of the results; existing results are not computed again",
-    )
+    add_trial_flags(parser, "ways_out", 1000, "starts of each robot and kind")
 
 
 def run(arguments: argparse.Namespace) -> int:

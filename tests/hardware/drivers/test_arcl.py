@@ -5,11 +5,11 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from patience import PATIENCE
+from patience import wait_for
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.drivers.arcl_monitor import (
@@ -114,13 +114,6 @@ def monitoring(port: int, password: str = "secret") -> Iterator[tuple]:
         yield monitor, said
     finally:
         monitor.close()
-
-
-def wait_for(done: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not done():
-        assert time.monotonic() < end, "it does not come to that"
-        time.sleep(0.01)
 
 
 def test_a_robot_is_asked_again_and_again():

@@ -13,7 +13,7 @@ from remosplat_drake.base.lanes import (
     lanes_from,
     least,
 )
-from remosplat_drake.robot.pose_lanes import entry, turned_back
+from remosplat_drake.robot.pose_lanes import entry, turned, turned_back
 
 
 @helper
@@ -31,7 +31,7 @@ def separations(shapes, X_WL, pair, n_A):
     """
     i, j = pair
     A, B = shapes.body[i], shapes.body[j]
-    n_W = _to_world(X_WL, A, n_A)
+    n_W = turned(X_WL, A, n_A)
     gap = in_all(-_highest(shapes.blocks, shapes.first, i, n_A))
     for r in range(3):
         gap = gap + n_W[r] * (entry(X_WL, B, r, 3) - entry(X_WL, A, r, 3))
@@ -42,23 +42,6 @@ def separations(shapes, X_WL, pair, n_A):
             v = shapes.blocks[block, :, k]
             lowest = least(lowest, x * v[0] + y * v[1] + z * v[2])
     return gap + lowest - (shapes.radius[i] + shapes.radius[j])
-
-
-@helper
-def _to_world(X_WL, A, n_A):
-    """Rotates a vector from a body's frame to W, three lanes."""
-    x, y, z = n_A[0], n_A[1], n_A[2]
-    return (
-        entry(X_WL, A, 0, 0) * x
-        + entry(X_WL, A, 0, 1) * y
-        + entry(X_WL, A, 0, 2) * z,
-        entry(X_WL, A, 1, 0) * x
-        + entry(X_WL, A, 1, 1) * y
-        + entry(X_WL, A, 1, 2) * z,
-        entry(X_WL, A, 2, 0) * x
-        + entry(X_WL, A, 2, 1) * y
-        + entry(X_WL, A, 2, 2) * z,
-    )
 
 
 @helper
