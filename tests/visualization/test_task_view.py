@@ -65,7 +65,7 @@ def test_the_page_is_told_once(page):
     find_chromium() is None, reason="needs chromium on the PATH"
 )
 @pytest.mark.slow
-def test_objects_are_chosen_in_the_list(page):
+def test_objects_are_chosen_in_the_list_and_in_the_scene(page):
     show(page, OUTLINE)
     path = f"{OBJECTS}/can"
     page.meshcat.SetObject(path, drake_shape(CAN.solid), ObjectView.COLOR)
@@ -94,4 +94,8 @@ def test_objects_are_chosen_in_the_list(page):
         tab.click("#task button", text="can")
         tab.wait_for(f"!{chosen}")
         assert tab.evaluate(colour) == pytest.approx(plain, abs=0.002)
+        # It is in the middle of the picture.
+        tab.click("canvas")
+        tab.wait_for(f"{chosen}?.dataset.object == 'can'")
+        assert tab.evaluate(colour) > plain
         assert tab.console() == []

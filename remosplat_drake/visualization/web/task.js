@@ -76,7 +76,8 @@ const task = (() => {
   addEventListener("pointerdown", (press) => (pressed = press));
   addEventListener("pointerup", (release) => {
     if (!told || !window.viewer || !pressed) return;
-    if (release.target !== viewer.renderer.domElement) return;
+    // The controls of the view capture the pointer: its release has their target.
+    if (pressed.target !== viewer.renderer.domElement) return;
     const [x, y] = [release.clientX, release.clientY];
     if (Math.hypot(x - pressed.clientX, y - pressed.clientY) > STILL) return;
     const name = at(x, y);
