@@ -9,6 +9,7 @@ from pathlib import Path
 import hypothesis
 import numpy as np
 import pytest
+from pydrake.common.value import Value
 from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
 
@@ -91,6 +92,21 @@ def equal_niceness() -> Iterator[None]:
             "mapping.mapping_process",
         ):
             patch.setattr(f"remosplat_drake.{module}._NICENESS", 0)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def values_without_none() -> Iterator[None]:
+    """No output is None: Drake 1.58 refuses that, older ones do not."""
+    set_value = Value[object].set_value
+
+    def checked(value, new) -> None:
+        if new is None:
+            raise TypeError("an output is None, which newer Drakes refuse")
+        set_value(value, new)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Value[object], "set_value", checked)
         yield
 
 

@@ -106,9 +106,9 @@ class PageOffers(LeafSystem):
         - instead
 
     `configuration` takes the measured q, `report` the `TickReport`, `standing`
-    the `Standing` and `distance_field` the map. `instead` outputs the `Target`
-    whose button was pressed last, or None. Targets are tested in a thread, so
-    the control loop does not wait. It is for robots with one end effector in
+    the `Standing` and `distance_field` the map. `instead` outputs the `Target`s
+    whose buttons were pressed, the latest last. Targets are tested in a thread,
+    so the control loop does not wait. It is for robots with one end effector in
     simulation: a visitor of a real robot's page must not move it.
 
     Args:
@@ -133,7 +133,7 @@ class PageOffers(LeafSystem):
         self._stopping = stopping
         self._thread = OfferThread()
         self._shown: tuple[Offer, ...] = ()
-        self._accepted: Target | None = None
+        self._accepted: tuple[Target, ...] = ()
         self._replaced: Target | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -149,7 +149,7 @@ class PageOffers(LeafSystem):
         )
         self.DeclareAbstractOutputPort(
             "instead",
-            Value[object]().Clone,
+            Value[object](()).Clone,
             self._calc_instead,
             {self.time_ticket()},
         )
@@ -185,7 +185,7 @@ class PageOffers(LeafSystem):
         """Accepts the offer whose button was pressed."""
         for offer in self._shown:
             if self._meshcat.GetButtonClicks(BUTTONS[offer.label]):
-                self._accepted = target.at(offer.X_WT)
+                self._accepted += (target.at(offer.X_WT),)
                 self._replaced = target
                 self._show(())
                 return

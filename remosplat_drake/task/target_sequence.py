@@ -66,13 +66,13 @@ class _Place:
             current, shape (4, 4); None before the first update.
         replaced: Targets that were replaced, by their index in the sequence of
             the first end effector.
-        asked: The latest replacement.
+        n_asked: Number of replacements so far.
     """
 
     index: tuple[int, ...]
     X_WA: tuple[np.ndarray, ...] | None = None
     replaced: Mapping[int, Target] = dc.field(default_factory=dict)
-    asked: Target | None = None
+    n_asked: int = 0
 
     def __deepcopy__(self, memo) -> "_Place":
         return self
@@ -95,13 +95,14 @@ class TargetSequence(LeafSystem):
     `configuration` takes the measured q, `aim` gives the present `Aim`,
     `target` the pose X_WT alone of its first target as a `RigidTransform`, and
     `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. `instead` takes a `Target` that replaces the present one of the
-    first end effector, or None. After the last target has been reached, it
-    remains the target. Arrival is checked once per period. A line starts at the
-    pose of the end effector when its target becomes current. A passed target
-    has the distance from it to the next stop as its `onward`. Several end
-    effectors do not wait for each other; the sequence is finished when all are
-    at their last targets at the same time.
+    effectors. `instead` takes a tuple of `Target`s, to which others are
+    appended: each new one replaces the present target of the first end
+    effector. After the last target has been reached, it remains the target.
+    Arrival is checked once per period. A line starts at the pose of the end
+    effector when its target becomes current. A passed target has the distance
+    from it to the next stop as its `onward`. Several end effectors do not wait
+    for each other; the sequence is finished when all are at their last targets
+    at the same time.
 
     Args:
         robot: The robot, for its kinematics.
@@ -139,7 +140,7 @@ class TargetSequence(LeafSystem):
             "configuration", robot.n_q
         )
         self._instead_input = self.DeclareAbstractInputPort(
-            "instead", Value[object]()
+            "instead", Value[object](())
         )
         self._place_index = self.DeclareAbstractState(
             Value(_Place((0,) * len(self._targets)))
@@ -239,8 +240,8 @@ class TargetSequence(LeafSystem):
         if self.progress(context).finished or not np.isfinite(X_WE).all():
             return
         cell = int(self._place_index)
-        asked = value_or_none(self._instead_input, context)
-        if asked is not None and asked is not before.asked:
+        asked = value_or_none(self._instead_input, context) or ()
+        if len(asked) > before.n_asked:
             place = _with_replaced(before, asked)
             state.get_mutable_abstract_state(cell).set_value(place)
             return
@@ -257,10 +258,10 @@ class TargetSequence(LeafSystem):
             state.get_mutable_abstract_state(cell).set_value(place)
 
 
-def _with_replaced(place: _Place, target: Target) -> _Place:
-    """Replaces the present target of the first end effector."""
-    replaced = {**place.replaced, place.index[0]: target}
-    return dc.replace(place, replaced=replaced, asked=target)
+def _with_replaced(place: _Place, asked: tuple[Target, ...]) -> _Place:
+    """Replaces the present target of the first end effector by the latest."""
+    replaced = {**place.replaced, place.index[0]: asked[-1]}
+    return dc.replace(place, replaced=replaced, n_asked=len(asked))
 
 
 def _by_effector(

@@ -227,7 +227,7 @@ def test_an_operator_replaces_the_present_target(stage):
     q = np.array([0.1, -0.3, 0.4])
     X_WT = stage.system._robot.end_effector_pose(q)
     instead = stage.system.GetInputPort("instead")
-    instead.FixValue(stage.context, Value[object](Target(X_WT)))
+    instead.FixValue(stage.context, Value[object]((Target(X_WT),)))
     assert stage.hold(np.zeros(3), 2) == TargetProgress(1, 2, replaced=1)
     np.testing.assert_allclose(stage.target(), X_WT)
     # The target that was replaced does not count any more.
