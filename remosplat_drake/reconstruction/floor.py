@@ -81,7 +81,7 @@ class Floor:
 
 
 def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
-    """Finds the floor (RANSAC): a large level plane, almost nothing beneath.
+    """Finds the floor by RANSAC: a level plane with almost nothing beneath it.
 
     Each hypothesis is the tangent plane of one random surfel. The best one is
     fitted to its surfels by least squares, together with the largest level
@@ -126,7 +126,8 @@ def _mean_upright(capture: Capture) -> np.ndarray:
     length = np.linalg.norm(up_W)
     if length < 0.1:
         raise RemoSplatError(
-            "no floor: the cameras were held too differently to find up"
+            "no floor: the cameras' upright directions differ too much to"
+            " determine up"
         )
     return up_W / length
 

@@ -80,7 +80,7 @@ def without_measured(
 def seen_finely(
     looks: Capture, lower: np.ndarray, cubes: np.ndarray, edge: float
 ) -> np.ndarray:
-    """Returns which cubes of a grid are free in a view with fine pixels.
+    """Returns which cubes a view with closely spaced pixels shows as free.
 
     Args:
         looks: Posed RGB-D images.

@@ -100,9 +100,10 @@ def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
 def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
     """Estimates the noise of a point cloud: the thickness of its surfaces [m].
 
-    It is the median, over `count` random points, of the standard deviation of
-    the points around it from the plane through them; It is 0 if there is no
-    such point.
+    For each of `count` random points, a plane is fitted to the points around
+    it, and the standard deviation of their distances from this plane is
+    computed. The result is the median of these deviations; 0 if no point has
+    enough neighbours.
     """
     if len(p_W) < _MIN_NEIGHBORS:
         return 0.0

@@ -121,7 +121,7 @@ def find_seen_space(
     separate its free part from its unseen part. All other voxels are unseen,
     including the inside of objects. Beside surfaces, where depth images have
     most errors, several views must agree. In cells with measured points, only
-    views with fine pixels count.
+    views with closely spaced pixels count.
 
     Args:
         capture: Posed RGB-D images.

@@ -56,15 +56,16 @@ class Alignment:
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
-        undone: The corrected errors of the camera, shape (k,).
+        undone: The camera's errors that were corrected in the capture, shape
+            (k,).
         error: Expected value of the unknowns, shape (6n + k,): 0 if the
             refinement was accepted, else the rejected refinement.
         covariance: Covariance of the unknowns, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
-        shared: Number of residuals with the information of one independent
-            residual.
+        shared: Number of correlated residuals that have as much information as
+            one independent residual.
         rows: Residuals before and after the refinement, grouped by the distance
-            of the views; equal if the refinement was not accepted.
+            between the two cameras; equal if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
         accepted: Whether the refinement was accepted: held-out pairs of views
             agree better after it, and the camera's errors are plausible.

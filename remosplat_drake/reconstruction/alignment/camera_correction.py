@@ -35,8 +35,9 @@ _JUMP = 0.05
 more than this fraction."""
 
 _APART = 1.5
-"""If the pixel that was found is farther than this from the position that its
-depth implies, the point is occluded and its depth unknown [pixels]."""
+"""Largest distance between the pixel that the iterations find and the position
+that its depth implies [pixels]. Beyond it, the point is occluded and its depth
+is unknown."""
 
 
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:

@@ -54,7 +54,7 @@ class CameraPrior(Config):
         scale: Scale of the depth, as in a sensor's data sheet.
         offset: Offset of the depth [m].
         growth: Growth of the depth's error with its square [1/m].
-        focal: Focal length, as a fraction of it.
+        focal: Focal length, as a fraction of the focal length.
         aspect: Ratio of the vertical to the horizontal focal length.
         center: Principal point, as a fraction of the focal length.
         distortion: Remaining radial distortion, k_1 and k_2 alike.

@@ -47,7 +47,7 @@ def write_cameras(
 
 
 def with_cameras(capture: Capture, splat: Path) -> Capture:
-    """Gives a capture the refined cameras beside a splat, if there are any.
+    """Returns a capture with the refined cameras of a splat, if there are any.
 
     Raises:
         FileError: The file was not made by `write_cameras`, or has another

@@ -51,7 +51,8 @@ FLOOR = 1e-4
 [m]."""
 
 _TREMBLING = 4
-"""Only every n-th residual is used to estimate the effect of noisy normals."""
+"""Step between the residuals that are used to estimate the effect of noisy
+normals."""
 
 
 @numpy_helper

@@ -63,7 +63,7 @@ _CORRELATION = 10.0
 residuals that have the information of one independent residual."""
 
 _HELD_OUT = 7
-"""Every n-th pair of views, in order of distance, is held out."""
+"""Step between held-out pairs of views, when pairs are sorted by distance."""
 
 _ROUNDS = 3
 """Largest number of rounds of correction and refinement."""
@@ -74,9 +74,9 @@ _UNTOLD = np.array(
     + 3 * [np.deg2rad(0.1)]
     + 3 * [0.002]
 )
-"""Smaller errors of the camera cannot be distinguished from zero, because noise
-hides the curvature of surfaces, so that fitted planes are too deep. In the
-order of `camera_errors`."""
+"""Sizes below which errors of the camera cannot be distinguished from zero, in
+the order of `camera_errors`. Noise can cause errors of these sizes: it hides
+the curvature of surfaces, so that fitted planes are too deep."""
 
 _UNEXPLAINED = 0.2
 """A delay is accepted if its correction leaves less than this fraction of the
@@ -209,7 +209,7 @@ class Refinement:
         """Corrects the images by their known errors, and returns the state.
 
         Args:
-            state: The state.
+            state: The state before this correction.
             delay: The part of the images' delay that appears as errors of the
                 state's poses [s].
         """

@@ -12,14 +12,15 @@ from remosplat_drake.reconstruction.alignment.solver import State
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
-"""Limits between the rows of a table [m]."""
+"""Distances between two cameras that separate the rows of a table [m]."""
 
 GATE, LEAST_COSINE = 0.15, 0.7
 """Points belong to one surface if they are at most this far apart [m], and the
 cosine between their normals is at least this."""
 
 _MOST = 0.02
-"""Larger distances count as this in the comparison of two solutions [m]."""
+"""Limit to which distances between surfaces are clipped when two solutions are
+compared [m]."""
 
 _LEAST_POINTS = 20
 """A pair counts in the comparison if it has at least this number of points."""

@@ -62,7 +62,8 @@ class State:
         X_WC: Poses, shape (n, 4, 4).
         errors: Errors that all images share, see `camera_errors`, shape (k,);
             none for a camera that is assumed exact.
-        undone: The part that has been corrected in the images, shape (k,).
+        undone: The part of these errors that has been corrected in the images,
+            shape (k,).
     """
 
     X_WC: np.ndarray
@@ -229,10 +230,10 @@ class Posterior:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Computes the camera's errors if some of them are zero.
 
-        If the true error is zero, its estimate consists of noise and a bias of
-        the model. Without the bias, other errors would have to explain an
-        estimate that exceeds its noise. Those that the data hardly determine
-        would then become arbitrarily large.
+        If an error is truly zero, its estimate consists of noise and of a bias
+        of the model. If the bias were ignored, the other errors would have to
+        explain each estimate that exceeds its noise. Errors that the data
+        hardly determine would then become arbitrarily large.
 
         Args:
             none: Mask of the errors that are zero, shape (k,).
@@ -299,7 +300,7 @@ def posterior(
 def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Estimates how many residuals tell as much as one independent one.
+    """Estimates how many residuals have the information of an independent one.
 
     Errors of neighbouring pixels are correlated, and so are all residuals of a
     pair of distorted images. The estimate compares the solution of each pair

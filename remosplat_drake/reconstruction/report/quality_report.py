@@ -255,8 +255,8 @@ def judge(report: QualityReport) -> str:
         verdict += " They are measured against the true geometry."
     if reference == HELD_OUT:
         verdict += (
-            " The true geometry is unknown: errors are those of a map that"
-            " was made without a quarter of the views, at surfaces in these."
+            " The true geometry is unknown: errors are those of a map made from"
+            " three quarters of the views, at surfaces that the others show."
         )
     if reference == CAPTURE:
         verdict += (

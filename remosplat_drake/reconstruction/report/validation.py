@@ -3,9 +3,9 @@
 Blocks of consecutive views are held out. A map is made from the other views,
 and compared with the surfaces in the held-out views. At a measured surface
 point, the true distance is zero, so the map's distance is its over-estimate
-there. As the map's distance changes by at most s over a length s, it
-over-estimates the distance from this surface point nowhere by more. The excess
-is the over-estimate after subtraction of the discs' uncertainty.
+there. The map's distance is 1-Lipschitz. So at any other place, it
+over-estimates the distance to this surface point by at most the same length.
+The excess is the over-estimate after subtraction of the discs' uncertainty.
 """
 
 import dataclasses as dc
@@ -70,8 +70,8 @@ _ASIDE = 0.7
 offset towards the cameras."""
 
 _WORST, _SPREAD = 400, 1000
-"""Depth views are evaluated at this number of points at which ellipsoids are
-worst, and at this number of evenly chosen points."""
+"""Numbers of points at which depth views are evaluated: of the points with the
+largest errors of ellipsoids, and of evenly chosen points."""
 
 _SWEEPS, _LEAST_DISCS = 4, 1000
 """Number of refinement sweeps, and least number of discs, of a map that is made
@@ -122,15 +122,15 @@ class Validation:
         It is `UNFORESEEN` times the largest over-estimate, since the held-out
         views show only a part of all surfaces. The discs' uncertainty is not
         subtracted, because otherwise a worse capture with less certain discs
-        would get a better verdict. But if the excess over the uncertainty gives
-        a larger bound, it counts.
+        would get a better verdict. But if the excess over the uncertainty is
+        larger, it is the bound.
         """
         least = UNFORESEEN * max(self.largest_over, 0.0)
         return max(borne_out(self.p_W, self.excess), least)
 
     @property
     def covered(self) -> float:
-        """Fraction of the points at which no distance is too large."""
+        """Fraction of points whose over-estimate is within the uncertainty."""
         return float((self.excess <= 0).mean()) if len(self) else 0.0
 
 
@@ -187,7 +187,7 @@ def cross_validate(
     """Makes a map without some of the views, and measures its errors at them.
 
     This map is made on the CPU, with half as many discs and fewer sweeps than
-    the real map, so its errors are not smaller.
+    the real map, so its errors are not smaller than the real map's.
 
     Args:
         capture: All views, refined.

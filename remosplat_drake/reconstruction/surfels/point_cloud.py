@@ -1,4 +1,4 @@
-"""Surfels from an accumulated point cloud (Open3D), as in the paper.
+"""Surfels from an accumulated point cloud (Open3D), as in ReMoSPLAT's paper.
 
 The paper pools all frames' points in voxels of 1 cm and draws 60,000 of them
 (section V-A, and the authors' code). The default is `surfels_from_capture`,

@@ -24,8 +24,8 @@ class Rendered(NamedTuple):
     Attributes:
         image: Colours, (v, h, w, 3).
         alpha: Accumulated opacity, (v, h, w).
-        median: Index of the disc at which more than half of the light is
-            absorbed, (v, h, w); `NO_DISC` if there is no such disc.
+        median: Index of the disc at which the absorbed part of the light first
+            exceeds one half, (v, h, w); `NO_DISC` if there is no such disc.
     """
 
     image: Tensor

@@ -35,7 +35,8 @@ SIGNIFICANCE = 4.0
 """z: number of standard deviations in the bound."""
 
 LARGEST_PITCH = 0.002
-"""Limit of the pitch a; many views have an edge at different pixels [m]."""
+"""Limit of the pitch a [m]. A larger pitch overstates the error, because the
+views show an edge at different pixels."""
 
 LARGEST_EDGE = 0.008
 """Limit of the unseen edge e [m]. A larger bound would apply in all directions,
