@@ -44,7 +44,7 @@ class BuildThread(Generic[Result]):
         self._thread.start()
 
     def drop(self) -> None:
-        """Discards the job's result; a next job starts only after this one."""
+        """Discards the result of the current job, which runs to its end."""
         self._is_dropped = True
 
     def fetch(self) -> Result | Exception | None:

@@ -8,9 +8,9 @@ from remosplat_drake.reconstruction.measured_cells import THINNEST
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
-"""At least one part of a vanished object is this far from all remaining
-surfaces [m]. Parts that are nearer may be edges about which views slightly
-disagree."""
+"""A group of discs in free space is a vanished object only if one of them is at
+least this far from all remaining discs [m]. Other discs in free space may be
+edges about which views slightly disagree."""
 
 _AROUND = 0.1
 """Remaining discs of a vanished object are at most this far from its vanished
@@ -18,7 +18,7 @@ discs [m]."""
 
 _PAST = 0.01
 """A disc near a vanished object is removed, too, if a view measures a surface
-at least this far behind it [m]."""
+at least this far behind the disc [m]."""
 
 _NEIGHBORS = 8
 _MOST = 0.6
@@ -28,11 +28,12 @@ without depth."""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
-    """Finds the discs of vanished things: views measure surfaces behind them.
+    """Finds the discs of vanished things, behind which views measure surfaces.
 
-    The foot of a thing is found with it, though it is so close to the
-    supporting surface that views measure little distance behind it. For a thin
-    thing, only views with fine pixels count, since a coarse pixel may miss it.
+    The result includes the lowest discs of a thing, although the supporting
+    surface that views measure is close behind them. For a thin thing, only
+    views with closely spaced pixels count, since the rays of other views may
+    miss it.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].

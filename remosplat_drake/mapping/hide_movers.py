@@ -29,8 +29,8 @@ def hide_movers(
             `CameraMount.frame` makes it; a frame without a time is assumed to
             be taken at the movers' time stamp.
         movers: The movers in W, with velocities and bounds.
-        X_WO: Pose of the odometry's frame, in which the frame is posed, in W,
-            shape (3,) [m, rad].
+        X_WO: Pose in W of the odometry's frame O, shape (3,) [m, rad]; the
+            camera pose of `frame` is expressed in O.
 
     Returns:
         A frame in which the pixels that may show a mover have no depth and are

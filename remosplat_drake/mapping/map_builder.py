@@ -63,7 +63,7 @@ def build_map(
     camera: str = "",
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
-    """Builds a map from frames; in contradictions, the newest counts.
+    """Builds a map from frames; the newest of contradicting frames counts.
 
     The map contains the surfaces of unconfirmed frames, too. But such a frame
     does not mark space as free, since its pose may be wrong.
@@ -145,7 +145,8 @@ def _surfaces(
     Args:
         capture: The frames as they were taken.
         changes: Their outdated parts.
-        looks: The rest of those that may clear space, without specks.
+        looks: Confirmed frames without their outdated parts, and with small
+            gaps filled, which may mark space as free.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.
         report: Called with the progress.

@@ -51,8 +51,8 @@ number of points on upright surfaces."""
 _BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
-"""A frame does not fit if the median distance of its surfaces from those of the
-others exceeds this, more than noise explains [m]."""
+"""A frame does not fit if the median distance of its surfaces from those of
+other frames exceeds this [m]. Noise alone causes smaller distances."""
 
 _LEAST_SHARED = 0.1
 """A frame that shares less than this fraction of its points with others is not
