@@ -120,7 +120,7 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
 def choose_keyframes(
     looks: Sequence[np.ndarray], sharp: np.ndarray, most: int
 ) -> Keyframes:
-    """Selects frames that together cover all frames.
+    """Selects frames that together show the surfaces of all frames.
 
     Args:
         looks: Results of `looks_of_view` for each of n frames.

@@ -57,7 +57,7 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     It reports frames with surfaces in other frames' free space. If there are
     none, it reports frames with other frames' surfaces in their own free space.
     The second test finds a mirror or a pane of glass that few frames see
-    through, since it is a small part of each other frame.
+    through: in each of the other frames, it is only a small part of the image.
 
     Args:
         capture: The capture.

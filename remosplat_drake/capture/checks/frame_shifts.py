@@ -76,7 +76,7 @@ frame in either direction."""
 
 
 def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:
-    """Adds a shift of colours to one of depths if edges then match better.
+    """Adds a colour shift to a depth shift if the edges then match better.
 
     Args:
         shift: A shift of depths against poses.

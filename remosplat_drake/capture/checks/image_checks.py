@@ -41,7 +41,8 @@ _DEPTH_RANGE = (0.1, 10.0)
 """Plausible median depths in a robot's workspace [m]."""
 
 _GOOD_CORRELATION = 0.3
-"""Edges of depths and colours belong to one frame above this correlation."""
+"""Correlation of the edges of depths and of colours above which both belong to
+one frame."""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
 """Ratio, and added difference, by which a correlation must be greater. Colours

@@ -11,8 +11,8 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
-"""Number of views that determine an unknown shift; number of views, and their
-width [pixels], that evaluate a given one."""
+"""Number of views in the search for an unknown shift; number of views, and
+width of their images [pixels], for the correlation at a given shift."""
 _MIN_JUMP = 0.05
 """There is an edge between neighbouring pixels whose depths differ by more than
 this fraction."""

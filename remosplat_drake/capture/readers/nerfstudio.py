@@ -5,9 +5,10 @@ axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the first
 pixel at (0.5, 0.5). Camera fields of a frame override those of the document.
 Paths in the document may point outside the folder, since files are only read.
 
-Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (by default a
-millimetre) for `depth_file_path`, nerfstudio's name, and of
-`integer_depth_scale` for `depth_path`, instant-ngp's.
+Depth images are 16-bit or float. In nerfstudio's documents, `depth_file_path`
+is their path, and `depth_unit_scale_factor` their unit (by default a
+millimetre). In those of instant-ngp, these are `depth_path` and
+`integer_depth_scale`.
 
 The world frame is the file's. Positions are divided by `applied_scale`, so that
 they are in metres. `applied_transform` is not undone, since it only turned the
