@@ -117,7 +117,7 @@ class Mover:
             name: Its display name.
             center: Its centre in W, shape (3,) [m].
             radius: Its radius [m].
-            rest: Velocities and bounds, as of a `Mover`.
+            rest: The other attributes of a `Mover`: velocities and bounds.
         """
         X_WM = RigidTransform(np.array(center, float))
         return Mover(name, X_WM, np.zeros(3), radius, **rest)
@@ -137,7 +137,7 @@ class Mover:
             X_WM: Pose of its frame M, at its centre, in W.
             half_length: Half the length of its axis, without its caps [m].
             radius: Its radius [m].
-            rest: Velocities and bounds, as of a `Mover`.
+            rest: The other attributes of a `Mover`: velocities and bounds.
         """
         return Mover(name, X_WM, np.array([0, 0, half_length]), radius, **rest)
 
@@ -149,7 +149,7 @@ class Mover:
             name: Its display name.
             X_WM: Pose of its frame M, at its centre, in W.
             half_extents: Half side lengths along M's axes, shape (3,) [m].
-            rest: Velocities and bounds, as of a `Mover`.
+            rest: The other attributes of a `Mover`: velocities and bounds.
         """
         return Mover(name, X_WM, np.array(half_extents, float), 0.0, **rest)
 
@@ -271,4 +271,4 @@ def _arrays(movers: Sequence[Mover]) -> MoverArrays:
 
 
 STILL = Movers(0.0)
-"""Nothing moves."""
+"""No movers: nothing moves."""

@@ -16,10 +16,12 @@ from remosplat_drake.sight.track import TRUSTED, Stretches, Track
 from remosplat_drake.sight.view import View
 
 _LEFT = 0.05
-"""Share of a thing's points below which hidden ones count as stray points."""
+"""The hidden points of a thing are stray points if they are less than this
+share of all its points."""
 
 _NEAR = 0.05
-"""Largest distance between a thing and the reach of a matching track [m]."""
+"""Largest distance of a thing from the region that the matching track can have
+reached [m]."""
 
 _NEVER = 1e6
 """Cost of an impossible match."""

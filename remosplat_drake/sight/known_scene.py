@@ -34,7 +34,7 @@ class KnownScene:
             `surface_points`; without any, cameras' poses are not checked.
 
     Attributes:
-        revision: Name of the map's content.
+        revision: Identifier of the map's content.
         surface_W: A selection of the points.
         nodes: Distance at each node, see `kernels.scan`, uint8.
         lower: Position of the first node, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""Processes synthetic images, so that no real one waits for a compiler."""
+"""Processes synthetic images, so that kernels are compiled before real ones."""
 
 import numpy as np
 

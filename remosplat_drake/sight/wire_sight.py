@@ -27,8 +27,8 @@ from remosplat_drake.sight.sight_camera_config import SightCameraConfig
 from remosplat_drake.sight.sight_config import SightConfig
 
 _AHEAD = 0.12
-"""Largest age of statuses relative to an image: bases send ten per second
-[s]."""
+"""Largest age of the robot's statuses relative to an image [s]. It allows for
+bases that send ten statuses per second."""
 
 _OLDEST = 0.5
 """Greatest age of an image, and greatest lead of its stamp [s]."""

@@ -17,7 +17,7 @@ _STEP = 1e-4
 
 
 class Rods:
-    """k rigid capsules that move together, through knots of time.
+    """k rigid capsules that move smoothly through given positions.
 
     Cubic splines through the knots give the centres and the directions of the
     axes. So the motion is smooth, and reported velocities are exact

@@ -94,8 +94,9 @@ def scan(
         found: Output: positions in W and depths, shape (h w, 4) [m].
 
     Returns:
-        Three numbers: of pixels that show something within the box, of nodes in
-        `asked`, and of points in `found`. The points are complete if `asked` is
+        Three counts: pixels that show something within the box, nodes in
+            `asked`, and points in `found`. The points are complete if `asked`
+            is
         empty.
     """
     height, width = depth.shape
