@@ -48,13 +48,13 @@ def carrying_table(comparison: Comparison) -> Table:
             for row in comparison.rows
             for family in (*families, ALL)
         ),
-        "Carried back: of the problems that are reached, those in which the"
-        " end effector is at the start's pose again, with the object. Until"
-        " the object has left its support, it may touch that. Otherwise"
-        " object and robot may touch nothing, except the hand the object."
+        "Carried back: number of reached problems in which the end effector"
+        " then returned to the start's pose with the object. The object may"
+        " touch its support until it has left it. Only the hand may touch the"
+        " object; any other contact of object or robot is a collision."
         " Collisions are judged by the true shapes of object and scene, at"
-        " ticks and at four points between. The time is that since the object"
-        " was taken.",
+        " ticks and at four points between. Times begin when the object is"
+        " grasped.",
         texts=2,
     )
 

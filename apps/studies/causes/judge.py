@@ -29,10 +29,12 @@ SLACK = 0.01
 """Distance beyond a stopping distance at which a constraint is active [m]."""
 
 _BRAKING = 0.1
-"""Length of the stopping path of a link that verification holds [m]."""
+"""Distance beyond a stopping distance at which the verification of stopping
+paths stops a link [m]."""
 
 _ANGLE = 0.05
-"""The same of a joint before its limit [rad]."""
+"""Angle beyond the stopping angle of a joint limit at which the limit is active
+[rad]."""
 
 _MOVERS_REACH = 0.5
 """Distance below which a mover limits the robot's speed [m]."""
@@ -41,10 +43,10 @@ _MOVERS_REACH = 0.5
 def is_true(
     standing: Standing, situation: Situation, time: float, q: np.ndarray
 ) -> bool:
-    """Returns whether the stated cause holds the robot.
+    """Returns whether the stated cause truly keeps the robot from its target.
 
-    An object holds a link if the link is at its stopping distance, in the true
-    geometry.
+    An object stops a link if their true distance is the link's stopping
+    distance.
 
     Args:
         standing: The state.
