@@ -8,14 +8,15 @@ _ALPHABET = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
 """Letters and digits that are not mistaken for one another."""
 
 _GROUPS, _LENGTH = 2, 4
-"""Format of a code: two groups of four characters, so 6.6e11 possible codes."""
+"""Format of the code that a client types: two groups of four characters, so
+6.6e11 codes are possible."""
 
 MOST_TRIES = 5
 """Largest number of wrong codes of a client; further codes are ignored."""
 
 
 def new_code() -> str:
-    """Draws a code, such as K7QF-2MXD."""
+    """Returns a random code, such as K7QF-2MXD."""
     return "-".join(
         "".join(secrets.choice(_ALPHABET) for _ in range(_LENGTH))
         for _ in range(_GROUPS)

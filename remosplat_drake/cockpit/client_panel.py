@@ -40,18 +40,18 @@ _UNSEEN = (
 
 
 class Crew(Protocol):
-    """Interface of the page to its panels."""
+    """The functions of the page that a client's panel calls."""
 
     def stop(self) -> None:
         """Stops the robot; every client may."""
         ...
 
     def admit(self, panel: "ClientPanel", code: str) -> str:
-        """Lets a client operate, or returns why not."""
+        """Lets a client operate, or returns the reason of a refusal."""
         ...
 
     def show_unseen(self, shown: bool) -> None:
-        """Draws or hides the veil, the boundary of unseen space."""
+        """Draws or hides the boundary of unseen space."""
         ...
 
     def age(self) -> float:
@@ -69,7 +69,8 @@ class ClientPanel:
         client: The client.
         crew: Interface of the page that contains the panel.
         look: The page's content at present.
-        shows_unseen: Whether the veil is drawn; None if there is none.
+        shows_unseen: Whether the boundary of unseen space is drawn; None if the
+            map has no such boundary.
 
     Attributes:
         client: The client.
@@ -119,8 +120,8 @@ class ClientPanel:
             self._refusal = gui.add_markdown("", visible=False)
 
         def enter():
-            # This takes long, so it does not run in the event loop that handles
-            # STOP.
+            # Adding the operator's controls takes long, so it does not run in
+            # the event loop that handles STOP.
             self._refuse(self._crew.admit(self, self._code.value))
 
         @button.on_click

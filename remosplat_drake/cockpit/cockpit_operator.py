@@ -33,8 +33,8 @@ class CockpitOperator(LeafSystem):
 
     Args:
         process: The cockpit.
-        scenes: The scenes of a simulated camera, the first one at the start;
-            each press of a button switches to the next one.
+        scenes: The scenes that a simulated camera can show. It shows the first
+            one at the start; each press of a button switches to the next one.
     """
 
     def __init__(
@@ -85,7 +85,8 @@ def map_requests(
 
     Args:
         wishes: All requests so far.
-        scenes: The scenes of a simulated camera, the first one at the start.
+        scenes: The scenes that a simulated camera can show; it shows the first
+            one at the start.
     """
     scene = scene_in_turn(scenes, wishes.scene_changes)
     return dc.replace(wishes.requests, scene=scene)

@@ -19,7 +19,8 @@ PERIOD = 0.5
 """Time between two pictures [s]."""
 
 _BIN = 0.2
-"""Interval of time for which a curve has one point, the worst value [s]."""
+"""Length of the intervals of a curve [s]; of each interval, the curve shows the
+worst value."""
 
 _SIZE = {"span": SPAN, "width": 290, "height": 116}
 _STYLE = "<style>.remosplat-plot svg{width:100%;height:auto}</style>"
@@ -32,7 +33,7 @@ class _Curve:
     Attributes:
         plot: The look of the plot.
         trace: The latest values.
-        picture: Where it is on the page.
+        picture: Element of the page that shows the plot.
         grows: Whether the value axis grows with the values.
     """
 

@@ -99,10 +99,9 @@ class CockpitProcess:
         return message.url
 
     def show(self, look: Look) -> None:
-        """Sends the state of one moment, unless a newer one replaces it before.
+        """Queues the page's content; replaces content that is not sent yet.
 
-        The newer state then includes the worst control tick of the replaced
-        one.
+        The newer content includes the worst control tick of the replaced one.
 
         Args:
             look: The page's content at that moment.

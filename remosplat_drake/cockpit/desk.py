@@ -82,7 +82,7 @@ class Desk:
             self.lead(None)
 
     def let_go(self) -> None:
-        """Requests to hold the target, since there is no operator any more."""
+        """Requests that the target stays where it is; no client operates."""
         self.lead(None)
         self.press("holds")
 

@@ -66,9 +66,9 @@ class Ghost:
         """Draws a target and the configuration that reaches it.
 
         Args:
-            reach: The verdict about the target, which determines the colour,
-                and the configuration. Without a configuration, only the target
-                is drawn.
+            reach: Result of the search for a configuration. Its verdict
+                determines the colour. If it has no configuration, only the
+                target is drawn.
             X_WT: The target, shape (4, 4).
         """
         self._target.position = X_WT[:3, 3]
@@ -86,7 +86,7 @@ class Ghost:
             mesh.visible = True
 
     def hide(self) -> None:
-        """Draws nothing, since there is no request."""
+        """Hides the ghost and the target."""
         self._target.visible = False
         self._hide_links()
 

@@ -39,7 +39,8 @@ class CockpitJob:
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without a camera there.
         mapping: Whether there is a live map.
-        scenes: The scenes of a simulated camera, the first one at the start.
+        scenes: The scenes that a simulated camera can show; it shows the first
+            one at the start.
         make_camera: Makes the wrist camera; None without one.
         truth: The true solids, which are drawn if the scene has no splat; None
             if the splat is drawn.
@@ -70,8 +71,7 @@ class MapPicture:
         field: The distance field.
         splat_W: The splat in W; None for none.
         coverage: The space seen by cameras; None if unknown.
-        shows_unseen: Whether the veil, the boundary of unseen space, is drawn
-            at first.
+        shows_unseen: Whether the boundary of unseen space is drawn at first.
         X_WG: Pose of the coverage's grid in W, shape (4, 4).
     """
 
@@ -102,9 +102,9 @@ class Look:
             is none.
         target: The target's state, in words.
         map: The map's state, in words.
-        trouble: The fault of the cockpit; empty if there is none.
-        worst: The worst of the control ticks since the previous moment; None
-            if there were none.
+        trouble: Reason why the page's STOP does not work; empty while it works.
+        worst: Smallest clearance and longest duration of the control ticks
+            since the previous content; None if there were none.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
             None if the robot has only one end effector.
@@ -130,10 +130,11 @@ class Look:
     X_WTs: np.ndarray | None = None
 
     def after(self, earlier: "Look | None") -> "Look":
-        """Returns this moment, including the worst tick of a skipped moment.
+        """Returns this content, merged with the worst tick of a skipped one.
 
         Args:
-            earlier: The previous moment; None if it has been shown.
+            earlier: The previous content, which the page has not received; None
+                if it has received it.
         """
         if earlier is None or earlier.worst is None:
             return self

@@ -21,17 +21,19 @@ from remosplat_drake.signals.standing import (
 from remosplat_drake.signals.target import Target
 
 OTHER_SIDE = "From the other side"
-"""Offer: the same position, with the hand turned about its own axis."""
+"""Label of a target at the same position, with the hand turned about its own
+axis."""
 BACK_OFF = "Back off"
-"""Offer: the same orientation, further back along the hand's own axis."""
+"""Label of a target with the same orientation, further back along the hand's
+own axis."""
 HIGHER = "Higher"
-"""Offer: the same orientation, further up."""
+"""Label of a target with the same orientation, further up."""
 NEARER = "Nearer to the robot"
-"""Offer: the same orientation, nearer to the position that the hand has while
-the arm is at home."""
+"""Label of a target with the same orientation, nearer to the position that the
+hand has while the arm is at home."""
 LOOK_THERE = "Look there"
-"""Offer: a pose at which the wrist camera sees the unseen space that stops the
-robot."""
+"""Label of a target at which the wrist camera sees the unseen space that stops
+the robot."""
 
 LABELS = (OTHER_SIDE, BACK_OFF, HIGHER, NEARER, LOOK_THERE)
 """Labels of all offers, in their order on the page."""
@@ -43,8 +45,9 @@ _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
 _SHARES = (0.9, 0.75, 0.5, 0.25, 0.1, 0.0, -0.2)
-"""Fractions of the way from the hand of an arm at home to the target. The
-negative one moves the hand back, as is necessary beside a wall."""
+"""Fractions of the way to the target from the position that the hand has while
+the arm is at home. The negative fraction moves the hand back, as is necessary
+beside a wall."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
 """Distances by which the camera is moved up and back, to see a point [m]."""
@@ -92,7 +95,10 @@ class Trouble:
     is_cut_off: bool = False
 
     def is_like(self, other: "Trouble | None") -> bool:
-        """Returns whether the same offers apply; small motions do not matter.
+        """Returns whether the same offers apply to another situation.
+
+        They do if the target is the same and the same kind of obstacle is in
+        the way; the hand may have moved.
 
         Args:
             other: Another situation; None for none.
@@ -106,7 +112,8 @@ class Trouble:
 class OfferSearch:
     """Searches alternative targets; each step tests one target.
 
-    Tests take at most half of the time, since the page has more to do.
+    The search pauses between two tests for as long as the last test took, so
+    that the process has time for its other work.
 
     Args:
         clock: Function that returns the time [s].
@@ -166,7 +173,7 @@ class OfferSearch:
         return self._left[0]
 
     def judge(self, test: Offer, works: bool) -> None:
-        """Receives the result of a test; ignored if the situation changed.
+        """Stores the result of a test, unless the situation has changed since.
 
         Args:
             test: The tested target.
@@ -208,7 +215,7 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
 def trouble_of(
     standing: Standing, target: Target, robot: RobotModel, q: np.ndarray
 ) -> Trouble | None:
-    """Returns the situation of a run in which something holds the robot.
+    """Returns the situation if something keeps the robot from its target.
 
     Args:
         standing: The robot's state.
@@ -238,7 +245,8 @@ def place_at_home(
 
     Args:
         robot: The robot.
-        q: Its configuration, whose base stays, shape (n_q,).
+        q: Its configuration, from which only the pose of the base is used,
+            shape (n_q,).
         effector: Index of the end effector.
     """
     home = robot.q_home.copy()
@@ -261,7 +269,7 @@ def _moved(X_WT: np.ndarray, by_W: np.ndarray) -> np.ndarray:
 def _looking(
     trouble: Trouble, p_W: np.ndarray, X_EC: np.ndarray, by: float
 ) -> np.ndarray:
-    """A target at which the camera, moved a little, looks at a place."""
+    """Returns a target whose camera, moved up and back, looks at a point."""
     p_WC = (trouble.X_WE @ X_EC)[:3, 3]
     away = p_WC - p_W
     away[2] = 0.0

@@ -56,9 +56,10 @@ Press = Callable[[], None]
 class OperatorPanel:
     """The operator's controls: sliders, keys, gizmo, saved poses, map buttons.
 
-    Dragging the gizmo moves the target at once. A click on a surface proposes
-    a target before it, with a ghost of the robot; then gizmo and sliders move
-    the proposal, until the operator lets the robot go there or discards it.
+    Dragging the gizmo moves the target at once. A click on a surface proposes a
+    target in front of it, and shows the robot at this target as a ghost; then
+    gizmo and sliders move the proposal, until the operator lets the robot go
+    there or discards it.
 
     Args:
         client: The client that operates.
@@ -124,7 +125,7 @@ class OperatorPanel:
         hotkey: str | None = None,
         **look,
     ) -> viser.GuiButtonHandle:
-        """Adds a button that does something, with a key to it."""
+        """Adds a button, and a key that has the same effect."""
         hint = f"key {hotkey}" if hotkey else None
         look.setdefault("color", "indigo")
         button = gui.add_button(label, hint=hint, **look)
@@ -232,7 +233,7 @@ class OperatorPanel:
         speed.value = int(np.clip(speed.value + step, speed.min, speed.max))
 
     def lead(self, gamepad: GamepadState | None) -> None:
-        """Moves the target and the hand by a gamepad.
+        """Moves the target and the hand as a gamepad requests.
 
         Args:
             gamepad: Its state; None without one.
@@ -263,7 +264,7 @@ class OperatorPanel:
         return hand
 
     def _choose(self, effector: int) -> None:
-        """Chooses a hand; after the last one comes the first."""
+        """Selects a hand by its index; after the last hand comes the first."""
         names = self._job.robot.effectors
         effector %= len(names)
         if effector != self._chosen:
@@ -453,7 +454,7 @@ class OperatorPanel:
 
     @property
     def proposes(self) -> bool:
-        """Whether a proposal waits for the operator."""
+        """Whether a proposed target waits for the operator's decision."""
         return self._proposal is not None
 
     def offer(self, offers: tuple[Offer, ...]) -> None:
@@ -471,7 +472,7 @@ class OperatorPanel:
                 button.visible = label in labels
 
     def withdraw(self) -> None:
-        """Hides the ghost and the answer, if no target is tested."""
+        """Hides the ghost and the answer."""
         self._ghost.hide()
         self._verdict.visible = False
 

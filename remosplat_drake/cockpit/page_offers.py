@@ -31,14 +31,14 @@ INSTEAD = heading("Try instead")
 """Name of the title of the buttons."""
 
 BUTTONS = {label: button(label) for label in LABELS if label != LOOK_THERE}
-"""Names of the buttons. LOOK_THERE has none, since a run of given targets takes
-no frames."""
+"""Names of the buttons by label. LOOK_THERE has no button, since a run with
+given targets takes no camera frames."""
 
 _PERIOD = 0.1
 """Time between two checks of the robot's state [s]."""
 
 _PAUSE = 0.02
-"""Time for which the search sleeps if it is too early for the next test [s]."""
+"""Time after which the thread checks again whether the next test is due [s]."""
 
 Works = Callable[[np.ndarray], bool]
 """Function that tests a target."""
@@ -108,8 +108,9 @@ class PageOffers(LeafSystem):
     `configuration` takes the measured q, `report` the `TickReport`, `standing`
     the `Standing` and `distance_field` the map. `instead` outputs the `Target`s
     whose buttons were pressed, the latest last. Targets are tested in a thread,
-    so the control loop does not wait. It is for robots with one end effector in
-    simulation: a visitor of a real robot's page must not move it.
+    so the control loop does not wait. The system is only for simulated robots
+    with one end effector, since visitors of a real robot's page must not move
+    it.
 
     Args:
         page: The page that gets the buttons.

@@ -25,7 +25,8 @@ OUT_OF_REACH = "out of reach"
 """Verdict: no configuration was found that reaches the target."""
 
 _SEEDS = 150
-"""Number of seeds of the inverse kinematics: some milliseconds."""
+"""Number of initial guesses of the inverse kinematics, which together take some
+milliseconds."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -84,7 +84,8 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
     except Exception:
         _log.exception("the cockpit ends")
     finally:
-        # Threads of the server and of the camera have nothing to finish.
+        # This also ends the threads of the server and of the camera, which have
+        # nothing to finish.
         os._exit(0)
 
 
@@ -97,7 +98,7 @@ class Page:
         picture: The map at the start.
 
     Raises:
-        OSError: The page cannot be served there.
+        OSError: The page cannot be served at the job's host and port.
     """
 
     def __init__(
@@ -147,7 +148,7 @@ class Page:
             self._desk.expire()
 
     def _keep_beating(self) -> None:
-        """Sends, through the event loop that handles STOP, that STOP works."""
+        """Reports periodically from STOP's event loop that STOP works."""
         loop = self._server.get_event_loop()
         while True:
             loop.call_soon_threadsafe(self._send, Beat())
@@ -293,7 +294,7 @@ class Page:
         operator.answer(self._answered, X_WT)
 
     def _offer(self) -> None:
-        """Searches targets that work, while the operator's does not."""
+        """Searches other targets if the robot cannot reach the operator's."""
         with self._lock:
             operator, field = self._operator, self._picture.field
         if operator is None:
@@ -332,7 +333,7 @@ class Page:
         return is_within_reach(*self._question(X_WT))
 
     def _question(self, X_WT: np.ndarray) -> tuple:
-        """The question whether a target can be reached."""
+        """Returns the arguments of `find_reach` for a target."""
         job, field, look = self._job, self._picture.field, self._look
         targets: list[Target | None] = [None] * len(job.robot.effectors)
         if look.X_WTs is not None:  # The other hands are held.

@@ -1,4 +1,4 @@
-"""Points of surfaces that an operator clicks, and targets before them."""
+"""Points of surfaces that an operator clicks, and targets in front of them."""
 
 import dataclasses as dc
 
@@ -14,7 +14,8 @@ _CLOSE = 1e-3
 """The ray has arrived if the surface is nearer than this [m]."""
 
 _STEPS = 200
-"""Most steps along a ray; grazing rays take many."""
+"""Largest number of steps along a ray; a ray almost parallel to a surface takes
+many steps."""
 
 _SAFE = 0.98
 """Fraction of the distance that a step covers; below 1, since distances are

@@ -34,7 +34,7 @@ def open_server(job: CockpitJob) -> viser.ViserServer:
 
 
 def _free_port(host: str, port: int | None) -> int:
-    """Returns the port that is asked for, or else the first free one.
+    """Returns the requested port, or the first free one if None is requested.
 
     Raises:
         RemoSplatError: It is taken, or there is no such interface.

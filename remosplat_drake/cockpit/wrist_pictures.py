@@ -25,8 +25,8 @@ def wrist_pictures(
 ) -> Iterator[Frame]:
     """Yields the wrist camera's image ten times a second, forever.
 
-    Pictures that take long to make are rarer. A camera that is silent now may
-    come back; meanwhile there is no picture.
+    If a picture takes long to make, the next one follows later. While a camera
+    sends no image, nothing is yielded; the camera may return.
 
     Args:
         job: Makes the camera.

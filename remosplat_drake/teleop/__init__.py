@@ -7,7 +7,7 @@ receives targets of another program (`target_stream`), and
 switch. `CommandMerger` merges the commands of several operators (`merging`).
 
 `OperatorTarget` moves the target as the command says, within the bounds of
-`TeleopConfig`: `target_motion` decides what it does (hold, follow, go, scan),
+`TeleopConfig`: `target_motion` selects its mode (hold, follow, go, scan),
 `target_step` and `smoothing` bound its velocity and acceleration, `scan` finds
 the poses from which the wrist camera looks around.
 """

@@ -31,8 +31,8 @@ class CommandMerger(LeafSystem):
 
     Each operator i has the ports `command_i`, an `OperatorCommand`, and
     `map_requests_i`, its `MapRequests`; the outputs are of the same types. The
-    outputs follow the inputs without delay. The system stores once a period
-    which operator leads, that is, made the latest request.
+    outputs follow the inputs without delay. Once a period, the system stores
+    which operator has made the latest request and so leads.
 
     Args:
         count: Number of operators, at least one.

@@ -15,11 +15,11 @@ SILENCE = 0.5
 [s]."""
 
 OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
-"""Effects of a button that is pressed."""
+"""Effects that a press of a gamepad's button can have."""
 
 _PRESSES = {0: CLOSE, 1: OPEN, 12: FASTER, 13: SLOWER}
-"""Effects of the lower and the right button, and of the directional pad up and
-down.
+"""Effect of each button, by its number: 0 is the lower and 1 the right button,
+12 is up and 13 down on the directional pad.
 """
 
 _DOWN, _UP = 6, 7  # Triggers.

@@ -10,8 +10,8 @@ class HandLaw:
     """The two commands that an operator gives to a hand.
 
     Attributes:
-        width: Opening of the open hand, as at the start and in the collision
-            geometry [m].
+        width: Opening of the open hand, which is also its opening at the start
+            and in the collision geometry [m].
         force: Force with which the hand closes [N].
     """
 

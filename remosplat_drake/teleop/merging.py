@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 _LEADING = ("moves", "holds", "homes", "poses", "scans", "choices")
-"""Counts of requests. An operator who makes such a request leads from then
-on."""
+"""Fields of `OperatorCommand` that count requests about the target. An operator
+who makes such a request leads from then on."""
 
 _COUNTS = (*_LEADING, "opens", "closes")
-"""All counts; the hand moves beside the target."""
+"""All fields that count requests. Opening or closing the hand does not change
+the leader, since it does not move the target."""
 
 
 @dc.dataclass(frozen=True, eq=False)

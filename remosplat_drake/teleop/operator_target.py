@@ -60,8 +60,8 @@ class OperatorTarget(LeafSystem):
     `supervision` takes a `SupervisorState`. While the robot is stopped the
     target stays with it, so that a release does not send the robot to a target
     that an operator moved meanwhile. This input affects the outputs only
-    through the periodic update, since the supervisor's inputs depend on the
-    target (algebraic loop).
+    through the periodic update. Otherwise there would be an algebraic loop,
+    since the supervisor's inputs depend on the target.
 
     Args:
         robot: The robot, for its kinematics.
@@ -170,7 +170,7 @@ class OperatorTarget(LeafSystem):
         return context.get_abstract_state(int(self._hands_index)).get_value()
 
     def _known_hands(self, context: Context) -> "_Hands":
-        """All targets; one that no tick has placed yet is where its hand is."""
+        """Returns all targets; before the first tick, those at the hands."""
         hands = self._memory(context)
         if all(np.isfinite(one.X_WT).all() for one in hands.states):
             return hands
@@ -263,8 +263,8 @@ class OperatorTarget(LeafSystem):
             elif i == before.leading:
                 one = stand(one, command, X_WEs[i], "hold: another hand moves")
             else:
-                # Earlier requests, which were meant for other end effectors, do
-                # not count as new.
+                # The requests so far were meant for other end effectors. They
+                # are stored, so that they do not count as new later.
                 one = dc.replace(one, command=command)
             states.append(one)
         cell = int(self._hands_index)
@@ -272,7 +272,7 @@ class OperatorTarget(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(hands)
 
     def _index(self, effector: str) -> int:
-        """The index of an end effector; of an unknown one, the first's."""
+        """Returns the index of an end effector; 0 for an unknown name."""
         names = self._robot.effectors
         return names.index(effector) if effector in names else 0
 
@@ -282,8 +282,8 @@ class _Hands:
     """The targets of all end effectors; copying returns the object itself.
 
     Attributes:
-        states: The target of each.
-        leading: Index of the one that the operator moves.
+        states: Target of each end effector.
+        leading: Index of the end effector that the operator moves.
         is_open: Whether the robot's hand shall be open.
     """
 
@@ -296,5 +296,5 @@ class _Hands:
 
     @property
     def led(self) -> TargetState:
-        """The target of the one that the operator moves."""
+        """The target of the end effector that the operator moves."""
         return self.states[self.leading]

@@ -7,8 +7,8 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 class PoseCoordinates:
     """A position in W, and roll, pitch and yaw relative to a reference.
 
-    Angles are relative to the reference H, so that they are zero where the
-    robot begins and far from where they wrap around:
+    Angles are relative to the reference H, so that they are zero at the robot's
+    start, and far from the values at which they wrap around:
     R_WT = R(roll, pitch, yaw) R_WH about W's axes.
 
     Args:

@@ -14,7 +14,7 @@ def scan_poses(
     The camera's position does not change, and its image remains upright. It
     looks ahead and down, first along a row of steep views, and then back along
     a row of flatter views, so that consecutive views are near each other. With
-    up to three poses, there is only one row, at the mean pitch of the two.
+    up to three poses, there is only one row, at the mean pitch of the two rows.
 
     Args:
         X_WE: Pose of the end effector where the scan begins, shape (4, 4).

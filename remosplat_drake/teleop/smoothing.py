@@ -41,7 +41,7 @@ def braking_speed(distance: float, acceleration: float, dt: float) -> float:
 def velocity_towards(
     offset: np.ndarray, max_speed: float, acceleration: float, dt: float
 ) -> np.ndarray:
-    """Returns the fastest velocity to a goal that can still stop there.
+    """Returns the fastest velocity from which braking can still end at a goal.
 
     Args:
         offset: Vector from the present position to the goal, shape (3,) [m or
@@ -63,12 +63,12 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """Returns the velocity nearest to a given one within a bounded change.
+    """Returns the velocity nearest to the desired one after a bounded change.
 
     Args:
         before: The present velocity, shape (3,).
         wanted: The desired velocity, shape (3,).
-        max_change: Greatest length of the change between the two.
+        max_change: Largest norm of the change of velocity.
     """
     change = wanted - before
     size = math.hypot(*change)
@@ -78,7 +78,7 @@ def change_velocity(
 
 
 def limit_norm(vector: np.ndarray, bound: float) -> np.ndarray:
-    """Shortens a vector to a bound if it is longer."""
+    """Scales a vector down to a given norm if it is longer."""
     size = math.hypot(*vector)
     return vector if size <= bound else vector * (bound / size)
 
@@ -91,9 +91,10 @@ def rotation_to_go(
 ) -> np.ndarray:
     """Returns the remaining rotation to a goal, as a rotation vector in W.
 
-    It is the shorter rotation. Exception: if the target already rotates and
-    reversing would take longer, the direction is kept. So a goal that
-    oscillates around half a turn does not reverse the rotation again and again.
+    This is the shorter of the two possible rotations. Exception: if the target
+    already rotates, and reversal would take longer, the rotation continues in
+    its direction. So a goal that oscillates around half a turn does not reverse
+    the rotation again and again.
 
     Args:
         R_WT: The target's present rotation, shape (3, 3).

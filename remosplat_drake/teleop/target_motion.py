@@ -1,4 +1,4 @@
-"""Motions of the target by an operator's requests: hold, follow, go, scan."""
+"""Motions of a target that an operator requests: hold, follow, go, scan."""
 
 import dataclasses as dc
 
@@ -59,7 +59,7 @@ def stand(
     X_WE: np.ndarray,
     text: str = "hold: the robot is stopped",
 ) -> TargetState:
-    """Keeps the target at a stopped robot, or at a deselected hand.
+    """Keeps the target at the hand of a stopped robot, or at a deselected hand.
 
     Requests in the meantime are ignored.
 
@@ -141,7 +141,8 @@ def _begin_scan(
         return hold(state, X_WE, "no wrist camera to scan with")
     if not np.isfinite(X_WE).all():
         return hold(state, X_WE, "no scan: the robot's pose is unknown")
-    # Directions that were free so far start from the hand's present pose.
+    # A scan has no free directions. So the target begins at the hand's present
+    # pose in the directions that were free before.
     target = law.target(state)
     if target.free:
         state = dc.replace(state, X_WT=target.nearest_pose(X_WE))
@@ -169,7 +170,7 @@ def _next_view(
 
 
 def _break_off(before: TargetState, state: TargetState) -> TargetState:
-    """Ends the frames of a scan that was broken off."""
+    """Marks the latest frame of a broken-off scan as its last one."""
     broken_off = before.mode == SCAN and state.mode != SCAN
     if broken_off and before.scan_size > len(before.scan):
         return dc.replace(state, unfinished=state.unfinished - 1)
@@ -179,7 +180,7 @@ def _break_off(before: TargetState, state: TargetState) -> TargetState:
 def _end(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray, time: float
 ) -> TargetState:
-    """Ends motions that end by themselves, or starts the next one."""
+    """Ends a finished motion, or sets its next goal."""
     command = state.command
     if state.mode == VELOCITY and command.V_W is None:
         why = command.trouble or "the dead-man button was let go"
@@ -197,7 +198,7 @@ def _end(
 def _watch_scan(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray, time: float
 ) -> TargetState:
-    """Requests a frame when a view is reached, or when its time is over."""
+    """Requests a frame of a view when the hand is there, or at its timeout."""
     config = law.config.scan
     if state.shown is None and _is_at(state.X_WT, state.X_WT_goal):
         state = dc.replace(state, shown=time)
@@ -223,7 +224,7 @@ def _is_at(X_WE: np.ndarray, X_WT: np.ndarray) -> bool:
 
 
 def _within(config: TeleopConfig, X_WT: np.ndarray) -> np.ndarray:
-    """A pose with its position clamped into the workspace."""
+    """Returns a pose whose position is clamped to the workspace."""
     X_WT = X_WT.copy()
     X_WT[:3, 3] = np.clip(
         X_WT[:3, 3], config.workspace_lower, config.workspace_upper

@@ -36,9 +36,10 @@ def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
     )
     X_WT = np.eye(4)
     X_WT[:3, :3] = rotated(before[:3, :3], w_WT * dt)
-    # A change of mind close to the edge may come too late to brake: there
-    # the workspace comes before the bound on the acceleration. A target that
-    # began outside, where the end effector was, may only come in.
+    # If the goal changes close to the edge of the workspace, the bounded
+    # acceleration may not suffice to brake before the edge. Then the workspace
+    # has priority. A target that began outside, where the end effector was, may
+    # only move inward.
     p_WT = before[:3, 3]
     X_WT[:3, 3] = np.clip(
         p_WT + v_WT * dt,
@@ -54,7 +55,7 @@ def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
 def _wanted_velocity(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray
 ) -> np.ndarray:
-    """Desired velocity of the target, within its speeds; V_W, (6,)."""
+    """Returns the target's desired velocity V_W within its limits, (6,)."""
     config, dt = law.config, law.dt
     if state.mode == VELOCITY:
         assert state.command.V_W is not None
@@ -79,7 +80,7 @@ def _wanted_velocity(
 def _leashed(
     law: MotionLaw, X_WT: np.ndarray, X_WE: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
-    """Bounds a velocity so that it can be braked at the largest lead."""
+    """Bounds a velocity so that the target never leads by over `max_lead`."""
     config, lead = law.config, X_WT[:3, 3] - X_WE[:3, 3]
     length = float(np.linalg.norm(lead))
     if not length > 0.0:
@@ -92,7 +93,7 @@ def _leashed(
 def _along_walls(
     law: MotionLaw, X_WT: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
-    """Bounds a velocity so that it can be braked at the workspace's walls."""
+    """Bounds a velocity so that the target can brake in the workspace."""
     config, p_WT = law.config, X_WT[:3, 3]
     # The braking decelerations of the three axes together must not exceed the
     # bound.

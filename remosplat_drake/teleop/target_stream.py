@@ -1,4 +1,4 @@
-"""Streams of target poses and velocities from another program; watchdogs."""
+"""Streams of target poses and velocities from another program."""
 
 import dataclasses as dc
 import math

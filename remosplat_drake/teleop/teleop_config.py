@@ -51,8 +51,8 @@ class GamepadConfig(Config):
     # Dead zone: fraction of a stick's range around its centre that counts as
     # released.
     dead_zone: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # Greatest distance of the target from the end effector [m]: it must not
-    # run away from one that an obstacle holds back.
+    # Greatest distance of the target from the end effector [m], so that the
+    # target does not run away from an end effector that an obstacle holds back.
     max_lead: Annotated[float, Interval(gt=0, le=2)] = 0.2
 
 
@@ -63,20 +63,20 @@ class PoseStreamConfig(Config):
     # URL of the LCM network. The multicast time to live decides how far
     # messages go: ttl=0 stays on this machine, ttl=1 in the local network.
     lcm_url: str = "udpm://239.255.76.67:7667?ttl=0"
-    # Name of the end effector that the poses are for, of several; empty for
-    # the one that the operator moves.
+    # Name of the end effector that the poses move, if there are several; empty
+    # for the one that the operator has selected.
     effector: str = ""
     # Channel of the poses, of type pose_target.
     channel: ChannelName = "POSE_TARGET"
     # Channel of the velocities, of type velocity_target: the target moves by
     # them as by a gamepad, with its `max_lead`.
     velocity_channel: ChannelName = "VELOCITY_TARGET"
-    # Time without a message after which the stream is not followed any more,
+    # Time without a message after which the target stops to follow the stream,
     # and greatest age of a message [s].
     expiry: Annotated[float, Interval(gt=0, le=10)] = 0.3
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error for an unusable LCM URL, or one channel for both."""
+        """Yields an error for an unusable LCM URL, or for equal channels."""
         try:
             check_lcm_url(self.lcm_url)
         except RemoSplatError as error:
@@ -91,10 +91,10 @@ class ScanConfig(Config):
 
     # Largest pan angle of the camera, to either side of straight ahead [deg].
     pan_deg: Annotated[float, Interval(ge=0, le=90)] = 60.0
-    # How far below the horizon the camera looks in the row of steep views
-    # [deg].
+    # Angle below the horizon at which the camera looks in the row of steep
+    # views [deg].
     steep_deg: Annotated[float, Interval(ge=0, le=90)] = 60.0
-    # How far below the horizon the camera looks in the row of flat views
+    # Angle below the horizon at which the camera looks in the row of flat views
     # [deg].
     flat_deg: Annotated[float, Interval(ge=0, le=90)] = 25.0
     # Time at a pose before its frame is taken [s].
@@ -128,9 +128,9 @@ class TeleopConfig(Config):
     workspace_upper: Position = dc.field(
         default_factory=lambda: [5.0, 5.0, 2.0]
     )
-    # Directions of the target that are left to the robot while the operator
+    # Directions in which the robot need not reach the target while the operator
     # moves it, as in a scenario's `targets`: [rz] for a tool that may turn
-    # about its own axis. Modes that hold or scan ask for all.
+    # about its own axis. A target that is held or scans has no free directions.
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)

@@ -57,7 +57,7 @@ class OperatorStep(Config):
     # Time of the step, since the start of the run [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
     # Position in the world frame W to which the target shall go [m]; absent:
-    # no wish for a pose.
+    # the step requests no pose.
     translation: Position | None = None
     # Roll, pitch and yaw that the target shall have in W [deg]; absent: those
     # of the step before.
@@ -66,12 +66,13 @@ class OperatorStep(Config):
     press: str = ""
     # Name of a saved pose to pick; empty for none.
     pick: str = ""
-    # Name of the end effector that moves from here on, of several; empty for
-    # the one that moves already, at first the first.
+    # Name of the end effector that moves from this step on, if there are
+    # several. If it is empty, the end effector does not change. A script begins
+    # with the first end effector.
     effector: str = ""
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields errors for an unknown button or a lone rotation."""
+        """Yields errors for an unknown button or rotation without position."""
         if self.rpy_deg is not None and self.translation is None:
             yield "rpy_deg", "needs a translation"
         if self.press and self.press not in BUTTONS:

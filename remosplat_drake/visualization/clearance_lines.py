@@ -24,11 +24,11 @@ _PALE_PERIOD = 0.2  # Shortest time between two drawings of the thin lines [s].
 class ClearanceLines:
     """Red lines from the robot's spheres to their closest scene points.
 
-    A line stands for a collision constraint (row) of the quadratic program. The
-    line of an active constraint, which holds with equality at the command, is
-    thick and strong; all other lines are thin and pale. The thick lines are a
-    fixed set of shapes that only move, so that a recording can replay them. A
-    recording does not contain the thin lines.
+    Each line stands for a collision constraint of the quadratic program. A
+    constraint is active if it holds with equality at the command. Its line is
+    then thick and opaque; all other lines are thin and pale. The thick lines
+    are a fixed set of shapes that only move, so that a recording can replay
+    them. A recording does not contain the thin lines.
 
     Args:
         page: The page to draw on.

@@ -10,12 +10,11 @@ from remosplat_drake.teleop.gamepad import SILENCE
 class DeadMan:
     """The watchdog of a gamepad's dead-man switch.
 
-    It receives a pulse that the page sends while the switch is held.
-
-    The pulse is necessary, since Meshcat reports a gamepad only when its state
-    changes. If a page is closed, hidden or hangs while the switch is held,
-    Meshcat would report the switch as held forever. So while the switch is
-    held, the page clicks a hidden button periodically (`web/live.js`).
+    While the switch is held, the page sends pulses: it clicks a hidden button
+    periodically (`web/live.js`). The pulses are necessary, since Meshcat
+    reports a gamepad only when its state changes. If a page is closed, hidden
+    or hangs while the switch is held, Meshcat would report the switch as held
+    forever.
 
     Args:
         meshcat: The page's Meshcat server.

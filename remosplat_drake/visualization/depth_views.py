@@ -129,7 +129,7 @@ def _mark(axes: Axes, views: SphereViews, view: int, is_nearest: bool):
     row, column = views.nearest[view].tolist()
     size = views.ranges.shape[1]
     color = _NEAREST if is_nearest else _NEAR
-    # Rings and labels may reach over into the neighbouring view.
+    # Rings and labels may extend into the neighbouring view.
     axes.set_zorder(2 if is_nearest else 1)
     for edge, line in ((_INK, 4.5), (color, 2.5)):
         axes.plot(

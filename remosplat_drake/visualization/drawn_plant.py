@@ -1,4 +1,4 @@
-"""`DrawnPlant`: the look of a robot's links, made once for all views."""
+"""`DrawnPlant`: the appearance of a robot's links, made once for all views."""
 
 import dataclasses as dc
 from functools import lru_cache
@@ -79,7 +79,7 @@ class DrawnPlant:
 
 @lru_cache(maxsize=4)
 def drawn_plant(robot: RobotModel) -> DrawnPlant:
-    """Returns a plant whose links look like a robot's; makes it only once.
+    """Returns a plant whose links look like a robot's; caches it per robot.
 
     Args:
         robot: The robot.

@@ -15,7 +15,7 @@ _MAX_PIECES = 500  # A trace of 30 m; what is older disappears.
 
 
 class GrowingPath:
-    """A tube behind a moving point.
+    """A tube along the trace of a moving point.
 
     The cost of a step does not depend on the length of the trace. Steps are
     sent in groups (pieces), since Meshcat sends every shape to every browser,

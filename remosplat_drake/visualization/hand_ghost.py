@@ -72,7 +72,7 @@ class HandGhost:
 
 
 def is_away(target: Target, X_WE: np.ndarray) -> bool:
-    """Returns whether a hand is so far from a target that a ghost is useful.
+    """Returns whether a hand is so far from a target that a ghost is drawn.
 
     Args:
         target: The target.

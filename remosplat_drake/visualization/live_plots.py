@@ -42,7 +42,7 @@ class LivePlots(LeafSystem):
 
     The upper plot shows the smallest clearance in the controller's reports. The
     lower one shows the difference between the end effector's velocity and the
-    velocity that the servo desires. `report` takes the controller's
+    desired velocity of the controller's servo. `report` takes the controller's
     `TickReport`, and `executed` the velocity u that the station gets. A point
     of a curve is the worst value of all ticks in 0.1 s.
 

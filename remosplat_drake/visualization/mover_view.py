@@ -24,7 +24,8 @@ _LENGTH = 0.25
 """Depth up to which the pyramid of a camera's view is drawn [m]."""
 
 _GRAIN = 0.02
-"""A ball is sent again only if its radius changes by more than this [m]."""
+"""The ball around a mover's possible positions is sent to browsers again only
+if its radius has changed by more than this [m]."""
 
 _SEES = Rgba(0.15, 0.45, 0.85, 1.0)
 _BLIND = Rgba(0.85, 0.1, 0.1, 1.0)
@@ -135,6 +136,8 @@ def pyramid(
 
 def room_of(mover: Mover, ahead: float) -> float:
     """Returns the radius of a ball that contains a mover later [m].
+
+    The ball is centred at the mover's predicted position.
 
     Args:
         mover: The mover.

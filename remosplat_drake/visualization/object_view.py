@@ -26,8 +26,8 @@ class ObjectView(LeafSystem):
         - report
         - objects
 
-    `objects` takes the `SceneObject`s with their poses. Objects that the robot
-    carries, by the `TickReport`, are drawn in the hand.
+    `objects` takes the `SceneObject`s with their poses. An object is drawn in
+    the hand if the robot carries it according to the `TickReport`.
 
     Args:
         page: The page to draw on.

@@ -44,7 +44,7 @@ class MeshcatPage:
         floor: Whether to draw a floor.
 
     Attributes:
-        meshcat: Drake's server, on which your program may draw, too.
+        meshcat: Drake's Meshcat server, on which your program may draw, too.
         scene: Moves objects in the scene.
         port: The TCP port.
         status: The displayed lines of text, by their topics.
@@ -249,7 +249,7 @@ class MeshcatPage:
         self._newest.put(("account",), account.document())
 
     def told(self, *key: str):
-        """Returns the page's content of a key; None if there is none.
+        """Returns the content that the page shows under a key; None for none.
 
         Args:
             *key: The key, as in `web/panel.js`, such as "badge".
@@ -265,7 +265,7 @@ class MeshcatPage:
         self.scene.record(start)
 
     def pause_recording(self):
-        """Stops recording, since a recording grows in memory."""
+        """Stops recording, for example to bound the memory that it takes."""
         self.scene.pause()
 
     def finish_recording(self):

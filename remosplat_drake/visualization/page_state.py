@@ -1,8 +1,8 @@
 """`PageState`: the page's text about the state of a run, and its buttons.
 
 This module makes the page's texts about the run as a whole, and selects the
-buttons that act on the robot. They must not suggest that the robot is running
-if the program has ended.
+buttons that act on the robot. After the program has ended, they must not
+suggest that the robot still runs.
 """
 
 import dataclasses as dc
@@ -23,8 +23,8 @@ WAITING = "waiting"
 LIVE = "live"
 """Phase in which the robot moves, or may move at any moment."""
 HELD = "held"
-"""Phase in which the robot stands still before its target, without a stop by
-the supervisor."""
+"""Phase in which an obstacle or a limit keeps the robot from its target, but
+the supervisor has not stopped it."""
 STOPPED = "stopped"
 """Phase in which the supervisor has stopped the robot."""
 REACHED, MISSED = "reached", "missed"

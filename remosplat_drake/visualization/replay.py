@@ -149,7 +149,7 @@ def draw_maps(
     versions: np.ndarray,
     time: np.ndarray,
 ) -> None:
-    """Draws all maps of a run, each visible only at its ticks.
+    """Draws all maps of a run, each visible only while it was in use.
 
     The limit on the number of drawn discs holds for all maps together.
 

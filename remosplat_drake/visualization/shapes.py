@@ -87,7 +87,7 @@ def _tube_faces(n: int, sides: int) -> np.ndarray:
 def draw_triad(
     meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
 ):
-    """Draws a frame's axes x, y, z in red, green, blue, in front of all.
+    """Draws a frame's axes x, y, z in red, green, blue, never hidden.
 
     Args:
         meshcat: The Meshcat server.

@@ -61,7 +61,7 @@ class TargetView:
             self._show(self._marks_of(target), time)
 
     def _marks_of(self, target: Target) -> set[str]:
-        """Draws a target's new marks; returns the paths of all marks."""
+        """Draws the marks of a target; returns their paths in the scene."""
         free = set(target.free)
         if {"rx", "ry", "rz"} <= free:
             free -= {"rx", "ry", "rz"}

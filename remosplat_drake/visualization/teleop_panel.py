@@ -72,8 +72,8 @@ class TeleopPanel(LeafSystem):
             sliders of the angles are zero.
         mapping: Whether there is a live map, which needs buttons.
         scenes: The scenes of a simulated camera, the first one at the start;
-            each press of a button switches to the next one. With fewer than two
-            scenes there is no button.
+            each press of a button switches to the next one. The button exists
+            only if there are at least two scenes.
         effectors: Names of the robot's end effectors.
         has_hand: Whether there is a hand that opens and closes.
     """

@@ -152,7 +152,7 @@ def merged(
 def smoothed(
     vertices: np.ndarray, coverage: Coverage, layer: int
 ) -> np.ndarray:
-    """Smooths a frontier mesh: its steps become slopes.
+    """Smooths a mesh of the boundary of unseen space: its steps become slopes.
 
     Each vertex moves onto the plane that best separates the free voxels around
     it from the others. The motion, at most a voxel along each axis, depends

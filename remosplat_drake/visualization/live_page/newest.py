@@ -23,7 +23,7 @@ class Newest:
         self._news = Condition()
 
     def put(self, key: Key, value: Any) -> None:
-        """Replaces a value.
+        """Stores the newest value of an item.
 
         Args:
             key: Key of the item.
@@ -39,10 +39,13 @@ class Newest:
             self._news.notify_all()
 
     def drop(self, start: Key) -> None:
-        """Removes items from the store; viewers do not remove their drawings.
+        """Removes items from the store.
+
+        New viewers do not get them. Viewers that have drawn them keep the
+        drawing.
 
         Args:
-            start: The kind, and a prefix of the names.
+            start: The kind of the items, and a prefix of their names.
         """
         kind, name = start
         with self._news:

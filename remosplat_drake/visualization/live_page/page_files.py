@@ -1,4 +1,4 @@
-"""Makes the files of the page: Meshcat's viewer with bar, panel, player."""
+"""Makes the page's files: Meshcat's viewer with a bar, a panel and a player."""
 
 import json
 from functools import cache

@@ -78,7 +78,7 @@ class PageServer:
     def serve(
         self, files: Mapping[str, tuple[str, bytes]], meshcat: str
     ) -> None:
-        """Sets the files that are served in addition to changes.
+        """Sets the files that the server serves.
 
         Args:
             files: Type and content of each file, by its path.
@@ -88,7 +88,7 @@ class PageServer:
         self._meshcat = meshcat
 
     def beat(self) -> None:
-        """Marks the present values as up to date at this moment."""
+        """Records that all values are up to date at this moment."""
         self._beat = time.monotonic()
 
     def rest(self) -> None:
@@ -157,7 +157,7 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
-        """Sends a file; on the websocket, changes until it is closed."""
+        """Sends a file, or, on a websocket, changes until it is closed."""
         if self.path == NEWEST:
             self._tell()
             return

@@ -14,8 +14,8 @@ _STILL = 0.002
 _IDLE = 3.0
 """Longest standstill that a replay shows completely [s]."""
 _LEAD = 0.5
-"""Time that a replay still shows at the beginning and at the end of a skipped
-standstill [s]."""
+"""A replay skips the middle of a long standstill, and shows this time at its
+beginning and at its end [s]."""
 _POINTS = 380
 """Largest number of points of a curve, about one per pixel."""
 
@@ -121,7 +121,7 @@ def thinned(
     worst: Callable[[np.ndarray], float],
     most: int = _POINTS,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Reduces the points of a curve, and keeps its worst values.
+    """Reduces a curve to fewer points, which include its worst values.
 
     Args:
         time: Times, increasing, shape (T,) [s].

@@ -17,12 +17,12 @@ _COMMAND = re.compile(
     r"\s*\.then\(buffer =>"
     r" viewer\.handle_command_bytearray\(new Uint8Array\(buffer\)\)\);"
 )
-# These comments contain paths of the computer that made the page, and are
-# removed.
+# These comments of the page contain paths of the computer that made it, so they
+# are removed.
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
-"""Sizes of an array's elements [bytes]: bytes, shorts, floats, and msgpack's
-doubles, each of which follows a type byte."""
+"""Sizes of the elements of arrays [bytes]: 1 for bytes, 2 for shorts, 4 for
+floats, and 9 for msgpack's doubles, each of which follows a type byte."""
 
 
 def pack(page: str, title: str) -> str:
@@ -86,7 +86,7 @@ def compressed(parts: Sequence[bytes]) -> bytes:
 
 
 def _by_place(data: bytes, stride: int) -> bytes:
-    """Sorts bytes by their position in groups of `stride`.
+    """Reorders bytes: first byte 0 of each group of `stride` bytes, and so on.
 
     An incomplete last group stays at the end.
     """

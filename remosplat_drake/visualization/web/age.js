@@ -1,14 +1,15 @@
 // Measures the age of a page's content. The page requests the newest state, and
 // requests it again when it has drawn the answer.
 const age = (() => {
-  const OLD = 0.5; // Age from which on it is said [s].
-  const LOOK = 0.1; // Time between two looks at the age [s].
-  const LOST = 20; // Looks without an answer after which none is expected.
+  const OLD = 0.5; // The page displays a greater age than this [s].
+  const LOOK = 0.1; // Time between two checks of the age [s].
+  const LOST = 20; // After so many checks without an answer it counts as lost.
   let asked = performance.now();
   let heard = asked;
-  let behind = 0; // Age of the answer when it came [s].
-  let drawnIn = 0; // Time that the last picture took [s].
-  // Counted in checks since a request, so that time for drawing does not count.
+  let behind = 0; // Age of the latest answer's content on arrival [s].
+  let drawnIn = 0; // Time that the last picture took to draw [s].
+  // Number of checks since an unanswered request. Time is not used, since the
+  // browser checks nothing while it draws, and drawing is no silence.
   let silence = 0;
   let waits = true;
 
@@ -17,7 +18,8 @@ const age = (() => {
     waits = true;
   };
 
-  // Upper bound of the age; the answer states how long the server has waited.
+  // Takes an answer, and computes an upper bound of its age. `waited` is the time
+  // for which the server waited for a change, and `age` that of the content [s].
   const take = ({ waited, age: old }) => {
     heard = performance.now();
     silence = 0;
@@ -47,7 +49,7 @@ const age = (() => {
     return old > OLD ? `${old.toFixed(1)} s old` : "";
   };
 
-  // Calls a function periodically; returns a function that ends this.
+  // Calls a function periodically; returns a function that ends the calls.
   const watch = (look) => {
     const timer = setInterval(() => {
       if (waits) silence += 1;

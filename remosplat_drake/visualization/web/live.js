@@ -82,7 +82,8 @@
     };
   };
 
-  // After a picture that takes long, time is left for other events.
+  // Draws the scene. After a picture that takes long, it waits before the next
+  // one, so that the browser can handle other events.
   const draw = () => {
     let after = 0;
     viewer.animate = () => {
@@ -128,7 +129,8 @@
     player.open(account, { playing: again, at });
   };
 
-  // While a gamepad's dead-man switch is held, its hidden button is clicked.
+  // While a gamepad's dead-man switch is held, the page clicks the hidden button
+  // that reports it.
   setInterval(() => {
     const switched = document.querySelector(".remosplat-pulse");
     if (!switched || document.hidden) return;

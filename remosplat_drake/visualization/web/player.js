@@ -13,7 +13,7 @@ const player = (() => {
 
   const show = (time) => {
     now = Math.max(0, Math.min(span, time));
-    // The end is reached when the displayed time is that of the end.
+    // A time that is displayed like the end, after rounding, counts as the end.
     if (shown(now) === shown(span)) now = span;
     if (span) viewer.animator.seek(now);
     slider.value = now;

@@ -4,7 +4,7 @@ const task = (() => {
   // Colours with their opacity: as Python draws an object, and marked.
   const PLAIN = ["#8c59bf", 0.6];
   const MARKED = ["#ffb319", 0.9];
-  const STILL = 4; // A click moves the pointer less than that [px].
+  const STILL = 4; // A press that moves the pointer further is no click [px].
   let told = null;
   let chosen = "";
 
@@ -52,7 +52,7 @@ const task = (() => {
     panel.fill("task", ...parts);
   };
 
-  // The object at a place of the window; empty if there is none.
+  // Name of the object at a place of the window; empty if there is none.
   const at = (x, y) => {
     const { Raycaster, Vector2 } = MeshCat.THREE;
     const { left, top, width, height } =
@@ -76,7 +76,8 @@ const task = (() => {
   addEventListener("pointerdown", (press) => (pressed = press));
   addEventListener("pointerup", (release) => {
     if (!told || !window.viewer || !pressed) return;
-    // The controls of the view capture the pointer: its release has their target.
+    // The controls of the view capture the pointer, so the target of the release
+    // is always the canvas; the target of the press is tested instead.
     if (pressed.target !== viewer.renderer.domElement) return;
     const [x, y] = [release.clientX, release.clientY];
     if (Math.hypot(x - pressed.clientX, y - pressed.clientY) > STILL) return;

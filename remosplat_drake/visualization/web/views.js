@@ -3,20 +3,22 @@
 const views = (() => {
   let places = null; // Positions of hand, target and base in W [m].
   let chosen = "free";
-  let centre = null; // What the view looked at in the last picture.
-  let looked = 0; // Time of the last look at what is hidden [ms].
-  const CLOSE = 0.03; // Distance of a line of sight from a disc's centre [m].
-  const END = 0.08; // Part of the line next to the point that does not count [m].
-  const TURN = Math.PI / 6; // Between two views that are compared [rad].
-  const AGAIN = 1000; // Time between two looks at what is hidden [ms].
+  let centre = null; // Point that the view looked at in the last picture.
+  let looked = 0; // Time of the last search for a clear view [ms].
+  // A disc hides a point if its centre is nearer to the line of sight than CLOSE,
+  // and farther than END from the point [m].
+  const CLOSE = 0.03;
+  const END = 0.08;
+  const TURN = Math.PI / 6; // Angle between two views that are compared [rad].
+  const AGAIN = 1000; // Time between two searches for a clear view [ms].
 
   const mean = (a, b) => a.map((v, i) => 0.5 * (v + b[i]));
   const sum = (a, b) => a.map((v, i) => v + b[i]);
   const less = (a, b) => a.map((v, i) => v - b[i]);
   const turned = ([x, y, z]) => [x, z, -y]; // Three.js has y up.
 
-  // Seen from the side, hand and target do not hide each other; seen from above,
-  // objects on a table hide little.
+  // Vector to a camera that sees hand and target. It is beside them, so that they
+  // do not hide each other, and above them, so that objects on a table hide little.
   const both = () => {
     const [x, y] = less(places.target, places.hand);
     const far = Math.hypot(x, y);
@@ -28,7 +30,7 @@ const views = (() => {
   const between = () =>
     places.target ? mean(places.hand, places.target) : places.hand;
 
-  // Whether a disc of the map hides a point.
+  // Returns whether a disc of the map hides a point from the camera.
   const hides = (from, at) => {
     const { Vector3 } = MeshCat.THREE;
     let found = false;
@@ -55,7 +57,8 @@ const views = (() => {
   const hidden = (from) =>
     [places.hand, places.target ?? places.hand].filter((at) => hides(from, at));
 
-  // Of the views near the one from the side, the one in which least is hidden.
+  // Returns the vector to a camera that sees both hand and target. It tries cameras
+  // around them, the side view first; if none sees both, it takes the best one.
   const clear = () => {
     const [x, y, z] = places.target ? both() : [-0.6, -0.6, 0.45];
     let best = null;
@@ -116,7 +119,7 @@ const views = (() => {
     }
     if (name === "free") return;
     if (!window.viewer?.camera || !places) {
-      // It is loading.
+      // The page is still loading.
       setTimeout(() => chosen === name && choose(name), 200);
       return;
     }
