@@ -61,7 +61,7 @@ def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
 
 
 def shares_of(base: GaussianSplat, capture: Capture) -> np.ndarray:
-    """Computes the fraction of each frame's surfaces that an earlier splat has.
+    """Computes the fractions of frames' surfaces that a splat already contains.
 
     Args:
         base: The splat from before the run, in W.

@@ -81,9 +81,10 @@ class Judgement:
     def holds_for(self, names: tuple[str, ...]) -> bool:
         """Returns whether the judgement is valid for other frames, too.
 
-        Let m be the number of frames that only one of the two sets contains.
-        The judgement is invalid if m is at least half the number of the other
-        frames. A judgement with a problem is valid only if m is zero.
+        Let m be the number of frames that are in only one of the two sets: the
+        judged frames and the other frames. The judgement is invalid if m is at
+        least half the number of the other frames. A judgement with a problem is
+        valid only if m is zero.
 
         Args:
             names: Names of the other frames.

@@ -13,8 +13,8 @@ least this far from all remaining discs [m]. Other discs in free space may be
 edges about which views slightly disagree."""
 
 _AROUND = 0.1
-"""Remaining discs of a vanished object are at most this far from its vanished
-discs [m]."""
+"""Further discs of a vanished object are sought within this distance of its
+discs in free space [m]."""
 
 _PAST = 0.01
 """A disc near a vanished object is removed, too, if a view measures a surface
@@ -23,8 +23,8 @@ at least this far behind the disc [m]."""
 _NEIGHBORS = 8
 _MOST = 0.6
 """A disc near a vanished object is removed, too, if at least this fraction of
-its neighbours is. Such remnants come from frayed outlines and from pixels
-without depth."""
+its neighbours is removed. Such remnants come from frayed outlines and from
+pixels without depth."""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:

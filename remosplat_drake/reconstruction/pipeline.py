@@ -138,7 +138,7 @@ def reconstruct(
     if surfels is None:
         surfels = initialise(seen, initialisation)
     report("surfels", 1, 1)
-    method = f"{len(surfels)} surfels on {len(seen)} views"
+    method = f"{len(surfels)} surfels from {len(seen)} views"
     undone = np.zeros(COUNT)
     if device == NONE:
         splat = splat_of_surfels(surfels)

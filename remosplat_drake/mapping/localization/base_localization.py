@@ -37,7 +37,7 @@ class BaseLocalization(LeafSystem):
         - configuration
         - base_uncertainty
 
-    The input is the measured q, whose base is in the odometry's frame O, the
+    The input is the measured q, whose base is in the odometry's frame O; the
     output is q in the map's frame W. `correction` is a `BaseCorrection`. The
     applied correction follows it slowly, so that the controller is not
     disturbed. But the correction of a new map takes effect at once, because map

@@ -54,8 +54,8 @@ around the prediction [m]."""
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
 """A surface is upright if the cosine of the angle between its normal and the
-vertical is below this; their fit is measured from at least this number of
-points."""
+vertical is below the first value. The fit of upright surfaces is measured if
+they have at least the second number of points."""
 
 _WIDE = LEVELS[0]
 """Limits within which points of two frames belong to the same surface, when a

@@ -1,4 +1,4 @@
-"""Distances between surfaces of two views, by the distance of the views."""
+"""Distances between surfaces of two views, by the cameras' distance."""
 
 import itertools
 
@@ -56,7 +56,7 @@ def distances_of_pairs(
 def residual_rows(
     X_WC: np.ndarray, pairs: np.ndarray, before: np.ndarray, after: np.ndarray
 ) -> list[ResidualRow]:
-    """Tabulates residuals of points in groups by the distance of their views.
+    """Tabulates residuals of points, grouped by the distance of the cameras.
 
     Args:
         X_WC: Poses, shape (n, 4, 4).
@@ -97,8 +97,9 @@ def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     Nearly as many points as before must be near a surface of the other view.
     Distances above 2 cm count as 2 cm. For each pair, the mean distance is
     compared. The sum of all decreases minus that of all increases must exceed
-    0.01 of the sum of the means, and twice the sum of the increases. The second
-    condition rejects a drift along a table, which only few pairs contradict.
+    two limits: 0.01 of the sum of the means, and twice the sum of the
+    increases. The second limit rejects a drift along a table, which only few
+    pairs contradict.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

@@ -23,7 +23,8 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _STRIDE = 7
-"""Every n-th residual is used to estimate the spread of all."""
+"""Step between the residuals from which the spread of all residuals is
+estimated."""
 
 
 _SYSTEMATIC = 10.0

@@ -291,12 +291,12 @@ def reference_of(report: QualityReport) -> str:
 
 
 def remaining_of(report: QualityReport, oracle: str) -> float:
-    """Returns the remaining map error of an oracle's distances [m].
+    """Returns the map error that remains in an oracle's distances [m].
 
     Args:
         report: The report of a map.
-        oracle: Name of the oracle. The result is for distances from which it
-            has subtracted the splats' uncertainty.
+        oracle: Name of an oracle. An oracle subtracts the splats' uncertainty
+            from its distances; the result is the over-estimate that remains.
     """
     best = reference_of(report)
     for row in report.distances:
@@ -307,7 +307,7 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
 
 def rounded_up(length: float) -> str:
-    """Formats a length, rounded up to millimetres; below 1 cm, to tenths."""
+    """Formats a length, rounded up to 1 mm, or below 1 cm to 0.1 mm."""
     # Whole micrometres first, so that 6 mm with a rounding error stay 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

@@ -63,7 +63,7 @@ def depth_loss(
 
     It is the error of the ray-splat depth, projected onto the disc's normal,
     since a small tilt of a disc is a large error of depth at a grazing ray.
-    Larger errors than the margin come from another surface, and count as the
+    Errors above the margin come from another surface, and are clipped to the
     margin.
     """
     p_CK, normal_C = _in_cameras(discs, views)
