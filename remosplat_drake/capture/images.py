@@ -113,9 +113,9 @@ def check_pixel_count(source: Source, width: int, height: int):
 
 
 def check_announced_size(where: str, field: str, width: float, height: float):
-    """Checks an image's size that a file states in a field.
+    """Checks the size of an image that a field of a file states.
 
-    Used if the image itself cannot confirm its size.
+    This check is for images that cannot confirm their size.
 
     Raises:
         FieldError: The size is unusable; the error names `where` and `field`.

@@ -7,8 +7,8 @@ LONGEST_STEP = 0.2
 """Longest time between neighbouring frames for a known velocity [s]."""
 
 ACCELERATION_SPAN = 0.1
-"""Accelerations are differences of velocities this long before and after
-[s]."""
+"""Time before and after a frame at which the velocities are taken whose
+difference gives its acceleration [s]."""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
@@ -52,9 +52,9 @@ def camera_accelerations(
 ) -> np.ndarray:
     """Computes a camera's accelerations.
 
-    They are differences of velocities `ACCELERATION_SPAN` before and after each
-    frame. In differences between neighbouring frames, the jitter of poses would
-    dominate.
+    An acceleration is computed from the velocities at the times
+    `ACCELERATION_SPAN` before and after the frame. In differences between
+    neighbouring frames, the jitter of poses would dominate.
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].

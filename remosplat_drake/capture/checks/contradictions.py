@@ -65,10 +65,14 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """
     looking = dc.replace(wide, pairs=wide.pairs[:, ::-1])
     for sides, words in (
-        (wide, "up to {} % of what {} frames show is free space in others"),
+        (
+            wide,
+            "{1} frames have up to {0} % of their points in free space of"
+            " others",
+        ),
         (
             looking,
-            "up to {} % of what others show is free space in {} frames",
+            "{1} frames show free space at up to {0} % of others' points",
         ),
     ):
         judged, through = _counts(sides, [])

@@ -45,9 +45,9 @@ _GOOD_CORRELATION = 0.3
 one frame."""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
-"""Ratio, and added difference, by which a correlation must be greater. Colours
-belong to another frame if their correlation with that frame's depths is so much
-greater than the correlation with the depths of their own frame."""
+"""Ratio r and difference d: colours belong to another frame if their
+correlation with that frame's depths exceeds r c + d, where c is their
+correlation with the depths of their own frame."""
 
 _PLANE, _ON_PLANE = 0.02, 0.95
 """A capture shows only one plane if at least this fraction of its points

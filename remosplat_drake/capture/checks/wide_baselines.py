@@ -3,8 +3,8 @@
 Noise differs from pixel to pixel, but an error of a pose or of the depth's
 scale moves all points of a view. So for each pair of views, the rigid motion is
 fitted that aligns one view's points with the other's surfaces (point to plane).
-Its displacement is compared with the displacement that the remaining scatter
-would cause.
+The displacement by this motion is compared with the displacement that the
+remaining scatter would cause.
 
 If every depth is too long by a fraction s, views at p_WA and p_WB are displaced
 against each other by s (p_WB - p_WA). This distinguishes an error of the scale
