@@ -50,8 +50,8 @@ def carrying_table(comparison: Comparison) -> Table:
         ),
         "Carried back: number of reached problems in which the end effector"
         " then returned to the start's pose with the object. The object may"
-        " touch its support until it has left it. Only the hand may touch the"
-        " object; any other contact of object or robot is a collision."
+        " touch its support until it is lifted off. Only the hand may touch"
+        " the object; any other contact of object or robot is a collision."
         " Collisions are judged by the true shapes of object and scene, at"
         " ticks and at four points between. Times begin when the object is"
         " grasped.",

@@ -5,16 +5,17 @@ that cannot move sideways. This module adapts it as follows, so that the
 comparison is fair:
 
 - It gets the scene's true solids, as the method `sdf-hard` does, so its results
-are comparable with those of `sdf-hard`. Both have the same spheres, stopping
-and influence distances, velocity limits and joint-limit margins. The desired
-twist is that of the paper's servo with the paper's gains. - The plant's world
-frame is the robot's base frame B: the base's joints remain at zero, and the
-scene moves. Only the joints x and yaw of the base are active. So sideways
-motion is excluded exactly. - Costs, constraints and the fallback to standing
-still are Drake's: least squares on the twist, the home posture in the null
-space, and collision constraints. These allow a distance to decrease to the
-stopping distance within one tick. The paper's constraints allow only a tenth of
-the remaining margin per tick.
+  are comparable with those of `sdf-hard`. Both have the same spheres, stopping
+  and influence distances, velocity limits and joint-limit margins. The desired
+  twist is that of the paper's servo with the paper's gains.
+- The plant's world frame is the robot's base frame B: the base's joints remain
+  at zero, and the scene moves. Only the joints x and yaw of the base are
+  active. So sideways motion is excluded exactly.
+- Costs, constraints and the fallback to standing still are Drake's: least
+  squares on the twist, the home posture in the null space, and collision
+  constraints. These allow a distance to decrease to the stopping distance
+  within one tick. The paper's constraints allow only a tenth of the remaining
+  margin per tick.
 """
 
 import os

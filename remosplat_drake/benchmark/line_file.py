@@ -1,4 +1,4 @@
-"""`LineFile`: a file of results, one per line, that a kill does not damage."""
+"""`LineFile`: a file of results, one per line, that survives a kill."""
 
 import os
 from pathlib import Path

@@ -102,7 +102,7 @@ def main_table(comparison: Comparison, rule: str) -> Table:
         f"† mean ± 95 % over the {int(common.sum())} scenes that every method"
         " of this table solves. Rates: solved/run with 95 % Wilson intervals."
         " Collisions are judged by the true geometry, at ticks and at four"
-        " points between; for each: count/run and upper 95 % bound."
+        " points between, and shown as count/run and upper 95 % bound."
         + (
             f" The paper ran {PAPER_TRIALS} scenes." if comparison.paper else ""
         ),

@@ -223,7 +223,7 @@ class TrialResult:
         return getattr(self, rule)
 
     def outcome(self, rule: str) -> str:
-        """Returns the trial's outcome by one of `RULES`, one of `OUTCOMES`."""
+        """Returns one of `OUTCOMES`, by a success rule of `RULES`."""
         judgement = self.judged(rule)
         if judgement is None:
             return ERROR if self.problem else CRASH

@@ -230,7 +230,7 @@ def _draw(wish: _Wish) -> RobotCase:
         q = _held(robot, _scene(wish.robot, scene, 0), rng, _DRAWS)
         if q is None:
             raise RemoSplatError(
-                f"no goal found in {scene} that {name} can hold"
+                f"no goal found in {scene} that {name} can reach"
             )
         return RobotCase(wish.robot, scene, number, name, tuple(q.tolist()))
     for attempt in range(_PIECES):
@@ -240,7 +240,7 @@ def _draw(wish: _Wish) -> RobotCase:
         if q is not None:
             goal = tuple(q.tolist())
             return RobotCase(wish.robot, scene, number, name, goal, piece)
-    raise RemoSplatError(f"no goal found in a {scene} that {name} can hold")
+    raise RemoSplatError(f"no goal found in a {scene} that {name} can reach")
 
 
 @lru_cache(maxsize=16)

@@ -31,7 +31,8 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.task.arrival import ArrivalConfig
 
 CHECKS_A_TICK = 5
-"""Number of collision checks per tick: at the tick and at four later points."""
+"""Number of collision checks per tick: at the tick and at four points between
+it and the next one."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
 """The robot counts as at rest if, in this last part of a run [s], its path is

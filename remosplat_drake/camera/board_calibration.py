@@ -6,10 +6,10 @@ error of the board's corners,
 
     min over X_FC, X_WK of sum |pi(X_CF X_FW X_WK p_KQ) - z|^2,
 
-with X_WF from the robot's kinematics. The start is the closed form of Park and
-Martin (1994) for A_i X = X B_i, where A_i are the motions of F, and B_i the
-motions of the camera relative to the board in the images. No initial guess of
-X_FC is needed.
+with X_WF from the robot's kinematics. The iteration starts from the closed-form
+solution of A_i X = X B_i by Park and Martin (1994), where A_i are the motions
+of F, and B_i the motions of the camera relative to the board in the images. So
+no guess of X_FC is needed.
 """
 
 import dataclasses as dc

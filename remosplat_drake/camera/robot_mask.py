@@ -19,10 +19,10 @@ def robot_mask(
 ) -> np.ndarray:
     """Finds the pixels that may show the robot.
 
-    A pixel is hidden if its ray enters an inflated sphere before a distance
-    `margin` behind the measured point. If the pixel has no depth, it is hidden
-    if its ray meets an inflated sphere at all. A sphere that contains the
-    camera masks only points inside it, and pixels without depth.
+    A pixel with a depth z is hidden if its ray enters an inflated sphere at a
+    depth of z + `margin` or less. A pixel without a depth is hidden if its ray
+    meets an inflated sphere anywhere. A sphere that contains the camera masks
+    only points inside it, and pixels without depth.
 
     Args:
         spheres: The robot's spheres in W; they must cover it.

@@ -26,11 +26,11 @@ def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:
     """Generates a scene around a robot that stands at the origin.
 
     - Posts: up to 5, from the floor to a height between 0.5 m and 0.6 of the
-    arm's reach above the shoulder, radius in [0.02, 0.05]. - Beams: up to 3,
-    level, 0.2 to 0.7 m long and 0.06 m thick, at heights from half the
-    shoulder's height to 0.8 of the reach above the shoulder. - Both: at least
-    0.3 m from the shoulder, and at most 0.9 of the reach for a fixed robot, or
-    twice the reach for a mobile one.
+      arm's reach above the shoulder, radius in [0.02, 0.05].
+    - Beams: up to 3, level, 0.2 to 0.7 m long and 0.06 m thick, at heights from
+      half the shoulder's height to 0.8 of the reach above the shoulder.
+    - Both: at least 0.3 m from the shoulder, and at most 0.9 of the reach for a
+      fixed robot, or twice the reach for a mobile one.
 
     Args:
         robot: The robot.

@@ -29,8 +29,8 @@ from remosplat_drake.generation.scene_generators import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Robot that must reach the goals, and height below which its links near the
-floor ignore obstacles, as in scenarios [m]."""
+"""Robot that must reach the goals; and height [m] below which links that are
+close to the floor ignore the scene, as in scenarios."""
 
 
 @dc.dataclass(frozen=True)

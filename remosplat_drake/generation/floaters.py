@@ -18,8 +18,8 @@ FADED = 0.9
 """Fraction of the floaters that training has faded to `FAINTEST`."""
 
 LOG_OPACITY_MEAN = 1.5
-"""Mean of ln(opacity / FAINTEST) of the other floaters, which is exponentially
-distributed."""
+"""Mean of ln(opacity / FAINTEST) of floaters that have not faded to `FAINTEST`;
+this value is exponentially distributed."""
 
 MIN_DISTANCE = 0.02
 """Smallest distance of centres from the true surfaces [m]."""

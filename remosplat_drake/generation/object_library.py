@@ -110,9 +110,10 @@ def standing(vertices: np.ndarray) -> np.ndarray | None:
 def draw_solid(rng: np.random.Generator) -> Solid:
     """Draws a can, a box or a bottle that stands at the origin.
 
-    - Can: radius 25 to 36 mm, height 80 to 150 mm. - Box: 30 to 70 by 40 to 100
-    by 70 to 150 mm. - Bottle: a body of radius 25 to 35 mm and height 90 to 130
-    mm, and a neck of a third of this radius that extends 50 mm above it.
+    - Can: radius 25 to 36 mm, height 80 to 150 mm.
+    - Box: 30 to 70 by 40 to 100 by 70 to 150 mm.
+    - Bottle: a body of radius 25 to 35 mm and height 90 to 130 mm, and a neck
+      of a third of this radius that extends 50 mm above it.
 
     Args:
         rng: Source of randomness.

@@ -75,7 +75,7 @@ def enclose(
     Args:
         face_W: Starts of n > 0 segments in W, shape (n, 3) [m].
         back_W: Their ends, of the same shape. Each segment lies in one of the
-            boxes, deeper than `padding`.
+            boxes, at least `padding` below its surface.
         padding: Margin on all sides [m].
         most: Largest number of boxes.
     """

@@ -31,7 +31,7 @@ from remosplat_drake.sight.view import View
 
 @dc.dataclass(frozen=True, eq=False)
 class Sight:
-    """State of detection after all images so far; copying returns itself.
+    """State of detection after all images so far; a copy is the object itself.
 
     Attributes:
         time: Stamp of the newest image [s].

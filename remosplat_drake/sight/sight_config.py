@@ -85,7 +85,7 @@ class SightConfig(Config):
         """Returns the distance within which points belong to the robot.
 
         Args:
-            error: Bound on its position error, from `margin` [m]; the robot's
-                margin already covers the camera's pose.
+            error: Bound on the points' position error, from `margin` [m]; the
+                robot's margin already covers the camera's pose.
         """
         return self.robot_margin + error - self.pose_error

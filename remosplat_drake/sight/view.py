@@ -13,7 +13,8 @@ from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.track import Track
 
 _STEPS = 3
-"""Number of samples behind a point for another camera's line of sight."""
+"""Number of samples on the ray behind a seen point that are compared with other
+cameras' images."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,8 +62,8 @@ class View:
     ) -> np.ndarray:
         """Marks points for which the image shows whether something is there.
 
-        It does not show that if something nearer hides the point, or if the
-        measured point may belong to the robot and is not behind the point.
+        A point is not marked if something nearer hides it, or if the measured
+        point may belong to the robot and is not behind it.
 
         Args:
             p_W: The points in W, shape (n, 3).

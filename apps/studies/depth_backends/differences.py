@@ -58,7 +58,7 @@ def by_view(
 
     Args:
         answer: Rows of the field's answer, in any order.
-        spheres: The n spheres that were asked about.
+        spheres: The n queried spheres.
         sensor: The views of a sphere.
     """
     distance = np.full((len(spheres), N_VIEWS), np.inf)
@@ -130,7 +130,7 @@ class Differences:
         """Returns the reason of a view's difference.
 
         Args:
-            spheres: The spheres that were asked about.
+            spheres: The queried spheres.
             sphere: Index of the view's sphere.
             view: Index of the view, 0 to 5.
             cpu: Answer of the CPU backend.

@@ -44,7 +44,7 @@ LOWER = 0.06
 bays are low."""
 
 RETREAT = 0.06
-"""How far the hand retreats straight from it [m]."""
+"""Length of the hand's straight retreat from the released target [m]."""
 
 STOPPING = 0.025
 """Distance that goal configurations keep [m]: more than the controller's.

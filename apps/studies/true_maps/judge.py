@@ -156,9 +156,10 @@ def worst_queries(
 ) -> MeshQueries:
     """Searches for the places with the largest errors of a map.
 
-    Of a 1-Lipschitz map, no distance is too large by more than its value at the
-    truly nearest surface point. So measured surface points with the largest
-    distances are the places, and queries are made before them.
+    The map's distances are 1-Lipschitz. So none is too large by more than the
+    map's distance at the truly nearest surface point. The worst places are
+    therefore the measured surface points with the largest distances, and points
+    in front of them are queried.
 
     Args:
         field: The map.

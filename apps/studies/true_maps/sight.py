@@ -112,8 +112,9 @@ class Sight:
             surface: The points.
 
         Returns:
-            Whether two views saw each point, shape (n,), and whether two did
-            to which the surface is at least a pixel wide there.
+            Two masks, shape (n,) each: points that at least two views saw, and
+            points that at least two views saw on a surface of at least a
+            pixel's width.
         """
         cameras, count = self.taken.cameras, len(surface.p_W)
         depth = np.full((len(cameras), count), np.inf)

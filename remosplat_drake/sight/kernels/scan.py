@@ -95,8 +95,7 @@ def scan(
 
     Returns:
         Three counts: pixels that show something within the box, nodes in
-            `asked`, and points in `found`. The points are complete if `asked`
-            is
+        `asked`, and points in `found`. The points are complete if `asked` is
         empty.
     """
     height, width = depth.shape
