@@ -114,8 +114,9 @@ def _judged_stop(
 ) -> StopQuality:
     """Judges the stop from the motion until the release."""
     if case.part is Part.DRIVER_KILLED:
-        # The record of a killed robot is lost: the last command determines when
-        # it had to be at rest, and the new process's record whether it moved.
+        # The record of a killed robot is lost. So the time of the last command
+        # stands for the time of rest, and the record of the new process shows
+        # whether the robot moved.
         moved = judge_stop(true_run, -math.inf, world.robot).moved_after
         return StopQuality(run.commanded - run.began, moved)
     began = run.first_stop if case.part is Part.TARGET else run.began
@@ -144,19 +145,19 @@ def _problem(result: FaultResult) -> str:
     if not result.clearance > 0:
         return f"overlaps the scene by {-1e3 * result.clearance:.1f} mm"
     if result.clearance < case.clearance:
-        return f"its clearance fell to {1e3 * result.clearance:.1f} mm"
+        return f"the clearance fell to {1e3 * result.clearance:.1f} mm"
     if case.outcome == GOES_ON:
         return ""
     if case.outcome == STOPS and not reason:
-        return "the supervisor did not stop it"
+        return "the supervisor did not stop the robot"
     if case.reason not in reason:
         return f"the reason does not contain {case.reason!r}"
     if not result.time_to_zero < STOP_LIMIT:
-        return "it did not come to rest"
+        return "the robot did not come to rest"
     if not result.moved_after < CREEP:
-        return f"it moved again by {1e3 * result.moved_after:.1f} mm"
+        return f"the robot moved again by {1e3 * result.moved_after:.1f} mm"
     if case.refusal is not None and not result.refusal:
-        return "a release was not refused while the fault was there"
+        return "a release was not refused while the fault was present"
     if (case.refusal or "") not in result.refusal:
         return f"a release was {result.refusal!r}"
     expected = result.resumed if case.resumes is None else case.resumes

@@ -144,7 +144,7 @@ def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
 def callback_of(driver: subprocess.Popen) -> int:
     """Returns the process number of an arm driver's 1 kHz callback.
 
-    The driver's other child process, Python's resource tracker, is not meant.
+    It is not the driver's other child process, Python's resource tracker.
     """
     tasks = Path(f"/proc/{driver.pid}/task").glob("*/children")
     children = " ".join(task.read_text() for task in tasks).split()

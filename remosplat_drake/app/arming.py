@@ -1,4 +1,4 @@
-"""`Arming`: an operator's consent, from the terminal or over the wire.
+"""`Arming`: lets an operator arm a real robot, at the terminal or over LCM.
 
 A real robot does not move until a person arms it. The person types `arm` at the
 program's terminal, or runs `remosplat arm`, which sends a request for this
@@ -26,7 +26,7 @@ class Arming:
     """Passes an operator's requests to the supervisor, between two ticks."""
 
     def __init__(self, application: Application, link: RobotLink):
-        """Starts without consent.
+        """Prepares; no request has been received yet.
 
         Args:
             application: The diagram, with its supervisor.

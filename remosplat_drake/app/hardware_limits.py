@@ -38,10 +38,12 @@ NARROWER = {
     "hardware.localization.sigmas": Interval(ge=2, le=6),
     "hardware.localization.max_shift": Interval(gt=0, le=0.3),
     "hardware.localization.max_turn": Interval(gt=0, le=0.3),
-    # The oracle would miss obstacles that are scaled down or ignored.
+    # With other values, splats are scaled down or ignored, so the oracle would
+    # miss obstacles.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),
-    # Depth views miss obstacles that are fainter, nearer or farther than these.
+    # Depth views do not show obstacles that are fainter, nearer or farther than
+    # these bounds.
     "oracle.alpha_cutoff": Interval(gt=0, le=0.9),
     "oracle.near": Interval(gt=0, le=0.05),
     "oracle.far": Interval(ge=0.5, le=100),

@@ -353,8 +353,8 @@ def find_map_error(scenario: Scenario) -> MapError:
         report = read_report(splat)
         measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
-        # A report is newer than the scenario's value if the splat was made
-        # again.
+        # The unreadable report may be of a newer splat than the scenario's
+        # value, so this value is not reliable.
         return MapError(scene.map_error, str(error))
     return MapError(
         max(measured, scene.map_error or 0.0),

@@ -180,7 +180,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
 
 
 def with_right_of_way(scenario: Scenario) -> Scenario:
-    """Returns our scenario, with distances to each robot that has right of way.
+    """Returns our scenario; our robot keeps away from robots with priority.
 
     Args:
         scenario: Our scenario.

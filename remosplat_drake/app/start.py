@@ -31,8 +31,8 @@ _FORESEEN = 2.0
 this simulated time [s]."""
 
 _GAIN = 1e-4
-"""Least increase of these distances in this time, summed over all of them
-[m]."""
+"""If distances are too small at the start, the law must increase their sum by
+this within `_FORESEEN` [m]."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:

@@ -82,8 +82,9 @@ class ArrayFile:
     Attributes:
         path: Path of the file.
         document: The JSON document that is stored with the arrays.
-        is_sealed: Whether the file was opened with its seal. If so, the arrays
-            are views of the file; otherwise they are views of checked memory.
+        is_sealed: Whether the file was opened with its seal, the SHA-256 of its
+            header. If so, the arrays are views of the file; otherwise they are
+            views of checked memory.
     """
 
     path: Path
@@ -256,7 +257,7 @@ def _find(
             raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")
         if len(shape) > _MOST_DIMENSIONS:
             raise entry.error("shape", "has too many dimensions")
-        # If one dimension is 0, the others must be bounded, too.
+        # Dimensions of 0 count as 1, so that the others are bounded, too.
         size = np.dtype(dtype).itemsize * math.prod(max(n, 1) for n in shape)
         if size > _LARGEST_ARRAY:
             raise entry.error("shape", "is too large")

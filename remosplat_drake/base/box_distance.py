@@ -1,4 +1,4 @@
-"""Signed distances to boxes and cylinders, of numbers or of lanes."""
+"""Signed distances of points, or of vectors of points, from solids."""
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import greatest, magnitude, root, where
@@ -9,9 +9,9 @@ def distance_to_box(x, y, z, half):
     """Computes the signed distance of a point from a box at the origin [m].
 
     Args:
-        x: Coordinate of the point, a number or lanes [m].
-        y: The same.
-        z: The same.
+        x: x of the point: a number, or a SIMD vector of `lanes` [m].
+        y: y of the point, of the same type [m].
+        z: z of the point, of the same type [m].
         half: Half edges of the box, shape (3,) [m].
     """
     x, y = magnitude(x) - half[0], magnitude(y) - half[1]
@@ -26,10 +26,11 @@ def distance_to_cylinder(x, y, z, size):
     """Computes the signed distance of a point from a cylinder along z [m].
 
     Args:
-        x: Coordinate of the point, a number or lanes [m].
-        y: The same.
-        z: The same.
-        size: Its radius, twice, and its half height, shape (3,) [m].
+        x: x of the point: a number, or a SIMD vector of `lanes` [m].
+        y: y of the point, of the same type [m].
+        z: z of the point, of the same type [m].
+        size: Radius, radius again, and half height of the cylinder, shape (3,)
+            [m].
     """
     radial, axial = root(x * x + y * y) - size[0], magnitude(z) - size[2]
     inside = greatest(radial, axial)

@@ -32,7 +32,7 @@ def is_record(kind: Any) -> bool:
 
 
 def member(record: Any, name: str) -> Any:
-    """Returns a field's value; of Drake's `Rotation`, the active variant."""
+    """Returns a field's value; for Drake's `Rotation`, the active variant."""
     value = getattr(record, name)
     return value.value if isinstance(value, Rotation) else value
 

@@ -90,7 +90,7 @@ class ForeignValue:
         """Returns a finite number.
 
         Raises:
-            FieldError: This is none.
+            FieldError: This is not a finite number.
         """
         value = None
         if isinstance(self._node, yaml.ScalarNode):
@@ -106,7 +106,7 @@ class ForeignValue:
             count: Required length; None accepts any.
 
         Raises:
-            FieldError: This is none.
+            FieldError: This is not such a list.
         """
         values = [item.number() for item in self.items()]
         if count is not None and len(values) != count:

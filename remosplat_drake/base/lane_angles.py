@@ -1,10 +1,10 @@
-"""Sine and cosine of lanes, or of a number."""
+"""Sine and cosine of a number, or of each lane of a SIMD vector."""
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import round_down, where
 
 _QUARTERS = 0.6366197723675814
-"""Quarters of a turn in a radian."""
+"""Number of quarter turns in a radian."""
 
 _QUARTER = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
 """A quarter of a turn in three parts [rad]: the first two have so few digits

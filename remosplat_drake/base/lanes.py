@@ -200,13 +200,13 @@ _least = _of_numbers(_choose("<"))
 
 @_built_in
 def root(typing, x):
-    """Returns the square root of a number or of lanes."""
+    """Returns the square root of a number, or of each lane of a vector."""
     return _root(x)
 
 
 @_built_in
 def magnitude(typing, x):
-    """Returns the absolute value of a number or of lanes."""
+    """Returns the absolute value of a number, or of each lane of a vector."""
     return _magnitude(x)
 
 
@@ -267,7 +267,7 @@ result is nearly zero."""
 
 @helper
 def exponential(x):
-    """Returns e to the power of a number or of lanes, at most 0."""
+    """Returns e^x, where x <= 0 is a number or a vector of lanes."""
     x = greatest(x, _LEAST)
     shifted = x * _LOG2_E + _SHIFT
     n = shifted - _SHIFT

@@ -26,8 +26,8 @@ PERIOD = 30.0
 """Time between two lines about a stage, if there is no terminal [s]."""
 
 _STEP, _LEAST_PERIOD = 0.1, 5.0
-"""Fraction of the work that triggers another line, and the least time between
-two such lines [s]."""
+"""Without a terminal, a line is printed each time this fraction of the work has
+been done, but not sooner than this time after the last line [s]."""
 
 _BAR = 30
 """Width of a bar [columns]."""

@@ -290,7 +290,7 @@ def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
 
 
 def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
-    """Returns the last layers, as far as they choose the same union member."""
+    """Returns the last layers that all choose the same member of a union."""
     wanted, _ = _choose(layers[-1], base, field)
     alike: list[yaml.Node] = []
     for layer in reversed(layers):

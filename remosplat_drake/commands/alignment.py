@@ -64,7 +64,7 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar=_LENGTH,
         help=(
-            "measured distance of two points, each given by a frame and a "
+            "measured distance between two points, each given by a frame and a "
             "pixel (column U, row V); it determines the scale; may be "
             "repeated"
         ),

@@ -12,7 +12,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 
 _STAYS = 1
 _PATIENCE = 1.0
-"""Time that is waited for the controller's answer [s]."""
+"""Longest wait for the controller's answer [s]."""
 
 EXAMPLES = """
 remosplat arm

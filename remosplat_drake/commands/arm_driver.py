@@ -30,7 +30,7 @@ from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
 _PATIENCE = 3.0
-"""Longest time that is waited at the end for the arm to come to rest [s]."""
+"""Longest wait at the end until the arm is at rest [s]."""
 
 _AFTERWARDS = 0.2
 """Time for which the mode of a stopped arm is sent before the driver ends

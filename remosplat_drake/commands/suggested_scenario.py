@@ -80,8 +80,8 @@ def _verdict(error: float, safe: float) -> str:
     )
     if safe >= NEAR:
         text += (
-            "# The target is nearer to the scene than that, so `remosplat run`"
-            " refuses it.\n"
+            "# The target is nearer to the scene than a safe stopping distance,"
+            " so\n# `remosplat run` refuses it.\n"
         )
     return text
 

@@ -135,7 +135,7 @@ def leased_inbox(
     """Makes the inbox of a driver that obeys one controller at a time.
 
     Args:
-        lcm: The wire.
+        lcm: The LCM network.
         channels: Channels of commands.
         name: Name of the driver.
         console: Console on which accepted and rejected sessions are printed.

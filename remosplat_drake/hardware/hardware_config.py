@@ -100,8 +100,8 @@ class HardwareConfig(Config):
     # rate. Limits on the age of a status are longer by one period of statuses,
     # so at a low rate, faults of the arm are detected later.
     arm_status_rate: Annotated[float, Interval(ge=20, le=1000)] = 1000.0
-    # Age at which a status of the arm is stale and the robot is stopped,
-    # without one period of its statuses [s].
+    # Age at which a status of the arm is stale and the robot is stopped [s].
+    # One period of the arm's statuses is added to it.
     arm_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.STATUS_EXPIRY
     )

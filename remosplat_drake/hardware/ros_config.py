@@ -40,12 +40,12 @@ class Ros2Controller(Config):
 
     # Topic of its commands.
     topic: Topic = "/velocity_controller/commands"
-    # Type of its commands: `velocities` for the Float64MultiArray of a
-    # JointGroupVelocityController, `trajectory` for the JointTrajectory of a
-    # JointTrajectoryController.
+    # Type of the controller's commands: `velocities` for the Float64MultiArray
+    # of a JointGroupVelocityController, `trajectory` for the JointTrajectory of
+    # a JointTrajectoryController.
     takes: Annotated[str, OneOf(COMMANDS)] = VELOCITIES
-    # Its joints, in its order; empty: all joints of the arm, in the order of
-    # the description.
+    # Joints of the controller, in its order; empty: all joints of the arm, in
+    # the order of the description.
     joints: list[str] = dc.field(default_factory=list)
 
 
@@ -75,10 +75,11 @@ class Ros2ArmTopics(Config):
     emergency_stop: str = ""
     # Topic of the arm's mode; empty: the mode is unknown.
     mode: str = ""
-    # Type of its messages in std_msgs: `String`, `Int32` or `Bool`.
+    # Type of the messages of the topic `mode`, from std_msgs: `String`, `Int32`
+    # or `Bool`.
     mode_type: Annotated[str, OneOf(MODE_TYPES)] = STRING
-    # Its values in modes in which the arm follows commands, as text: `"true"`
-    # for a Bool, `"7"` for an Int32.
+    # Values of the topic `mode` with which the arm follows commands, as text:
+    # `"true"` for a Bool, `"7"` for an Int32.
     running_modes: Annotated[list[str], Len(0, 32)] = dc.field(
         default_factory=list
     )
@@ -134,7 +135,7 @@ class RosBase(Config):
     # Topic of the base's pose in the map, a
     # geometry_msgs/PoseWithCovarianceStamped such as /amcl_pose; empty: none.
     localization: str = ""
-    # Name of the frame whose pose this topic contains.
+    # Name of the frame whose pose the topic `localization` contains.
     base_frame: str = "base_link"
     # Names of the map's frame and of the frame whose pose in it is read from
     # /tf, the odometry's or the base's; empty: /tf is not used.
@@ -151,8 +152,9 @@ class RosBase(Config):
     protective_stop: str = ""
     # Topic of std_msgs/Bool: whether the motors are on; empty: unknown.
     motors_on: str = ""
-    # Silence of these three topics after which the base counts as stopped [s];
-    # null for topics that publish only changes.
+    # Silence of the topics `emergency_stop`, `protective_stop` and `motors_on`
+    # after which the base counts as stopped [s]; null for topics that publish
+    # only changes.
     stop_expiry: StopExpiry = 2.0
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -22,8 +22,8 @@ class RunMetrics:
 
     Attributes:
         duration: Simulated time from the first tick to the end [s].
-        clearance_min: Smallest clearance by the oracle [m]; None if the
-            scene was never within its influence.
+        clearance_min: Smallest clearance by the oracle [m]; None if the scene
+            was never within the oracle's influence distance.
         clearance_mean: Mean over the ticks of the smallest clearance by the
             oracle [m]; None in the same case.
         truth_clearance_min: Smallest clearance by ground truth [m]; None if

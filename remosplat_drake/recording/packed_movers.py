@@ -9,14 +9,14 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.scene.mover import Mover, Movers
 
 _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
-"""Count of each of a mover's numbers: half extents, radius, orientation R_WM,
-position, velocity, angular velocity, bounds."""
+"""Number of entries of each quantity in the row of a mover: half extents,
+radius, orientation R_WM, position, velocity, angular velocity, bounds."""
 
 MOVER = "mover_"
 """Prefix of the columns of movers."""
 
 ORIENTATION = slice(4, 13)
-"""Indices of the orientation R_WM in a row of these numbers."""
+"""Indices of the orientation R_WM in the row of a mover."""
 
 
 @dc.dataclass(frozen=True, eq=False, slots=True)
@@ -26,7 +26,7 @@ class PackedMovers:
     Attributes:
         stamp: Time of their poses [s].
         names: The names of k movers.
-        rows: Their numbers, shape (k, 26).
+        rows: The quantities of the movers, shape (k, 26).
     """
 
     stamp: float

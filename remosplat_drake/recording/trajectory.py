@@ -39,7 +39,7 @@ _DAMAGES = (
 """Errors of NumPy and zipfile for a damaged archive."""
 
 _ALWAYS_ALLOWED = 2**24
-"""Largest size of an array that is not checked [bytes]."""
+"""Arrays up to this size are not checked [bytes]."""
 
 _MAX_RATIO = 1000
 """Greatest compression ratio of deflate."""

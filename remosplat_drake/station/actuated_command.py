@@ -22,8 +22,8 @@ class ActuatedCommand(LeafSystem):
         output_ports:
         - velocity
 
-    Its output is the input of a station whose robot executes commands exactly.
-    It is the mean velocity of the axes during each step.
+    The output is the mean velocity of the axes during each step. It is the
+    command to a station whose robot executes commands exactly.
 
     Args:
         model: How the axes follow their commands; dead times are rounded to

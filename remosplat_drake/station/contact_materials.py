@@ -65,7 +65,8 @@ def object_material(radius: float, friction: float) -> ProximityProperties:
     """Returns the properties of an object.
 
     Args:
-        radius: Its radius if it is round; otherwise any length [m].
+        radius: Radius of a round object, which determines the fineness of its
+            contact mesh; any length for other objects [m].
         friction: Its coefficient of friction.
     """
     material = ProximityProperties()

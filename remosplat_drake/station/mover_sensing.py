@@ -1,6 +1,6 @@
 """Settings of a simulated robot's sensors for movers (moving objects).
 
-A sensor computes the movers that the robot knows from the true ones. A sensor
+A sensor gets the true movers, and computes those that the robot knows. A sensor
 with cameras has a period, so its results may be old.
 """
 
@@ -102,7 +102,7 @@ class _Told:
 
 
 def as_if_standing(mover: Mover) -> Mover:
-    """Returns a mover that does not move, and is not expected to."""
+    """Returns a mover at rest, whose bounds on its motion are zero."""
     return dc.replace(
         mover,
         v_WM=np.zeros(3),

@@ -21,7 +21,7 @@ class MoverSource(LeafSystem):
     `movers` are the `Movers` at the context's time.
 
     Args:
-        tracks: How each of them moves.
+        tracks: The motion of each mover.
     """
 
     def __init__(self, *, tracks: Sequence[Track]):

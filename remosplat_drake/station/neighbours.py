@@ -1,4 +1,4 @@
-"""Contact between links that meet at a joint is no contact.
+"""Excludes contact between links that meet at a joint.
 
 Collision shapes are coarser than links, and overlap where links meet. Drake
 ignores such overlaps of a joint's two links, but not those of links that are

@@ -12,13 +12,14 @@ _LOCALIZED = {
 
 
 def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
-    """A stop that the base's statuses do not report, as on ROS."""
+    """Makes a case of a stop that the base does not report, as on ROS."""
     return robot_fault(
         f"{what} through ROS at {speed:g} m/s",
         "base-mute",
         "does not move as it should",
         then=fault,
-        # A base at rest with zero commands has no fault.
+        # No refusal is expected, since a base at rest with zero commands shows
+        # no fault.
         refusal=None,
         watch=3.0,
         text=f"{{time_limit: 60, controller: {{velocity_limits:"
@@ -71,8 +72,8 @@ CASES = (
     robot_fault(
         "localisation drifts 2 cm/s",
         "localization-drift",
-        # Its corrections look like a base that leaves its model, or add up to a
-        # jump.
+        # The reason of the stop varies: the corrections of the pose look like a
+        # motion that the commands do not explain, or add up to a jump.
         "",
         value=0.02,
         # The drift stops, but does not reverse: the accumulated drift is about

@@ -41,7 +41,7 @@ def _panda_py() -> list[Actuator]:
 def _identified(
     name: str, actuators: list[Actuator], *faults: str
 ) -> Iterator[FaultCase]:
-    """An identified late robot: stopped in motion, and sent to a bad target."""
+    """Makes cases of an identified late robot: a stop, and a bad target."""
     known = {
         "robot": tuple(x for fault in faults for x in ("--fault", fault)),
         "actuators": tuple(actuators),
@@ -61,7 +61,10 @@ def _identified(
 
 
 def _unmeasured(name: str, fault: str, **more) -> FaultCase:
-    """A robot that leaves the tube of the defaults; it shows in motion only."""
+    """Makes a case of a robot that is later than the default bounds.
+
+    No refusal is expected, since a robot at rest shows no delay.
+    """
     return robot_fault(
         f"{name}, unmeasured",
         fault,

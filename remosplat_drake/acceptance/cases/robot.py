@@ -8,7 +8,9 @@ from remosplat_drake.acceptance.fault_case import (
 
 CASES = (
     robot_fault("status stops", "status-stops", "nothing came for"),
-    # A robot in motion leaves its model before its statuses count as frozen.
+    # The reason of the stop is not compared: if the robot moves, its frozen
+    # statuses contradict the model of its actuators before they count as
+    # frozen.
     robot_fault(
         "status freezes, stamps fresh",
         "status-freezes",

@@ -82,7 +82,7 @@ def find_stroke(
         q: Configuration in the map to start from, shape (n_q,) [m, rad].
         axis: Index of the axis in u.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        fastest: Greatest share of the bound that is tried.
+        fastest: Greatest fraction of the bound that is tried.
 
     Returns:
         The stroke.

@@ -136,7 +136,7 @@ def _best(
     starts: Sequence[float],
     largest: float,
 ) -> Actuator:
-    """Finds the best dead time and value of a field: grid, then Nelder-Mead."""
+    """Fits the dead time and another field: grid search, then Nelder-Mead."""
 
     def make(x) -> Actuator:
         delay, value = np.clip(x, [0.0, min(starts[0], 0.05)], [1.0, largest])

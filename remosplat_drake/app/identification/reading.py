@@ -26,7 +26,7 @@ class Reading:
     """The latest states that the drivers have sent.
 
     Attributes:
-        measurement: The states of its parts.
+        measurement: The states of the robot's parts.
         stamps: Time of each axis' measurement, shape (n_u,) [s].
         q: Configuration at these stamps, with the base's pose by odometry,
             shape (n_q,) [m, rad].
@@ -40,7 +40,7 @@ class Reading:
     q_W: np.ndarray
 
     def seen(self, field: DistanceField) -> DistanceField:
-        """Returns the map with the base pose's uncertainty applied to it."""
+        """Returns the map with the uncertainty of the base's pose in it."""
         track = self.measurement.base_track
         if not len(track.samples):
             return field

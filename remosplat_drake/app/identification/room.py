@@ -32,7 +32,7 @@ class Room:
     dt: float
 
     def about(self, reading: Reading) -> "Room":
-        """Returns the room, with the uncertainty of the base's pose in its map.
+        """Returns a copy whose map includes the uncertainty of the base's pose.
 
         Args:
             reading: The states of the base's drivers.
@@ -40,7 +40,9 @@ class Room:
         return dc.replace(self, field=reading.seen(self.field))
 
     def problem(self, q: np.ndarray) -> str:
-        """Describes a pair that is too near; returns "" if none is.
+        """Describes two parts, or a part and the scene, that are too near.
+
+        Returns an empty text if all distances suffice.
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].

@@ -116,7 +116,8 @@ def AddGuidance(
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms
         process = LookAheadProcess(rule, budget, oracle.field.for_look_ahead)
-        # Requests that come more often than results would only cost time.
+        # A look-ahead takes the whole budget, so more frequent requests would
+        # only cost time.
         period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,

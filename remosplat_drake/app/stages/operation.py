@@ -67,7 +67,8 @@ class Operation:
             scenario: The scenario.
             world: The content of the scenario's files.
             configuration: The output port of the measured q, n_q entries.
-            law: The control law, which operators do not use.
+            law: Not used: an operator's target does not depend on the control
+                law.
 
         Raises:
             RemoSplatError: See `AddOperatorTarget`.

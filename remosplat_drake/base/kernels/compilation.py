@@ -58,8 +58,8 @@ class _Compilation:
             [s].
         missing: Compilation times of the variants that were missing [s].
         compiled: The missing variants that have been compiled.
-        shows: Callback with the argument whether this process waits for
-            kernels.
+        shows: Callback that gets True if this process waits for kernels, else
+            False.
     """
 
     def __init__(self):
@@ -138,10 +138,10 @@ def _miss(variant: Unit) -> None:
 
 
 def ask(variant: Unit) -> None:
-    """Requests a variant from the workers, unless it is on disk.
+    """Requests a kernel's variant from the workers, unless it is on disk.
 
     Args:
-        variant: The variant.
+        variant: The kernel, for certain argument types.
     """
     if variant in _state.asked or variant.uses is not None:
         return
@@ -161,13 +161,13 @@ def ask(variant: Unit) -> None:
 
 
 def begin(variant: Unit) -> None:
-    """Records that this thread begins to compile a variant.
+    """Records that this thread begins to compile a variant of a kernel.
 
     The variant is not on disk. If another process already compiles it, this
     call returns when that process has finished.
 
     Args:
-        variant: The variant.
+        variant: The kernel, for certain argument types.
     """
     if _state.tell is not None:
         _state.tell(_BEGUN, variant)

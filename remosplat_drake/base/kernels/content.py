@@ -50,11 +50,11 @@ class UnknownContentError(Exception):
 
 
 class Referenced:
-    """A global that kernels call by its address, and that the name identifies.
+    """A global that kernels call by its address.
 
     Attributes:
-        content: Text that identifies the global in every process; empty if its
-            callers contain its code.
+        content: Text that represents the global in digests of its callers;
+            empty if its callers contain its code.
     """
 
     content: str
@@ -214,7 +214,7 @@ _known_environment = b""
 
 
 def _environment() -> bytes:
-    """Returns what all kernels depend on: versions, and compiler extensions."""
+    """Returns the dependencies of all kernels: versions and extensions."""
     global _known_environment
     if not _known_environment:
         base = Path(__file__).resolve().parents[1]

@@ -60,7 +60,7 @@ class Kernel(Referenced):
             function: The function.
             returns: The type of the result, see `Kernel`.
             linked: Whether kernels that call this one contain its code.
-            options: Numba's.
+            options: Numba's options.
         """
         update_wrapper(self, function)
         self.py_func, self.returns = function, returns

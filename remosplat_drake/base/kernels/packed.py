@@ -100,7 +100,7 @@ def _of_parts(value: Any, convert: Callable[[Any], Any]) -> Any:
 
 
 def _words(value: Any) -> list[int]:
-    """Returns a value as words; an array's are address, shape and strides."""
+    """Returns a value as 64-bit words, an array as address, shape, strides."""
     if isinstance(value, Packed):
         return value._words.tolist()
     if isinstance(value, np.ndarray):
@@ -391,7 +391,7 @@ def type_text(kind: types.Type) -> str:
     names of the fields.
 
     Args:
-        kind: The type; of a tuple, the types of all parts are in the text.
+        kind: The type. For a tuple, the text contains the types of all parts.
     """
     if not isinstance(kind, types.BaseTuple):
         return repr(kind)
@@ -403,7 +403,7 @@ def type_text(kind: types.Type) -> str:
 
 
 def store_words(builder, words) -> ir.Value:
-    """Stores words in a kernel's stack frame; returns the first's address."""
+    """Stores words in a kernel's stack frame; returns their address."""
     at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))
     first = builder.bitcast(at, _WORD.as_pointer())
     for k, word in enumerate(words):

@@ -1,4 +1,4 @@
-"""The controller's end of the wire: a station for a real robot.
+"""The controller's side of the LCM network: a station for a real robot.
 
 `HardwareStation` is the diagram, and `RemoteRobot` the system in it. Packets
 arrive in the `Mailbox`es of a `RobotLink`, and `measurement` converts them to a

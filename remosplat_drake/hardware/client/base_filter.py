@@ -55,7 +55,7 @@ _ANCHOR_PERIOD = 2.0
 [s]."""
 
 _ANCHORS = 2
-"""Number of such estimates."""
+"""Number of stored estimates that later fixes are compared with."""
 
 _AHEAD = 0.1
 """Time by which the stamp of a fix may be later than the odometry [s], since
@@ -68,13 +68,13 @@ rad]."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Anchor:
-    """An earlier estimate, without the fixes since then.
+    """An estimate that was stored earlier; later fixes do not change it.
 
     Attributes:
-        stamp: Time at which it was the estimate [s].
+        stamp: Time at which it was stored [s].
         X_WO: The estimate, shape (3,) [m, m, rad].
-        P: Covariance of the base's present x, y, yaw according to it, shape (3,
-            3).
+        P: Covariance of the base's present x, y, yaw that follow from it and
+            from the odometry since then, shape (3, 3).
     """
 
     stamp: float
@@ -84,17 +84,17 @@ class Anchor:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFilter:
-    """Filter's state with k odometry messages; copies are the object itself.
+    """State of the filter with k odometry messages; copying returns itself.
 
     Attributes:
         config: Accuracies of localisation and odometry.
         stamp: Stamps of the latest odometry messages, shape (k,) [s].
-        X_OB: Their poses, shape (k, 3) [m, m, rad].
-        P: Covariance of the base's x, y, yaw in W at each, without the errors
-            that all fixes share, shape (k, 3, 3).
+        X_OB: Poses of the base in these messages, shape (k, 3) [m, m, rad].
+        P: Covariance of the base's x, y, yaw in W at each message, without the
+            errors that all fixes share, shape (k, 3, 3).
         X_WO: The estimate; None before the first fix, shape (3,) [m, m, rad].
-        in_effect: The X_WO in use; None before the first fix, shape (3,) [m, m,
-            rad].
+        in_effect: The X_WO that the controller uses, which approaches the
+            estimate slowly; None before the first fix, shape (3,) [m, m, rad].
         R: Covariance of the latest fix, propagated to the base's present pose,
             shape (3, 3).
         fixed: Stamp of the latest fix that was used [s].
@@ -181,7 +181,7 @@ def with_odometry(
 
 
 def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
-    """Returns the filter after a jump of the odometry, with a larger P.
+    """Returns the filter after a jump of the odometry: its P is larger.
 
     Args:
         known: The filter after the odometry message that jumped.
@@ -198,8 +198,8 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
 
     Args:
         known: The previous filter, with at least one odometry message.
-        fix: The fix. One that was measured before the latest one, or before the
-            stored odometry, is ignored.
+        fix: The fix. It is ignored if it was measured before the latest fix, or
+            before the stored odometry.
     """
     problem = _wrong_frame(known.config, fix)
     if problem:
@@ -267,7 +267,7 @@ def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
 def _swing(
     X_WO: np.ndarray, X_OB: np.ndarray, X_OB_after: np.ndarray
 ) -> np.ndarray:
-    """The matrix F of the module, for a motion of the base, shape (3, 3)."""
+    """Returns the Jacobian F (see the module) of a motion, shape (3, 3)."""
     c, s = np.cos(X_WO[2]), np.sin(X_WO[2])
     x, y = (X_OB_after - X_OB)[:2]
     F = np.eye(3)

@@ -205,7 +205,7 @@ class BaseSamples:
         """Keeps some of the samples.
 
         Args:
-            chosen: Which, shape (k,), bool; or a slice.
+            chosen: Mask of the samples to keep, shape (k,), bool; or a slice.
         """
         return BaseSamples(self.rows[chosen])
 

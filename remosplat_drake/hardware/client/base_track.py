@@ -59,8 +59,8 @@ CERTAIN = np.zeros(2)
 
 
 _CLOCK_STEP = 0.1
-"""Least change of the delay between two messages that means a set clock or a
-stalled network [s]."""
+"""If the delay changes by more than this between two messages, a clock has been
+set or the network has stalled [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -71,8 +71,8 @@ class BaseTrack:
         samples: The statuses of the last seconds.
         jumped: Pose of the odometry's frame after all jumps, relative to the
             frame of the first status, shape (3,) [m, m, rad].
-        disobeys: Difference of the base's motion from its commands, or from its
-            own speeds, in words; empty if there is none.
+        disobeys: Difference of the base's motion from its commands or from its
+            measured speeds, in words; empty if there is none.
         filter: The fusion of odometry and localisation; None without a
             localisation.
         fixes: Timing and faults of the localisation's channel.
@@ -105,7 +105,7 @@ class BaseTrack:
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """Bound on the error of that pose: shift and turn, (2,) [m, rad].
+        """Bound on the error of the pose in W: shift and turn, (2,) [m, rad].
 
         It grows with the latency: if stamps are late, the time of the pose is
         uncertain.
@@ -145,7 +145,7 @@ def with_base_sample(
     """Returns the track after a status of the base.
 
     Args:
-        track: The track before.
+        track: The previous track.
         state: The status.
         received: Time of its arrival, by our wall clock [s].
         commanded: The base's commands; None if they are unknown.
@@ -259,7 +259,7 @@ def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
 
 
 def _doubt(track: BaseTrack) -> str:
-    """Returns that the pose is too uncertain to move, if it is."""
+    """Returns an error if the pose is too uncertain to move; else ""."""
     assert track.filter is not None
     config, (shift, turn) = track.filter.config, track.uncertainty
     if shift <= config.max_shift and turn <= config.max_turn:
@@ -272,7 +272,7 @@ def _doubt(track: BaseTrack) -> str:
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
-    """Removes old samples, and a last one that is too close to its predecessor.
+    """Removes old samples, and the last one if it is too close to the previous.
 
     Args:
         samples: The samples before.
@@ -287,8 +287,8 @@ def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
 def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
     """Predicts a pose from the previous one, shape (3,).
 
-    If noise and a change of speed explain the measured pose, that is the
-    result.
+    Returns the measured pose if noise and a change of speed explain its
+    difference from the prediction.
     """
     seconds = max(after.stamp - before.stamp, 0.0)
     velocity = 0.5 * (before.velocity + after.velocity)

@@ -20,8 +20,8 @@ from remosplat_drake.station.export import export_ports
 class HardwareStation(Diagram):
     """A diagram that represents a real robot, with the ports of a station.
 
-    Its ports are those of `signals.station_ports`, and `movers` if a process
-    senses moving objects according to the configuration. It processes the
+    Its ports are those of `signals.station_ports`, and `movers` if the
+    configuration names a process that detects moving objects. It processes the
     drivers' messages only in `receive`, and sends a command only in a forced
     publish (`ForcedPublish`). See `RemoteRobot`.
 

@@ -93,7 +93,7 @@ def with_arm_status(
         n: Number of the arm's joints.
         config: The expiry times.
         rate_limit: Bounds on the joints' speeds, shape (n,) [rad/s]; None for
-            any.
+            no bounds.
     """
     stream, before = measurement.arm_stream, measurement.arm
     try:

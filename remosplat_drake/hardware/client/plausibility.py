@@ -19,8 +19,8 @@ def arm_jump(
     """Names a joint with an impossible motion; empty if there is none.
 
     Args:
-        before: The state before.
-        after: The state after it.
+        before: An earlier state of the arm.
+        after: The next state of the arm.
         duration: Time between the two states [s].
         limit: Bounds on |v|, shape (n,) or (1,) [rad/s].
     """

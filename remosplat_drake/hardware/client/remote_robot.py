@@ -117,7 +117,7 @@ class RemoteRobot(LeafSystem):
         )
 
     def measurement(self, context: Context) -> Measurement:
-        """Returns the content of the ports.
+        """Returns the measurement that the ports output.
 
         Args:
             context: The system's own context.

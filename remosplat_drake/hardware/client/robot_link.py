@@ -58,7 +58,8 @@ class RobotLink:
 
     Attributes:
         lcm: The LCM network.
-        guard: Monitor of other senders; None within one process.
+        guard: Monitor of other senders; None if the drivers are in this
+            process.
         is_armed: Whether an operator has permitted motion. Before that, the
             hand gets no commands, either.
         arm: Mailbox of the arm's statuses.

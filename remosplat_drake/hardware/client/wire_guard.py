@@ -48,7 +48,7 @@ class Senders:
 
     Attributes:
         heard: Time of each sender's last packet [s].
-        first: Of the present senders, the one that sent first.
+        first: Address of the present sender that sent first.
     """
 
     heard: dict[str, float] = dc.field(default_factory=dict)
@@ -225,7 +225,7 @@ class WireGuard:
             name: Our name, for people.
 
         Raises:
-            RemoSplatError: The wire has no addresses.
+            RemoSplatError: The LCM URL is not a multicast address.
         """
         self._lcm, self._shadow = lcm, config.shadow
         self._listener = MulticastListener(config.url)

@@ -82,7 +82,7 @@ def judge(
 
 
 class Seen:
-    """The required observations, and those of them that were made."""
+    """Records which of the required observations have been made."""
 
     def __init__(self):
         """Starts without observations."""

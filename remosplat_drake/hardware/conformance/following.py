@@ -56,7 +56,8 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
 
     Args:
         part: Its messages.
-        actuators: Models of how its axes follow their commands, in their order.
+        actuators: Models of how the part's axes follow their commands, in the
+            order of the axes.
     """
     n = len(part.axes)
     gains, late = np.zeros((n, n)), np.full(n, np.nan)

@@ -41,10 +41,11 @@ class PartRecord:
             [s].
         stamp: Times of their measurement, by the driver's clock, shape (k,)
             [s].
-        way: Positions of the axes relative to the first, shape (k, n) [rad, m].
+        way: Positions of the axes relative to the first status, shape (k, n)
+            [rad, m].
         v: Reported velocities, shape (k, n) [rad/s, m/s].
         modes: Reported modes, in the order of their first occurrence.
-        obeys: Those of these modes in which the part follows commands.
+        obeys: The modes in `modes` in which the part follows commands.
         broken: Numbers of malformed statuses, by their problem.
     """
 

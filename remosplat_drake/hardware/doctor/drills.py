@@ -112,8 +112,10 @@ class StepResponse:
     """Response of the base to a step of its commanded speed.
 
     Attributes:
-        rise: Time until it had half of the commanded speed [s]; inf if never.
-        fall: Time from the end of the command until it had less than half [s].
+        rise: Time until the base had half of the commanded speed [s]; inf if
+            never.
+        fall: Time from the end of the command until the base had less than half
+            of that speed [s].
         speed: Greatest speed [m/s].
         rest: Speed at the end [m/s].
     """
@@ -188,9 +190,9 @@ def drill_base_step(
         max(response.rise, response.fall) <= LONGEST_DELAY
         and response.speed > 0.8 * STEP_SPEED
         and response.rest < _STANDING,
-        found=f"half of the speed after {1e3 * response.rise:.0f} ms, at most"
-        f" {response.speed:.3f} m/s, half of it again"
-        f" {1e3 * response.fall:.0f} ms after the command's end",
+        found=f"half of the speed {1e3 * response.rise:.0f} ms after the"
+        f" command's start, and again {1e3 * response.fall:.0f} ms after its"
+        f" end; greatest speed {response.speed:.3f} m/s",
         wanted=wanted,
         source=source,
         mend=mend,

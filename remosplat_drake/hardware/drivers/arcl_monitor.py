@@ -31,7 +31,8 @@ _STATUS_EVERY = 20
 """Number of queries about the motors per query about the state of charge."""
 
 _LOGIN = 5.0
-"""Longest time until the password prompt, and until its acceptance [s]."""
+"""Longest wait for the password prompt, and for the acceptance of the password
+[s]."""
 
 _SILENCE = 2.0
 """Time without an answer after which the connection counts as lost [s]."""

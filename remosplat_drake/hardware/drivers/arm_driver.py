@@ -1,7 +1,8 @@
-"""`ArmDriver`: serves `PANDA_COMMAND` with any arm that accepts velocities.
+"""`ArmDriver`: drives any arm that accepts velocities, by LCM commands.
 
-The names of the channels, the messages and the rules for commands are those of
-drake-franka-driver. Its messages can represent arms of any number of joints.
+The channels (`PANDA_COMMAND`, `PANDA_STATUS`), the messages and the rules for
+commands are those of drake-franka-driver. Its messages can represent arms of
+any number of joints.
 """
 
 import dataclasses as dc
@@ -37,7 +38,7 @@ class ArmReport:
         v: Joint rates, shape (n,) [rad/s].
         time: The arm's own clock [s].
         mode: A value of lcmt_panda_status.robot_mode.
-        problem: Why it no longer follows commands; empty if it does.
+        problem: Why the arm no longer follows commands; empty if it does.
         utime: Time of the measurement, by the wall clock [us]; None if the arm
             does not send it, so that the time of arrival is used.
     """

@@ -1,8 +1,9 @@
-"""`CallbackProcess`: runs the 1 kHz callback in a process of its own.
+"""`CallbackProcess`: runs the arm's 1 kHz control in a separate process.
 
-The callback is not delayed by the process that exchanges LCM messages: no other
-thread uses its Python interpreter, and garbage collection is off. If the other
-process ends, this one continues until the arm is at rest.
+The arm's controller requires a command every millisecond, which a callback
+computes. The process that exchanges LCM messages cannot delay the callback: no
+other thread uses its Python interpreter, and garbage collection is off. If the
+other process ends, this one continues until the arm is at rest.
 """
 
 import signal
@@ -119,7 +120,7 @@ def _control(
     states: SharedRecord,
 ) -> None:
     """The main function of the process, which controls the arm."""
-    # A setpoint ends the motion, or the lack of setpoints.
+    # The motion ends if a setpoint requests it, or if no setpoints come.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         with realtime_priority(DRIVER_PRIORITY), garbage_collection_disabled():

@@ -1,4 +1,4 @@
-"""Messages for the Franka hand: those for Schunk's gripper, in mm."""
+"""Messages for the Franka hand: Drake's for Schunk's gripper, in mm."""
 
 import math
 

@@ -7,7 +7,7 @@ from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 
 class LatestRamp:
-    """The latest ramp, for the command with the same stamp."""
+    """Stores the latest ramp; its command has the same stamp."""
 
     def __init__(self):
         """Starts without a ramp."""

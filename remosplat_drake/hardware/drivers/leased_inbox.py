@@ -107,7 +107,7 @@ class LeasedInbox:
             clock: A monotonic clock [s].
 
         Raises:
-            RemoSplatError: The wire has no addresses.
+            RemoSplatError: The LCM URL is not a multicast address.
         """
         self.identity = Identity.of_this_process(name)
         self._lcm = lcm

@@ -1,4 +1,4 @@
-"""`PandaDriver`: serves `PANDA_COMMAND` with a Franka Panda arm.
+"""`PandaDriver`: drives a Franka Panda arm by LCM commands.
 
 It has drake-franka-driver's rules for commands. A `CallbackProcess`, in another
 process, controls the arm.

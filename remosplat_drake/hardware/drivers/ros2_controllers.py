@@ -17,8 +17,8 @@ HORIZON = COMMAND_EXPIRY
 Without a newer trajectory, the arm comes to rest."""
 
 _LEAD = 0.2
-"""Longest time by which a trajectory may be ahead of the measured joints, at
-their greatest rates [s]."""
+"""A trajectory may be ahead of the measured joints by at most their motion in
+this time at their greatest rates [s]."""
 
 
 class Controllers:

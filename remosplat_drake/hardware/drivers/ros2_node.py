@@ -22,7 +22,7 @@ def environment_domain() -> int:
     """Returns ROS_DOMAIN_ID, or 0.
 
     Raises:
-        FieldError: It is not a number from 0 to 232.
+        FieldError: ROS_DOMAIN_ID is not a number from 0 to 232.
     """
     text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
     if not re.fullmatch(r"\d{1,3}", text) or int(text) > _LAST_DOMAIN:

@@ -138,7 +138,7 @@ def write_twist(message, velocity: np.ndarray):
 def odometry_problem(odometry: Odometry) -> str:
     """Returns why odometry is unusable; empty if it is usable.
 
-    Without a stamp its age is unknown.
+    Odometry without a stamp is unusable, since its age is unknown.
     """
     if not all(map(math.isfinite, (*odometry.pose, *odometry.velocity))):
         return "odometry: a number is not finite"

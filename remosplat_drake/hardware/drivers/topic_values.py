@@ -7,7 +7,7 @@ Value = TypeVar("Value")
 
 
 def expiry_of(expiry: float | None) -> float:
-    """Converts a silence [s] to a number; None, for never, to infinity."""
+    """Returns a longest silence [s] as a number: infinity for None."""
     return math.inf if expiry is None else expiry
 
 

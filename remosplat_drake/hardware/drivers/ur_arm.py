@@ -58,7 +58,8 @@ class UrArmLink:
             from rtde_receive import RTDEReceiveInterface
         except ImportError as error:
             raise MissingExtraError("a Universal Robots arm", "ur") from error
-        # The acceleration of the leading joint.
+        # The controller applies this acceleration to the joint with the largest
+        # change of speed.
         self._acceleration = max(description.acceleration_limits)
         self._told = -1.0
         try:

@@ -70,7 +70,7 @@ class State:
     """A message of the robot.
 
     Attributes:
-        number: Number of the robot's millisecond.
+        number: Number of the robot's control cycle of a millisecond.
         mode: The arm's mode, as libfranka numbers it.
         success_rate: Fraction of the latest 100 packets that arrived.
         error: Why the latest motion was aborted; empty if it was not.

@@ -59,8 +59,8 @@ _PANDA = "panda"
 """Name of the arms that libfranka drives."""
 
 _SPARSE = 4
-"""While a delay is compensated, one of this number of the arm's statuses is
-sent."""
+"""While the simulated robot catches up after a delay, it sends one of this
+number of the arm's statuses, and omits the others."""
 
 
 class HardwareSim:
@@ -150,8 +150,8 @@ class HardwareSim:
 
         A real robot continues while this computer stalls. So after a stall, the
         caller runs the missing steps quickly. Their stamps are a millisecond
-        apart, each processes only the commands sent by its stamp, and fewer
-        statuses of the arm are sent.
+        apart, each processes only the commands that were sent before its stamp,
+        and fewer statuses of the arm are sent.
 
         Args:
             late: Delay of this millisecond, by the wall clock [s].

@@ -37,10 +37,11 @@ late."""
 class RobotPlant:
     """The robot's rigid bodies and motors, advanced by calls of `step`.
 
-    Their law is that of the dynamic station, but is called once per step of the
-    bodies. Through Drake's ports, it would take as long as the bodies
-    themselves. Between two steps of the bodies, which take the station's
-    `time_step`, the robot continues at the velocity of the latest step.
+    The motors have the control law of the dynamic station. This class calls the
+    law directly, once per step of the bodies: through Drake's ports, its
+    evaluation would take as long as the simulation of the bodies. Between two
+    steps of the bodies, which take the station's `time_step`, the robot
+    continues at the velocity of the latest step.
 
     Attributes:
         robot: The robot.

@@ -45,7 +45,7 @@ class Identity:
         session: Random number of the process; never 0.
         pid: Number of the process.
         host: Name of its computer.
-        name: Its name.
+        name: Name of the program, for display.
     """
 
     session: int

@@ -74,7 +74,7 @@ class MulticastListener:
         match = re.match(r"udpm://([\d.]+):(\d+)", url)
         if match is None:
             raise RemoSplatError(
-                f"LCM URL {url!r}: has no senders' addresses; use"
+                f"LCM URL {url!r}: is not a multicast address; use"
                 " udpm://ADDRESS:PORT"
             )
         try:
