@@ -54,7 +54,7 @@ GROUPS = (
         "The real robot",
         "remosplat doctor TableReach --skip all",
         {
-            "doctor": "check robot, network and computer before the robot moves",
+            "doctor": "check robot, network and computer before a motion",
             "driver-check": "check that a robot's drivers follow the protocol",
             "arm": "arm a real robot that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
