@@ -48,7 +48,8 @@ def test_writes_report_and_page_beside_the_splat(files, capsys):
     arguments += ["--capture-pose", str(files / "pose.txt")]
     assert main([*arguments, "--held-out", "6"]) == 0
     output = capsys.readouterr().out
-    assert "Distances are right to" in " ".join(output.split())
+    said = " ".join(output.split())
+    assert "99 % of the distances have an error of at most" in said
     report = read_report(files / "scene.ply")
     assert report.method == "untrained"
     assert report.images.views == 2

@@ -100,8 +100,8 @@ def test_images_and_coverage_by_hand(assessment):
 
 def test_the_verdict_names_the_numbers(assessment):
     trust = assessment.report.trust
-    assert "over-estimates up to 5.1 mm" in trust
-    assert "stopping distances from 7.1 mm on are safe here" in trust
+    assert "the largest over-estimate is 5.1 mm" in trust
+    assert "Stopping distances of 7.1 mm or more are safe here" in trust
     assert "against the true geometry" in trust
 
 

@@ -45,8 +45,8 @@ def corrected(capture: Capture, errors: np.ndarray) -> Capture:
 
     The result has new focal lengths and principal points, poses that are
     corrected for the images' delay and for the camera's pose on its carrier,
-    and depths that are corrected by their polynomial. To correct distortion and
-    read-out time, new images are resampled from the old ones.
+    and depths that are corrected by scale, offset and growth. To correct
+    distortion and read-out time, new images are resampled from the old ones.
 
     Args:
         capture: Posed RGB-D images.

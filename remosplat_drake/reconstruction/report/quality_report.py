@@ -239,20 +239,22 @@ def judge(report: QualityReport) -> str:
         views = remaining_of(report, DEPTH_VIEWS)
     stop = rest + MAP_ERROR_MARGIN
     verdict = (
-        f"Distances are right to {rounded_up(usual)} (99 %), over-estimates up"
-        f" to {rounded_up(over)}"
+        f"99 % of the distances have an error of at most {rounded_up(usual)};"
+        f" the largest over-estimate is {rounded_up(over)}."
     )
     if report.uncertainty:
         verdict += (
-            "; splats with less data state their own uncertainty, up to"
-            f" {rounded_up(report.uncertainty)}, which oracles subtract"
+            " Splats with less data have an uncertainty of up to"
+            f" {rounded_up(report.uncertainty)}, which oracles subtract."
         )
-    verdict += f": stopping distances from {rounded_up(stop)} on are safe here"
+    least = rounded_up(stop)
+    verdict += f" Stopping distances of {least} or more are safe here"
     if views > rest:
-        verdict += f", with depth views {rounded_up(views + MAP_ERROR_MARGIN)}"
+        least = rounded_up(views + MAP_ERROR_MARGIN)
+        verdict += f"; with depth views, of {least} or more"
     verdict += "."
     if reference == TRUTH:
-        verdict += " They are measured against the true geometry."
+        verdict += " Errors are measured against the true geometry."
     if reference == HELD_OUT:
         verdict += (
             " The true geometry is unknown: errors are those of a map made from"

@@ -6,8 +6,8 @@ from scipy.spatial import KDTree
 from remosplat_drake.reconstruction.surfels.surfels import Surfels
 
 _FAINT = 0.1
-"""A surfel is faint relative to another one if it has less than this fraction
-of the other one's weight."""
+"""Ratio of two surfels' weights below which the surfel with the lower weight is
+faint."""
 
 
 def uncrowded(
