@@ -52,9 +52,9 @@ def frames_to_keep(
 ) -> np.ndarray:
     """Selects frames from different poses, and the newest ones.
 
-    Of frames with nearly equal poses, it keeps the newest one, and older ones
-    with surfaces that the newest one masks. If more than `most` frames remain,
-    it keeps the newest ones.
+    Among frames with nearly equal poses, it keeps the newest. It also keeps an
+    older frame if the newest masks surfaces that the older one shows. If more
+    than `most` frames remain, it keeps the newest ones.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).

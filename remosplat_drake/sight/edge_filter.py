@@ -5,9 +5,10 @@ visible points has another velocity than the object. Its outlines are better: if
 the object translates, its lowest and its highest x have the same velocity. If
 they do not, the difference bounds the error of the velocity.
 
-Each of the six faces has its own Kalman filter, with a position and a rate. It
-models accelerations as random, with the largest allowed one as standard
-deviation, which also covers a constant acceleration of that size.
+Each of the six faces has its own Kalman filter, with a position and a rate. The
+filter models accelerations as random; their standard deviation is the largest
+allowed acceleration, so that a constant acceleration of that size is covered,
+too.
 """
 
 import dataclasses as dc

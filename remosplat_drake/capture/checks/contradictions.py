@@ -18,10 +18,10 @@ _WRONG = 0.5
 points, or more."""
 
 _MOVING = 0.08
-"""A frame shows motion if at least this fraction of its points is in other
-frames' free space, or of other frames' points in its own free space. In
-rendered captures of static rooms, noisy or with pose errors up to 30 mm, the
-fraction is at most 0.03."""
+"""Least fraction of points in free space with which a frame shows motion: the
+fraction of its points in other frames' free space, or of other frames' points
+in its own free space. In rendered captures of static rooms, noisy or with pose
+errors up to 30 mm, the fraction is at most 0.03."""
 
 _MOVED = 0.005
 """An object has moved in the capture if at least this fraction of all points is

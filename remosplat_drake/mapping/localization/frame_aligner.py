@@ -55,12 +55,12 @@ _LARGEST_MISFIT = 0.01
 other frames exceeds this [m]. Noise alone causes smaller distances."""
 
 _LEAST_SHARED = 0.1
-"""A frame that shares less than this fraction of its points with others is not
+"""Least fraction of its points that a frame must share with other frames to be
 aligned to them."""
 
 _NEW = 0.7
-"""A frame that shares less than this fraction of its points with others becomes
-a keyframe."""
+"""Fraction of points shared with other frames below which a frame becomes a
+keyframe."""
 
 _MOST_KEYFRAMES = 120
 """Largest number of keyframes that are not part of a map."""

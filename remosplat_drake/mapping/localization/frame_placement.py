@@ -62,8 +62,8 @@ _WIDE = LEVELS[0]
 frame's fit is computed."""
 
 _SLIPPERY = 0.03
-"""The information on one horizontal direction is ignored if it is less than
-this fraction of that on the other one."""
+"""Least ratio of the information on the two horizontal directions; below it,
+the information on the weaker direction is ignored."""
 
 _CONVERGED = 1e-5
 """A stage of the refinement ends when its steps are below this [m, rad]."""
@@ -183,10 +183,10 @@ def updated(
 ) -> BaseEstimate:
     """Returns the estimate after the placement of a frame.
 
-    All frames that are aligned to the same keyframes have the errors of these
-    in common, so these errors do not average out. The covariance of the
-    keyframes is therefore added. If the result is worse than the previous
-    covariance, the previous one is kept.
+    The keyframes' errors displace all frames aligned to them in the same way,
+    so these errors do not average out. The covariance of the keyframes is
+    therefore added. If the result is worse than the previous covariance, the
+    previous one is kept.
 
     Args:
         expected: The previous estimate.
@@ -291,10 +291,11 @@ def fit(
 
     Returns:
         Distance and overlap. The distance is the median distance of the last
-        keyframe's points from the others' surfaces [m], or the same median over
-        points on upright surfaces if it is larger, since only these show a
-        horizontal shift; NaN if they share no surface. The overlap is the
-        fraction of its points that other keyframes show.
+        keyframe's points from the surfaces of other keyframes [m]; NaN if they
+        share no surface. If the median over points on upright surfaces is
+        larger, the distance is that median, since only upright surfaces show a
+        horizontal shift. The overlap is the fraction of the last keyframe's
+        points that other keyframes show.
     """
     stack, level = keyframes.stack, _WIDE
     values = np.empty((len(pairs), 2, stack.point.shape[1], 2))
