@@ -1,8 +1,8 @@
 """The control tick in a closed loop with delays and lags, in simulated time.
 
-Tick, prediction and verification are those of real runs. Only the robot and the
-network are replaced by a model of the actuators. So cases take seconds, while a
-campaign with real processes takes minutes.
+Tick, prediction and verification are the same as in real runs. Only the robot
+and the network are replaced by a model of the actuators. So cases take seconds,
+while a campaign with real processes takes minutes.
 """
 
 import dataclasses as dc
@@ -127,8 +127,8 @@ def run_delayed(
         robot: The robot, at its start.
         field: The map, which is also the true scene.
         X_WT: Pose of the target T in W, shape (4, 4).
-        model: The controller's model of the actuators; None advances the base's
-            pose by its measured velocity, and does nothing else.
+        model: The controller's model of the actuators; None: the controller
+            only extrapolates the base's pose by its measured velocity.
         seconds: Longest simulated time [s].
     """
     known = History.at_rest(law.robot.n_u)

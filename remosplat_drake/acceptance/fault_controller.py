@@ -43,7 +43,7 @@ FAULTS = {
     "infeasible": "for 1.2 s the map has a wall on both sides of the hand,"
     " both slightly too near: no command satisfies both limits",
 }
-"""Faults of the controller's process, by name."""
+"""Descriptions of the faults of the controller's process, keyed by name."""
 
 _CONTRADICTION = 1.2
 """Time for which no command is feasible [s]."""

@@ -39,7 +39,7 @@ STRANGERS = {
     BASE: "repeats the base's statuses 0.3 m away",
     GARBAGE: "sends invalid bytes on every channel",
 }
-"""The actions of a stranger, by name."""
+"""Descriptions of a stranger's actions, keyed by name."""
 
 CHANNELS = (
     channels.COMMAND_RAMP,

@@ -26,10 +26,10 @@ def grade_map(error: MapError) -> str:
         error: The map's error.
 
     Returns:
-        `GOOD`: the usual stopping distance is safe. `FAIR`: only a larger one
-        is safe, or the capture had problems. `POOR`: a safe stopping distance
-        is too large for work near objects. `UNKNOWN`: the error has not been
-        measured.
+        `GOOD`: the usual stopping distance is safe. `FAIR`: only a larger
+        stopping distance is safe, or the capture had problems. `POOR`: a safe
+        stopping distance is too large for work near objects. `UNKNOWN`: the
+        error has not been measured.
     """
     if error.largest is None:
         return UNKNOWN

@@ -138,8 +138,8 @@ def examine_map(
         scenario: A checked scenario.
         world: The content of the scenario's files, with a splat or a true
             scene.
-        places: Target points of the end effector in W, by name, shape (3,) each
-            [m].
+        places: Target points of the end effector in W, keyed by name, shape
+            (3,) each [m].
     """
     robot, truth = world.robot, world.truth
     places = {"the start": shoulder(robot, world.q0), **places}
@@ -180,15 +180,14 @@ def examine_map(
 
 
 def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
-    """Returns the points in W of a run's targets, by the targets' numbers.
+    """Returns the points in W of a run's targets, keyed by name.
 
     Args:
         scenario: A checked scenario.
         world: The content of the scenario's files.
 
     Returns:
-        The targets' positions by name, such as "target 1", shape (3,) each
-        [m].
+        The positions, keyed by names such as "target 1", shape (3,) each [m].
     """
     return {
         f"{name} target {i}".lstrip(): target.X_WT[:3, 3]
@@ -200,13 +199,13 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
 
 
 def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
-    """Returns the points in W of an operator's saved poses, by name.
+    """Returns the points in W of an operator's saved poses, keyed by name.
 
     Args:
         scenario: A checked scenario.
 
     Returns:
-        The positions of the saved poses by name, shape (3,) each [m].
+        The positions of the saved poses, keyed by name, shape (3,) each [m].
     """
     return {
         f"pose {name!r}": np.array(pose.translation)

@@ -32,9 +32,9 @@ class OtherRobot(Config):
     # Distance that the robot without right of way keeps from the other one [m].
     # It retreats if the other one comes nearer.
     yielding: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Speed limit of all points of a robot that the other robot assumes [m/s].
+    # Speed limit that each robot assumes for all points of the other one [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # Acceleration limit of all points of a robot that the other robot assumes
+    # Acceleration limit that each robot assumes for all points of the other one
     # [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION

@@ -82,8 +82,8 @@ def AddOwnMovers(
 
     Args:
         builder: The builder of the diagram.
-        config: Display name of the robot, and the bounds of its speed and
-            acceleration that the other robot assumes.
+        config: Display name of the robot, and the bounds that the other robot
+            assumes for its speed and acceleration.
         world: The content of the robot's scenario.
         configuration: The output port of its q.
         executed: The output port of the command that it executes.
@@ -125,7 +125,8 @@ def AddOtherRobots(
         world: The content of its files.
         configuration: The output port of our robot's q.
         executed: The output port of the command that our robot executes.
-        movers: The output port of the other true `Movers`; None for none.
+        movers: The output port of the true `Movers` that are not robots; None
+            for none.
 
     Returns:
         The output ports of their movers.

@@ -33,11 +33,11 @@ class RecordedMovers(Config):
     robot: str = ""
     # Display name of the recorded robot.
     name: str = "recorded robot"
-    # Speed limit of all points of the recorded robot's links that our robot
-    # assumes [m/s].
+    # Speed limit that our robot assumes for all points of the recorded robot's
+    # links [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # Acceleration limit of all points of the recorded robot's links that our
-    # robot assumes [m/s^2].
+    # Acceleration limit that our robot assumes for all points of the recorded
+    # robot's links [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION
     )

@@ -80,7 +80,7 @@ class RunMonitor:
                 change.
             until: Function that replaces the arrival at the last target as the
                 end of the run. It is called once a step with the error to the
-                present target, and returns whether to end.
+                present target, and returns whether the run ends.
             patience: Time that a stopped robot waits to be released before
                 the run ends [s].
             progress_period: Least time between two calls of `on_progress`

@@ -42,8 +42,8 @@ class RunResult:
             start [s].
         search_effort: Numbers and durations of the searches for paths.
         effector_errors: Distance [m] and angle [rad] from each end effector to
-            its present target, by the end effectors' names; empty for a single
-            end effector.
+            its present target, keyed by the end effector's name; empty for a
+            single end effector.
     """
 
     outcome: str

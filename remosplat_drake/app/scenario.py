@@ -221,7 +221,7 @@ class Scenario(Config):
 
     @property
     def own_stopping(self) -> dict[str, float]:
-        """Stopping distances of pairs of links and objects, by field [m]."""
+        """Stopping distances of link and object pairs, keyed by field [m]."""
         return {
             f"tasks[{i}].touch[{j}].stopping": touch.stopping
             for i, step in enumerate(self.tasks)
@@ -391,7 +391,7 @@ def split_spec(spec: str) -> tuple[str, str] | None:
 
 
 def shipped_scenarios() -> dict[str, Path]:
-    """Returns the files of all shipped scenarios, by scenario name."""
+    """Returns the files of all shipped scenarios, keyed by scenario name."""
     return {
         name: path
         for path in sorted(resources.scenarios_dir().glob("*.yaml"))

@@ -79,8 +79,8 @@ def build_velocity_run(
 
     Args:
         scenario: The scenario, prepared for hardware; it is not changed.
-        world: The content of its files. The delays of its real robot become
-            `LATEST_BASE` and `LATEST_ARM`.
+        world: The content of its files. `LATEST_BASE` and `LATEST_ARM` replace
+            the models of the robot's axes.
         hardware: Whether the station is the real robot.
 
     Raises:

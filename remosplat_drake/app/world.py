@@ -215,7 +215,7 @@ def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
 def scenario_targets(
     scenario: Scenario, truth: PrimitiveScene | None, effectors: Sequence[str]
 ) -> dict[str, list[Target]]:
-    """Returns the targets of a scenario, or else that of its true scene.
+    """Returns the targets of a scenario, or else the target of its true scene.
 
     There are none if the scenario has tasks, or its own system that outputs
     targets during the run.
@@ -227,7 +227,7 @@ def scenario_targets(
         effectors: Names of the robot's end effectors.
 
     Returns:
-        The targets one after the other, by the name of the end effector.
+        The targets one after the other, keyed by the name of the end effector.
 
     Raises:
         FieldError: A target is unusable.

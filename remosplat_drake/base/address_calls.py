@@ -1,4 +1,4 @@
-"""Calls from kernels to a user's functions, which are compiled separately.
+"""Lets kernels call functions of a user, which are compiled separately.
 
 A kernel contains the functions that it calls. When one of these changes, the
 kernel is compiled again, which takes minutes. To avoid this for a user's

@@ -101,7 +101,7 @@ class ArrayFile:
         """Returns an array.
 
         Raises:
-            FileError: There is no array of this name, or it is damaged.
+            FileError: There is no array of this name, or the array is damaged.
         """
         if name not in self._places:
             raise FileError(self.path, f"lacks the array {name!r}")
@@ -127,7 +127,7 @@ def write_arrays(
         kind: The kind of file to write.
         document: A document to store with the arrays; anything that JSON can
             hold.
-        arrays: The arrays by their names.
+        arrays: The arrays, keyed by name.
 
     Returns:
         The file's seal: the SHA-256 of its header, in hexadecimal.

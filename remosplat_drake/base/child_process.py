@@ -86,7 +86,8 @@ class ChildProcess:
     Attributes:
         connection: The parent's end of the pipe; None while no process runs or
             one is still starting.
-        process: The process; None in the same cases.
+        process: The process; None while no process runs or one is still
+            starting.
     """
 
     def __init__(self, target: Callable[..., None], name: str, niceness: int):

@@ -47,7 +47,7 @@ class Laps:
     """Measures the duration of consecutive parts of a job.
 
     Attributes:
-        seconds: Wall-clock time of each part that has ended, by name [s].
+        seconds: Wall-clock time of each part that has ended, keyed by name [s].
     """
 
     def __init__(self):

@@ -70,7 +70,7 @@ def cards(values: Mapping[str, str]) -> str:
     """Writes highlighted numbers as HTML.
 
     Args:
-        values: The numbers as formatted text, by their labels.
+        values: The numbers as formatted text, keyed by label.
     """
     inner = "".join(
         f'<div class="card"><b>{html.escape(value)}</b>'

@@ -80,7 +80,7 @@ def as_number(where: object, field: str, value: object) -> float:
     """Checks that a value of a document is a finite number.
 
     Raises:
-        FieldError: It is not; the error names `where` and `field`.
+        FieldError: The value is not one; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -99,7 +99,7 @@ def as_whole_number(
     """Checks that a value of a document is a whole number in [least, most].
 
     Raises:
-        FieldError: It is not; the error names `where` and `field`.
+        FieldError: The value is not one; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)

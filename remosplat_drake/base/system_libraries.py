@@ -1,9 +1,9 @@
 """Imports packages that need shared libraries of the system.
 
 Drake, Open3D and librealsense link against libraries that pip does not install.
-If one of these is missing, a one-line error names the library and its Debian
-package. Only libusb exists as a pip package, too, which is tried if the system
-has no libusb.
+If such a library is missing, a one-line error names it and its Debian package.
+Only libusb exists as a pip package, too, which is tried if the system has no
+libusb.
 """
 
 import contextlib

@@ -18,7 +18,7 @@ def with_values(
     Args:
         text: A YAML document.
         path: Keys that lead to the mapping; the last one may be missing.
-        values: Each value as YAML text, by its field.
+        values: The values as YAML text, keyed by field.
         where: The file, for errors.
 
     Raises:

@@ -90,8 +90,9 @@ def _numbers(values: Any) -> tuple[float, ...]:
     """Converts a value from a browser to a list of numbers.
 
     Raises:
-        TypeError: It is no list.
-        ValueError: It is too long, or holds something else.
+        TypeError: The value is not a list.
+        ValueError: The list is too long, or contains something other than a
+            number.
     """
     numbers = tuple(map(float, values))
     if len(numbers) > _MOST or not all(map(math.isfinite, numbers)):

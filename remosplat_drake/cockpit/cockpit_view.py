@@ -105,7 +105,7 @@ class CockpitView(LeafSystem):
 
         Args:
             builder: Builder of the diagram.
-            inputs: Output ports by the names of the view's input ports.
+            inputs: Output ports, keyed by the name of the view's input port.
             **arguments: The arguments of `CockpitView`.
         """
         view = builder.AddSystem(CockpitView(**arguments))

@@ -97,7 +97,7 @@ class Desk:
         self._count("command", "choices", effector=effector, X_WT=None)
 
     def pick(self, pose: str) -> None:
-        """Requests a saved pose, by its name."""
+        """Requests the saved pose with a name."""
         self._count("command", "poses", pose=pose)
 
     def request(self, name: str) -> None:

@@ -133,8 +133,8 @@ class Look:
         """Returns this content, merged with the worst tick of a skipped one.
 
         Args:
-            earlier: The previous content, which the page has not received; None
-                if it has received it.
+            earlier: The previous content if the page has not received it; else
+                None.
         """
         if earlier is None or earlier.worst is None:
             return self

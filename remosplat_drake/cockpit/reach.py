@@ -63,7 +63,7 @@ def find_reach(
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors; a single `Target` is that of the
+        aim: The targets of the end effectors; a single `Target` is for the
             first end effector.
     """
     space = planner.free_space(q, field, stopping)
@@ -98,7 +98,7 @@ def is_within_reach(
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors; a single `Target` is that of the
+        aim: The targets of the end effectors; a single `Target` is for the
             first end effector.
     """
     if find_reach(planner, field, stopping, q, aim).verdict != REACHABLE:

@@ -31,8 +31,8 @@ class Shapes:
     """The look of a robot, in the frames of its links.
 
     Attributes:
-        coloured: Meshes in their colours, by link name; links without a look
-            are absent.
+        coloured: Meshes in their colours, keyed by link name. Links without
+            visual geometry are absent.
         joined: One mesh per link, with all of its shapes, without colours.
     """
 

@@ -37,7 +37,8 @@ def _free_port(host: str, port: int | None) -> int:
     """Returns the requested port, or the first free one if None is requested.
 
     Raises:
-        RemoSplatError: It is taken, or there is no such interface.
+        RemoSplatError: The requested port is taken, or there is no such
+            interface.
     """
     if port is None:
         candidates = range(_FIRST_PORT, 65536)

@@ -12,7 +12,8 @@ class Group(NamedTuple):
     Attributes:
         title: The purpose.
         example: A command line of one command of the group.
-        commands: Purpose of each command, in one line, by the command's name.
+        commands: Purpose of each command, in one line, keyed by the command's
+            name.
     """
 
     title: str

@@ -209,7 +209,7 @@ def _drill(
 def _base_speeds(
     scenario: Scenario, console: Console
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drives the base with a step in speed, by the diagram of every run.
+    """Drives the base with a step in speed, with the diagram of all runs.
 
     Returns:
         Times of the ticks since the first one [s], and the measured speeds of

@@ -40,7 +40,7 @@ _COLOURS = {
     stands.STOPPED: "bold red",
     stands.ENDED: "bold red",
 }
-"""Colours of the sentences about the robot's state, by their kind."""
+"""Colours of the sentences about the robot's state, keyed by kind."""
 
 
 def drive(

@@ -30,7 +30,7 @@ def print_summary(
 def facts_of(
     result: RunResult, loop: LoopQuality | None
 ) -> list[tuple[str, str]]:
-    """Returns the measurements of a run as text, by name.
+    """Returns the measurements of a run as text, keyed by name.
 
     Args:
         result: Result of the run.

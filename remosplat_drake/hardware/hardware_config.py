@@ -79,7 +79,7 @@ class ChannelNames(Config):
 class HardwareConfig(Config):
     """A real robot: the LCM network of its drivers, and limits on commands."""
 
-    # URL of the LCM network; the default is that of the stand-in robot. The
+    # URL of the LCM network; the default is the URL of the stand-in robot. The
     # multicast time to live limits the range of messages: with ttl=1 they reach
     # the local network, with ttl=0 only this computer.
     lcm_url: str = REHEARSAL_URL

@@ -40,13 +40,14 @@ class LocalizationConfig(Config):
     # grows with the square root of the distance.
     odometry_drift: Annotated[float, Interval(gt=0, le=0.2)] = 0.005
     # Standard deviation of the heading by odometry after one metre, and after a
-    # turn by one radian [rad]; it grows with the square roots of both.
+    # turn by one radian [rad]; its square is proportional to the sum of
+    # distance and turn.
     odometry_turn: Annotated[float, Interval(gt=0, le=0.2)] = 0.005
-    # Largest bound on the base's position error with which the robot may move
-    # [m].
+    # The robot may move while the bound on the base's position error is at most
+    # this [m].
     max_shift: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Largest bound on the base's heading error with which the robot may move
-    # [rad].
+    # The robot may move while the bound on the base's heading error is at most
+    # this [rad].
     max_turn: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Greatest speed at which the base's position is corrected [m/s], and the
     # same number for its heading [rad/s]. The remaining correction is added to

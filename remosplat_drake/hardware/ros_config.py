@@ -31,7 +31,7 @@ StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
 publish only changes."""
 
 Domain = Annotated[int, Interval(ge=0, le=232)] | None
-"""A ROS_DOMAIN_ID; None: that of the environment, or 0."""
+"""A ROS_DOMAIN_ID; None: the value of the environment variable, or 0."""
 
 
 @dc.dataclass
@@ -53,7 +53,8 @@ class Ros2Controller(Config):
 class Ros2ArmTopics(Config):
     """Commands and topics of an arm with ros2_control."""
 
-    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
+    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # variable, or 0.
     domain: Domain = None
     # The controllers; each joint of the arm must belong to one of them.
     controllers: Annotated[list[Ros2Controller], Len(1, 16)] = dc.field(
@@ -101,7 +102,7 @@ class Ros2ArmTopics(Config):
 
     @property
     def stops(self) -> dict[str, str]:
-        """The topics that report whether the arm may move, by their fields."""
+        """The topics that report whether the arm may move, keyed by field."""
         topics = {EMERGENCY_STOP: self.emergency_stop, MODE: self.mode}
         return {field: topic for field, topic in topics.items() if topic}
 
@@ -110,7 +111,8 @@ class Ros2ArmTopics(Config):
 class Ros2HandTopics(Config):
     """Commands and topics of a gripper on ROS 2."""
 
-    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
+    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # variable, or 0.
     domain: Domain = None
     # Topic of the control_msgs/GripperCommand commands.
     commands: Topic = "/gripper_controller/command"
@@ -137,8 +139,8 @@ class RosBase(Config):
     localization: str = ""
     # Name of the frame whose pose the topic `localization` contains.
     base_frame: str = "base_link"
-    # Names of the map's frame and of the frame whose pose in it is read from
-    # /tf, the odometry's or the base's; empty: /tf is not used.
+    # Names of two frames: the map's frame, and the frame of the odometry or of
+    # the base, whose pose in the map is read from /tf; empty: /tf is not used.
     transform: Annotated[list[str], Len(0, 2)] = dc.field(default_factory=list)
     # Standard deviation of the position by /tf [m].
     transform_shift: Annotated[float, Interval(gt=0, le=1)] = 0.05
@@ -164,7 +166,7 @@ class RosBase(Config):
 
     @property
     def flags(self) -> dict[str, str]:
-        """The fields of the topics with flags, by topic."""
+        """The fields of the topics with flags, keyed by topic."""
         fields = ("emergency_stop", "protective_stop", "motors_on")
         return {getattr(self, f): f for f in fields if getattr(self, f)}
 
@@ -173,7 +175,8 @@ class RosBase(Config):
 class Ros2BaseTopics(RosBase):
     """Commands and topics of a base on ROS 2."""
 
-    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
+    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # variable, or 0.
     domain: Domain = None
     # Whether commands are geometry_msgs/TwistStamped, as for ros2_control's
     # base controllers since Jazzy; otherwise they are Twist.

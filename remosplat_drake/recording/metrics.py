@@ -25,7 +25,7 @@ class RunMetrics:
         clearance_min: Smallest clearance by the oracle [m]; None if the scene
             was never within the oracle's influence distance.
         clearance_mean: Mean over the ticks of the smallest clearance by the
-            oracle [m]; None in the same case.
+            oracle [m]; None if `clearance_min` is None.
         truth_clearance_min: Smallest clearance by ground truth [m]; None if
             that is unknown.
         truth_clearance_mean: Mean over the ticks of the smallest clearance by
@@ -37,10 +37,10 @@ class RunMetrics:
         tick_p50: Median wall-clock time of a tick [s].
         tick_p99: 99th percentile of the wall-clock time of a tick [s].
         control_rate: 1 / tick_p50 [Hz]; 0 if ticks were not timed.
-        statuses: Number of ticks by the name of their status.
+        statuses: Number of ticks, keyed by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
-        effector_paths: Lengths of the paths of several end effectors by name
-            [m]; none for a single one.
+        effector_paths: Lengths of the paths of several end effectors, keyed by
+            name [m]; empty for a single one.
         line_deviation_max: Largest deviation of the end effector from the lines
             of targets [m]; None without lines.
         line_deviation_mean: Mean of that deviation over the ticks on lines [m].
@@ -50,7 +50,7 @@ class RunMetrics:
             unseen space.
         mover_distance_min: Smallest true distance to a mover (moving object)
             [m]; None without movers.
-        mover_contacts: All contacts with movers (moving objects), by their
+        mover_contacts: All contacts with movers (moving objects), each with its
             cause.
         waited: Time in which no part of the robot moved [s]; None without
             movers.

@@ -17,8 +17,8 @@ TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
 is the robot's fault; away or sideways; or at rest."""
 
 UNSEEN = "unseen"
-"""A link moved towards a mover that came out of unseen space. An evaluation
-with cameras replaces TOWARDS by this kind in such a case."""
+"""Kind of contact: the link moved towards a mover that came out of unseen
+space. Evaluations with cameras use it in place of TOWARDS."""
 
 KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 """All kinds of contact, the worst first."""

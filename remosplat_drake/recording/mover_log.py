@@ -76,7 +76,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
 
 
 def _with_quaternion(row: np.ndarray) -> np.ndarray:
-    """Converts the numbers of a mover to those in a file."""
+    """Converts the row of a mover to the format of a file."""
     R_WM = RotationMatrix(row[ORIENTATION].reshape(3, 3))
     wxyz = R_WM.ToQuaternion().wxyz()
     before, after = row[: ORIENTATION.start], row[ORIENTATION.stop :]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("pdf", "png", "svg")
-"""Formats of a saved figure, by the suffixes of files."""
+"""Formats of a saved figure, which are also the suffixes of its files."""
 
 _OURS, _TRUE, _LIMIT = "tab:blue", "black", "tab:red"
 _MAP, _STOP = "tab:green", "tab:orange"

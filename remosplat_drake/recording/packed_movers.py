@@ -114,7 +114,7 @@ def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
     """Reads the output of `to_columns`.
 
     Args:
-        columns: The arrays by name.
+        columns: The arrays, keyed by name.
     """
     if "mover_message" not in columns:
         return []

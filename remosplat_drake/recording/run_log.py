@@ -38,7 +38,8 @@ VERSION = 1
 """Version of the format that this program writes and reads."""
 
 MODES = ("", STARTING, RUNNING, STOPPING, STOPPED)
-"""Modes of the supervisor by their codes; the first means no supervisor."""
+"""Modes of the supervisor; a mode's index is its code in the log. The first
+mode means that there is no supervisor."""
 
 NO_MAP = -1
 """Version of the map in the rows, if the map does not change in the run."""
@@ -181,10 +182,10 @@ class RunLog:
 
     Attributes:
         period: Control period [s].
-        statuses: Names of the statuses, by the code in the rows' field
-            `status`.
-        modes: Names of the supervisor's modes, by the code in the rows' field
-            `mode`.
+        statuses: Names of the statuses. The rows' field `status` contains their
+            indices.
+        modes: Names of the supervisor's modes. The rows' field `mode` contains
+            their indices.
         rows: The ticks, shape (T,), of type `row_type`.
     """
 

@@ -35,7 +35,7 @@ class TickBlocks:
         """Appends a block; if that fails, the file is unchanged.
 
         Args:
-            arrays: Its arrays by name.
+            arrays: Its arrays, keyed by name.
 
         Returns:
             The error message of the operating system if the write failed, such

@@ -184,7 +184,7 @@ class TickTable:
         )
 
     def _columns(self) -> dict[str, np.ndarray]:
-        """Returns the ticks in memory as arrays by name."""
+        """Returns the ticks in memory as arrays, keyed by name."""
         timings = {_TIMING + k: np.array(v) for k, v in self._timings.items()}
         return {
             "time": np.array(self._time),

@@ -121,8 +121,8 @@ class TrajectoryLog(LeafSystem):
 
         Args:
             builder: Builder of the diagram.
-            inputs: Output ports to connect, by the names of the log's input
-                ports.
+            inputs: Output ports to connect, keyed by the name of the log's
+                input port.
             **arguments: The arguments of `TrajectoryLog`.
         """
         log = builder.AddSystem(TrajectoryLog(**arguments))

@@ -64,8 +64,8 @@ def checked_command(
     of that command may be wrong, too.
 
     Args:
-        values: Values of the input ports by their names; a port that is
-            absent commands nothing.
+        values: Values of the input ports, keyed by name; a port that is absent
+            commands nothing.
         robot: The robot; its description names the ports.
     """
     broken = [

@@ -51,7 +51,7 @@ _FIELDS = {
     (_OBJECT, _SCENE): "others",
     (_MOVER, _OBJECT): "others",
 }
-"""Field of the report by the kinds of the two bodies in contact."""
+"""Field of the report, keyed by the kinds of the two bodies in contact."""
 
 
 class ContactMonitor(LeafSystem):

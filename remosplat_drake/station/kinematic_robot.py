@@ -43,11 +43,11 @@ class KinematicRobot(LeafSystem):
     tick is `robot.advance(q, u, period)`, as the controller has verified. With
     a discrete update, commands would act one tick late.
 
-    Names are those of `signals.station_ports`; a robot on a fixed base has no
-    `base` ports, and each gripper has `hand` ports of its own. `posture` (q,
-    then the finger positions) is for drawing. If a command is not finite, the
-    robot stands still, and `status` contains the reason. Joint stops are not
-    modelled; the controller keeps the joint limits.
+    The ports have the names of `signals.station_ports`; a robot on a fixed base
+    has no `base` ports, and each gripper has `hand` ports of its own. `posture`
+    (q, then the finger positions) is for drawing. If a command is not finite,
+    the robot stands still, and `status` contains the reason. Joint stops are
+    not modelled; the controller keeps the joint limits.
     """
 
     def __init__(

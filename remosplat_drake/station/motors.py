@@ -61,8 +61,8 @@ def make_motors(
 ) -> Motors:
     """Computes the motors' gains from the robot's inertia and friction.
 
-    The gain of a finger is so large that a finger that is blocked while its
-    commanded speed is `hand_speed` pushes with its effort limit.
+    The gain of a finger is chosen as follows: if the finger is blocked, and its
+    commanded speed is `hand_speed`, it pushes with its effort limit.
 
     Args:
         robot: The robot.
@@ -104,7 +104,7 @@ def _inertia(
     joints: tuple[str, ...],
     q0: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal of the mass matrix at q0, rotors included, by joint."""
+    """Diagonal of the mass matrix at q0 with rotors, keyed by joint."""
     context = plant.CreateDefaultContext()
     q = plant.GetPositions(context)
     for name, position in zip(robot.joint_names, q0, strict=True):
@@ -159,7 +159,7 @@ def set_motor_gains(plant: MultibodyPlant, motors: Motors) -> None:
 
 
 def actuator_by_joint(plant: MultibodyPlant) -> dict[str, JointActuatorIndex]:
-    """Returns the actuators of a plant by the names of their joints."""
+    """Returns the actuators of a plant, keyed by the name of their joint."""
     return {
         plant.get_joint_actuator(index).joint().name(): index
         for index in plant.GetJointActuatorIndices()

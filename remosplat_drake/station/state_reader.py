@@ -38,8 +38,8 @@ class StateReader(LeafSystem):
         - panda.velocity_measured
         - hand.state
 
-    Names are those of `signals.station_ports`. `plant_state` is the plant's
-    state port and `plant_actuation` that of its net actuation.
+    The ports have the names of `signals.station_ports`. `plant_state` takes the
+    plant's state, and `plant_actuation` its net actuation.
     `base.velocity_measured` is (v, omega) with v along the measured heading, as
     wheel odometry measures it; for an omnidirectional base it is (v, speed to
     the left, omega). A robot on a fixed base has no `base` ports, and each

@@ -27,7 +27,7 @@ class StationCamera(Protocol):
             scene_graph: The geometry that is rendered.
 
         Returns:
-            The camera's output ports, by their names in
+            The camera's output ports, keyed by their names in
             `signals.station_ports`.
         """
         ...

@@ -56,7 +56,7 @@ def _problems(
 
 
 def _ports(station: System) -> dict[tuple[str, str], int | None]:
-    """The sizes of all ports, by direction and name; None: abstract-valued."""
+    """The sizes of all ports, keyed by direction and name; None: abstract."""
     ports = [
         (INPUT, station.get_input_port(i))
         for i in range(station.num_input_ports())

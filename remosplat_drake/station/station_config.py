@@ -55,8 +55,8 @@ class DynamicStation(Config):
     collide_with_scene: bool = True
     # Hydroelastic modulus of the fingers' pads [Pa]; greater is harder.
     pad_modulus: Annotated[float, Interval(ge=1e4, le=1e9)] = 1e7
-    # Coefficient of friction of objects; that of the pads is 1.5, that of the
-    # scene 0.6. A pair in contact has the harmonic mean of its two values.
+    # Coefficient of friction of objects; the pads have 1.5, and the scene 0.6.
+    # A pair in contact has the harmonic mean of its two values.
     object_friction: Annotated[float, Interval(ge=0, le=5)] = 1.0
     # Drake's discrete contact approximation: `lagged`, `similar` or `sap`.
     discrete_contact_approximation: Annotated[

@@ -44,7 +44,7 @@ class VelocityDriver(LeafSystem):
     At every step of the plant, the map N(q) at the *measured* yaw converts the
     base's speeds to velocities of x, y and yaw, so a command never includes
     sideways slip of a differential base. If a command is not finite, the motors
-    stand still, and `status` contains the reason. Names are those of
+    stand still, and `status` contains the reason. The ports have the names of
     `signals.station_ports`; `plant_state` is the plant's state, and each
     `desired_state_...` is connected to the port of its model instance.
     """

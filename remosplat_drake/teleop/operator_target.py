@@ -170,7 +170,7 @@ class OperatorTarget(LeafSystem):
         return context.get_abstract_state(int(self._hands_index)).get_value()
 
     def _known_hands(self, context: Context) -> "_Hands":
-        """Returns all targets; before the first tick, those at the hands."""
+        """Returns all targets; before the first tick, each is at its hand."""
         hands = self._memory(context)
         if all(np.isfinite(one.X_WT).all() for one in hands.states):
             return hands

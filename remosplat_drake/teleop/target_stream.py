@@ -90,7 +90,7 @@ def advance_stream(
 
 
 def merged_command(streams: tuple[StreamState, StreamState]) -> OperatorCommand:
-    """Returns the one command of a stream of poses and one of velocities.
+    """Merges the commands of a stream of poses and a stream of velocities.
 
     The trouble of the merged command is that of the stream with the latest
     message.

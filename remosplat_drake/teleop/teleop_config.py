@@ -68,8 +68,8 @@ class PoseStreamConfig(Config):
     effector: str = ""
     # Channel of the poses, of type pose_target.
     channel: ChannelName = "POSE_TARGET"
-    # Channel of the velocities, of type velocity_target: the target moves by
-    # them as by a gamepad, with its `max_lead`.
+    # Channel of the velocities, of type velocity_target. They move the target
+    # as a gamepad does, within the gamepad's `max_lead`.
     velocity_channel: ChannelName = "VELOCITY_TARGET"
     # Time without a message after which the target stops to follow the stream,
     # and greatest age of a message [s].
@@ -136,7 +136,7 @@ class TeleopConfig(Config):
     ] = dc.field(default_factory=list)
     # Force with which the hand closes [N].
     grip_force: Annotated[float, Interval(gt=0, le=1000)] = 20.0
-    # Poses that an operator can pick, by the names on their buttons.
+    # Poses that an operator can pick; their names are on the buttons.
     poses: dict[str, SavedPose] = dc.field(default_factory=dict)
     # The gamepad at the page.
     gamepad: GamepadConfig = dc.field(default_factory=GamepadConfig)

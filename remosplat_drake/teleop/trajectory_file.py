@@ -59,8 +59,8 @@ class OperatorStep(Config):
     # Position in the world frame W to which the target shall go [m]; absent:
     # the step requests no pose.
     translation: Position | None = None
-    # Roll, pitch and yaw that the target shall have in W [deg]; absent: those
-    # of the step before.
+    # Roll, pitch and yaw that the target shall have in W [deg]; absent: the
+    # angles of the previous step.
     rpy_deg: RollPitchYawDeg | None = None
     # Name of a button to press; empty for none.
     press: str = ""

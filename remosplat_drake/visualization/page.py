@@ -47,7 +47,7 @@ class MeshcatPage:
         meshcat: Drake's Meshcat server, on which your program may draw, too.
         scene: Moves objects in the scene.
         port: The TCP port.
-        status: The displayed lines of text, by their topics.
+        status: The displayed lines of text, keyed by topic.
         state: The robot's state on the page; None before the first one.
 
     Raises:

@@ -70,7 +70,7 @@ def record_replay(
         page: The page to draw on, which must be empty.
         robot: The robot of the run.
         log: Log of the run, with at least one tick.
-        maps: All versions of the map in the log, by their numbers.
+        maps: All versions of the map in the log, keyed by number.
         reach: Largest distance of a scene point to which a line is drawn [m].
         events: The run's events, in the order of their times.
         on_frame: Called with the number of finished frames and the number of
@@ -155,7 +155,7 @@ def draw_maps(
 
     Args:
         page: The page to draw on, which is recording.
-        maps: All versions of the map in the log, by their numbers.
+        maps: All versions of the map in the log, keyed by number.
         versions: Version of the map at each tick, shape (T,).
         time: Times of the ticks in the recording, shape (T,) [s].
     """

@@ -11,11 +11,11 @@ HEX = {
     "green": "#1aa64d",
     "orange": "#f2801a",
 }
-"""The colours by name, as HTML colour codes."""
+"""HTML colour codes, keyed by the name of the colour."""
 
 
 def trace_colors(effectors: Sequence[str]) -> dict[str, str]:
-    """Names the colour of each end effector's trace.
+    """Returns the name of the colour of each end effector's trace.
 
     Args:
         effectors: Names of the end effectors; colours repeat after four.

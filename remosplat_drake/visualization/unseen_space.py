@@ -155,8 +155,8 @@ def smoothed(
     """Smooths a mesh of the boundary of unseen space: its steps become slopes.
 
     Each vertex moves onto the plane that best separates the free voxels around
-    it from the others. The motion, at most a voxel along each axis, depends
-    only on these voxels, so that adjacent layers remain connected.
+    it from the other voxels. The motion, at most a voxel along each axis,
+    depends only on these voxels, so that adjacent layers remain connected.
 
     Args:
         vertices: Vertices of a `frontier_mesh`, shape (n, 3) [m].

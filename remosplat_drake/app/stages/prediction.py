@@ -109,7 +109,8 @@ def ConnectPrediction(
         builder: The builder of the diagram.
         predictor: The predictor that `AddPrediction` made.
         readers: The systems that read the predicted `Motion`.
-        inputs: The output ports for the predictor's inputs, by their names.
+        inputs: The output ports for the predictor's inputs, keyed by the
+            input's name.
     """
     for name, port in inputs.items():
         builder.Connect(port, predictor.GetInputPort(name))

@@ -35,7 +35,7 @@ it needs the variant, begins to compile it, or has compiled it. The last message
 is that the worker waits for the next variant."""
 
 _USUAL = 1.0
-"""Compilation time of a variant that is assumed if it is unknown [s]."""
+"""Assumed compilation time of a variant whose time is unknown [s]."""
 
 
 class _Compilation:

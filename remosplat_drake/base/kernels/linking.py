@@ -150,9 +150,10 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 def reduced(compiled: Any, is_linked: bool) -> tuple:
     """Returns the part of a compile result that is kept on disk.
 
-    Numba's result contains intermediate code. It is needed for linking, and for
-    the names that the machine code defines. If no other code links the
-    function, an empty module with these names replaces the intermediate code.
+    Numba's result contains intermediate code, which is needed to link the
+    function into other code. If no other code links it, an empty module
+    replaces the intermediate code. This module has the names that the machine
+    code defines, which are needed in any case.
 
     Args:
         compiled: Numba's `CompileResult`.

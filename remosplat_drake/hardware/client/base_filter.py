@@ -150,7 +150,8 @@ def with_odometry(
         known: The previous filter.
         stamp: Time of its measurement [s]. A message that is not newer than the
             previous one is ignored.
-        X_OB: The base's x, y, yaw by its wheels, shape (3,) [m, m, rad].
+        X_OB: x, y, yaw of the base by its wheel odometry, shape (3,) [m, m,
+            rad].
     """
     if len(known.stamp) and not stamp > known.stamp[-1]:
         return known

@@ -1,4 +1,4 @@
-"""Detects a base that does not follow its commands, by its displacement.
+"""Detects from a base's displacement that it does not follow its commands.
 
 A base that stops by itself does not report that on ROS. Its measured speed does
 not show it either: at 0.05 m/s, the difference between motion and standstill is
@@ -9,10 +9,10 @@ falls behind by 5 cm a second.
 The measured speeds are compared with the pose in the same way, which detects a
 pose that drifts.
 
-The expected motion is that of the commands, after a delay. Only a bound on the
-delay is known. So the motion is compared with the commands for several delays
-up to this bound, and the best fit counts. Differences between neighbouring
-delays do not count as errors.
+The base should move as commanded, after a delay. Only a bound on the delay is
+known. So the motion is compared with the commands for several delays up to this
+bound, and the best fit counts. Differences between neighbouring delays do not
+count as errors.
 """
 
 import dataclasses as dc
@@ -98,8 +98,9 @@ class ArcPath:
             share: Permitted difference, as a fraction of the distance.
 
         Returns:
-            For each motion the one along this path that fits best, shape (n,
-            3), and its error, divided by the permitted one, shape (n,).
+            For each motion, the best-fitting motion along this path, shape (n,
+            3), and the difference of the two as a fraction of the permitted
+            one, shape (n,).
         """
         late = np.linspace(0.0, delay, _DELAYS)
         return path_residuals(

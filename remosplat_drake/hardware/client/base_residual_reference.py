@@ -46,8 +46,9 @@ def path_residuals(
             driven.
 
     Returns:
-        For each motion the one along the path that fits best, shape (n, 3), and
-        its error, divided by the permitted one, shape (n,).
+        For each motion, the best-fitting motion along the path, shape (n, 3),
+        and the difference of the two as a fraction of the permitted one, shape
+        (n,).
     """
     told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)
     error = _size(_relative(told, moved[:, None]))

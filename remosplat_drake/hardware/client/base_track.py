@@ -47,8 +47,8 @@ _LATENCY_SPAN = 0.2
 [s]."""
 
 _STEP = np.array([0.015, 0.03])
-"""Permitted difference of a pose from the one predicted from the previous pose
-and the speed [m, rad]."""
+"""Permitted difference between a measured pose and its prediction from the
+previous pose and the speed [m, rad]."""
 
 _STEP_RATE = np.array([0.15, 0.4])
 """Increase of that difference per second of prediction, since speeds are

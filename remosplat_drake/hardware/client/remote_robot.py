@@ -51,13 +51,13 @@ class RemoteRobot(LeafSystem):
     If the control loop stops, no commands are sent, and the drivers' watchdogs
     stop the robot.
 
-    Names are those of `signals.station_ports`; a robot on a fixed base has no
-    `base` ports, and one without a gripper no `hand` ports.
+    The ports have the names of `signals.station_ports`; a robot on a fixed base
+    has no `base` ports, and one without a gripper no `hand` ports.
     `base.pose_measured` is the odometry, extrapolated to the context's time.
-    Before the first status of a part, its outputs are NaN; those of a hand are
-    NaN again if its latest status is stale. A command that is not finite is
-    replaced by zeros, and one beyond the base's limits is scaled to them; in
-    both cases `status` contains the reason.
+    Before the first status of a part, its outputs are NaN. The outputs of a
+    hand are also NaN if its latest status is stale. A command that is not
+    finite is replaced by zeros, and one beyond the base's limits is scaled to
+    them; in both cases `status` contains the reason.
     """
 
     def __init__(

@@ -29,9 +29,9 @@ def station_status(
 ) -> StationStatus:
     """Computes the status of the station: whether the robot may move.
 
-    The age of the status is that of the arm's state. The base's odometry has a
-    lower rate. It is extrapolated to the present, and has an expiry time of its
-    own.
+    The age of the status is the age of the arm's state. The base's odometry has
+    a lower rate. It is extrapolated to the present, and has an expiry time of
+    its own.
 
     Args:
         measurement: The latest states from the drivers.

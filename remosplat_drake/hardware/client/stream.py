@@ -52,7 +52,7 @@ def advanced(
         stream: The history so far.
         stamp: Stamp of the new message, by the sender's wall clock [s].
         received: Time of its arrival, by our wall clock [s].
-        changed: Whether its content differs from that of the message before.
+        changed: Whether its content differs from that of the previous message.
         expiry: Jumps of the clock beyond this value are stored [s].
     """
     first = math.isinf(stream.stamp)

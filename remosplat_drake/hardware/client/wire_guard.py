@@ -33,10 +33,10 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener, Packet
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 PRESENT = 0.5
-"""Time since a sender's last message for which it counts as present [s]."""
+"""A sender counts as present for this time after its last message [s]."""
 
 _FORGOTTEN = 60.0
-"""Time since a sender's last message after which it is forgotten [s]."""
+"""A sender is forgotten if it sends nothing for this time [s]."""
 
 _MOST_NAMES = 100
 """Largest number of known addresses."""
@@ -62,7 +62,7 @@ class Senders:
             self.first = sender
 
     def present(self, now: float) -> list[str]:
-        """Returns the present senders; the one that sent first comes first."""
+        """Returns the present senders, beginning with `first`."""
         there = [s for s, t in self.heard.items() if now - t <= PRESENT]
         return sorted(there, key=lambda sender: sender != self.first)
 

@@ -92,8 +92,8 @@ class ImageDecoder:
 
     Attributes:
         broken: Number of malformed packets so far.
-        problem: Faults of the latest of them, with the channel's name; empty
-            before the first.
+        problem: Faults of the latest malformed packet, with the channel's name;
+            empty before the first.
     """
 
     def __init__(self, channel: str):

@@ -39,8 +39,8 @@ class Following:
             shape (n,).
         gains: Motion of axis i per commanded motion of axis j, shape (n, n);
             zero if j has not moved.
-        late: Delay of each axis in addition to that of its model, shape (n,)
-            [s].
+        late: Delay of each axis in addition to the delay in its model, shape
+            (n,) [s].
         velocity: Ratio of each axis' reported velocity to the change of its
             position per time, shape (n,); NaN if it has not moved.
     """

@@ -46,7 +46,7 @@ class PartRecord:
         v: Reported velocities, shape (k, n) [rad/s, m/s].
         modes: Reported modes, in the order of their first occurrence.
         obeys: The modes in `modes` in which the part follows commands.
-        broken: Numbers of malformed statuses, by their problem.
+        broken: Numbers of malformed statuses, keyed by their problem.
     """
 
     part: str
@@ -70,7 +70,7 @@ class RobotRecord:
     Attributes:
         arm: Its arm.
         base: Its base; None for a fixed robot.
-        drivers: Names of the drivers that started, by their sessions.
+        drivers: Names of the drivers that started, keyed by session.
         duration: Duration of reception [s].
     """
 

@@ -35,7 +35,7 @@ DRILLS = {
     USER_STOP: "a person presses the arm's user stop",
     EMERGENCY_STOP: "a person presses the base's emergency stop",
 }
-"""The drills by name, with a description."""
+"""Descriptions of the drills, keyed by name."""
 
 STEP_SPEED, STEP_DURATION = 0.1, 1.0
 """Speed and duration of the base's motion for the step response [m/s, s]."""
@@ -220,7 +220,7 @@ def drill_stop(
     say(f"press the {name.replace('-', ' ')} of the {part} now")
     found = _wait(robot, stopped, patience)
     wanted = "the statuses show it, or cease, and its reset causes no motion"
-    source = "modes and silence of the statuses"
+    source = "modes in the statuses, or their absence"
     if not found:
         return judged(
             name,

@@ -7,5 +7,5 @@ commands by a `JointInterpolator` (Ruckig), and checks them against
 `panda_limits`. `SharedRecord`s connect the two processes. Gripper: `HandDriver`
 with `PandaPythonHand`. Mobile base: `BaseDriver` with `Ros1Link` (rospy) or
 `Ros2Link` (CycloneDDS); `base_commands` has the watchdog, and `ros_conversion`
-converts Twist and Odometry messages to those of LCM.
+converts between messages of ROS and of LCM.
 """

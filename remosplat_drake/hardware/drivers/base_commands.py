@@ -87,8 +87,8 @@ class BaseCommands:
         """Starts without a command.
 
         Args:
-            maxima: Greatest velocities that are executed; None: those of the
-                LD-60.
+            maxima: Greatest velocities that are executed; None: the maxima of
+                the LD-60.
             expiry: Greatest difference between a stamp and the driver's
                 clock [s].
             watchdog: Time without a command after which the base stops [s].
@@ -107,7 +107,7 @@ class BaseCommands:
         """Processes a command, or the ramp of the next command.
 
         Args:
-            channel: The channel, `COMMAND_RAMP` or that of the commands.
+            channel: `COMMAND_RAMP`, or the channel of the commands.
             data: The encoded packet; a malformed one is ignored.
             time: Time now, by a monotonic clock [s].
         """

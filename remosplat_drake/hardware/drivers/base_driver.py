@@ -69,7 +69,7 @@ class BaseLink(Protocol):
         ...
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the base's stops, by its topics, at a time t [s]."""
+        """Returns the stops that the base's topics report at a time t [s]."""
         ...
 
     def close(self) -> None:
@@ -142,7 +142,8 @@ class BaseDriver:
         Args:
             lcm: The LCM network.
             link: The connection to the base.
-            maxima: Greatest velocities of the base; None: those of the LD-60.
+            maxima: Greatest velocities of the base; None: the maxima of the
+                LD-60.
             sources: Further sources of the base's stops.
             inbox: Source of commands; None accepts every sender.
             tell: Called with a message when odometry is unusable.

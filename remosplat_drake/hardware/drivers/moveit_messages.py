@@ -1,6 +1,6 @@
 """MoveIt's messages as DDS types, in addition to `ros2_messages`.
 
-They are those of ROS 2 since Humble. This module needs the optional extra
+The types are valid for ROS 2 since Humble. This module needs the optional extra
 `ros2`.
 """
 

@@ -1,6 +1,6 @@
 """An arm driver's rules for `PANDA_COMMAND` in velocity mode.
 
-They are those of drake-franka-driver. A command is valid while its stamp
+drake-franka-driver has the same rules. A command is valid while its stamp
 differs from the driver's clock by less than the expiry time, to the past or the
 future. Without a valid command the arm is commanded to rest. A command with a
 ramp only has to be valid on arrival. It is held for 1.5 control periods and
@@ -79,7 +79,7 @@ class ArmCommands:
     Attributes:
         received: Number of commands so far.
         broken: Number of messages that are not velocity commands.
-        complaint: Error of the latest of those; empty if there were none.
+        complaint: Error of the latest such message; empty if there was none.
         expired: Number of commands that expired without a successor.
     """
 
@@ -105,7 +105,7 @@ class ArmCommands:
         """Processes a command, or the ramp of the next command.
 
         Args:
-            channel: The channel, `COMMAND_RAMP` or that of the commands.
+            channel: `COMMAND_RAMP`, or the channel of the commands.
             data: The encoded packet; a malformed one is ignored.
         """
         if channel == COMMAND_RAMP:

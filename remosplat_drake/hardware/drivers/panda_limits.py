@@ -13,8 +13,8 @@ TICK = 1e-3
 """Period of the robot's control loop [s]."""
 
 LOW_PASS = 30.0
-"""Cutoff frequency of the low-pass filter before the limiter [Hz]; it is that
-of drake-franka-driver."""
+"""Cutoff frequency of the low-pass filter before the limiter [Hz], as in
+drake-franka-driver."""
 
 POSITION_LOWER = np.array(
     [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]

@@ -137,7 +137,7 @@ class Ros1Link:
         return self._fixes.fetch()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the base's stops, by its topics, at a time t [s]."""
+        """Returns the stops that the base's topics report at a time t [s]."""
         return self._flags.stops(t)
 
     def close(self) -> None:

@@ -49,7 +49,7 @@ class Controllers:
         """Sends joint rates to all controllers.
 
         Args:
-            rates: Those of the whole arm, shape (n,) [rad/s].
+            rates: Joint rates of the whole arm, shape (n,) [rad/s].
             q: Its joint positions, shape (n,) [rad]; None if they are unknown.
         """
         for write in self._writers:
@@ -137,7 +137,7 @@ class TrajectoryStretch:
         positions, since measurements are late.
 
         Args:
-            rates: Those of the whole arm, shape (n,) [rad/s].
+            rates: Joint rates of the whole arm, shape (n,) [rad/s].
             q: Its measured positions, shape (n,) [rad].
 
         Returns:

@@ -84,7 +84,7 @@ class Ros2Link:
         return fixes
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the base's stops, by its topics, at a time t [s]."""
+        """Returns the stops that the base's topics report at a time t [s]."""
         for field, reader in self._stops:
             for sample in taken(reader):
                 self._flags.put(field, sample.data, time.monotonic())

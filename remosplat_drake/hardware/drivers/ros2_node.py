@@ -42,8 +42,8 @@ class Ros2Node:
         """Joins a ROS 2 domain.
 
         Args:
-            domain: The robot's ROS_DOMAIN_ID; None: that of the environment, or
-                0.
+            domain: The robot's ROS_DOMAIN_ID; None: the value of the
+                environment variable, or 0.
             what: The feature that needs CycloneDDS, for an error's text.
 
         Raises:

@@ -52,7 +52,8 @@ class Ros2Target:
             frame: Name of the frame that is the world W; messages in other
                 frames are ignored.
             kind: Whether they are poses or velocities.
-            domain: A ROS_DOMAIN_ID; None: that of the environment.
+            domain: A ROS_DOMAIN_ID; None: the value of the environment
+                variable.
             tell: Called with a message when messages are unusable.
 
         Raises:

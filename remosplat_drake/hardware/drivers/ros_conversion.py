@@ -1,7 +1,6 @@
 """Conversion between the base's LCM messages and ROS 1 or ROS 2 messages.
 
-The messages of both ROS versions have the same fields, except for those of
-stamps.
+The messages of both ROS versions have the same fields, except for stamps.
 """
 
 import dataclasses as dc

@@ -21,7 +21,7 @@ class SharedRecord:
     """
 
     def __init__(self, size: int, name: str | None = None):
-        """Makes a record of zeros, or opens that of another process.
+        """Makes a record of zeros, or opens a record of another process.
 
         Args:
             size: Number of values.

@@ -34,7 +34,7 @@ class TopicValues(Generic[Value]):
         self._values[name] = (value, t)
 
     def known(self, t: float) -> dict[str, Value]:
-        """Returns the values that are valid at a time t [s], by topic."""
+        """Returns the values that are valid at a time t [s], keyed by topic."""
         return {
             name: value
             for name, (value, _) in self._values.items()

@@ -56,7 +56,7 @@ class Request:
         """Unpacks a request.
 
         Raises:
-            ValueError: It is none.
+            ValueError: The packet is not a request.
         """
         try:
             kind, number, *values = _REQUEST.unpack(data)
@@ -96,7 +96,7 @@ class State:
         """Unpacks a state.
 
         Raises:
-            ValueError: It is none.
+            ValueError: The packet is not a state.
         """
         try:
             number, mode, rate, text, *vectors = _STATE.unpack(data)

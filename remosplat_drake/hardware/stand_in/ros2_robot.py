@@ -63,7 +63,8 @@ class Ros2Robot:
             tell: Called with a message when a requested fault is unknown.
 
         Raises:
-            FieldError: The driver of the arm or the base is not that of ROS 2.
+            FieldError: The driver of the arm or the base is not a driver for
+                ROS 2.
             RemoSplatError: CycloneDDS is not installed, or finds no network.
         """
         arm, base = config.arm_driver, config.base_driver

@@ -24,7 +24,7 @@ MODE_NAMES = {
     base_status.STOPPED: "stopped",
     base_status.FAULT: "fault",
 }
-"""Names of the base's modes, by their numbers in base_status."""
+"""Names of the base's modes, keyed by their numbers in base_status."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
 """The channels between the station and the drivers, and their expiry rule.
 
 Stamps on all channels are wall clock times, in microseconds of the Unix epoch.
-A driver compares a command's stamp with its own clock, in both directions, and
-commands zero velocity if the latest command has expired. A command with a ramp
-is held for 1.5 control periods, and then the ramp leads to zero.
+A command has expired if its stamp differs too much from the driver's clock, to
+the past or the future. The driver then commands zero velocity. A command with a
+ramp is held for 1.5 control periods, and then the ramp leads to zero.
 """
 
 COMMAND_RAMP = "COMMAND_RAMP"

@@ -55,7 +55,7 @@ def excess(
 def command_bounds(
     n_u: int, base_lower: ArrayLike, base_upper: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Makes bounds on a whole command from those on its first entries.
+    """Makes bounds on a whole command from the bounds on its first entries.
 
     Args:
         n_u: Length of the command.

@@ -61,7 +61,7 @@ def encode_images(rgb: np.ndarray, depth: np.ndarray, utime: int) -> bytes:
     Args:
         rgb: Colours, shape (h, w, 3), uint8.
         depth: Depth z, shape (h, w) [m].
-        utime: Stamp of both: wall clock of the Unix epoch [us].
+        utime: Stamp of both images: wall clock of the Unix epoch [us].
     """
     message = lcmt_image_array()
     message.header.utime = utime

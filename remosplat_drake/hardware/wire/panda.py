@@ -1,7 +1,7 @@
 """LCM messages of the arm: lcmt_panda_command and lcmt_panda_status.
 
-The rules are those of drake-franka-driver in velocity mode. That driver exits
-after a command with another mode or other array lengths.
+drake-franka-driver in velocity mode has the same rules. It exits after a
+command with another mode or other array lengths.
 """
 
 import dataclasses as dc
@@ -30,7 +30,7 @@ MODE_NAMES = {
     lcmt_panda_status.kUserStopped: "user_stopped",
     lcmt_panda_status.kAutomaticErrorRecovery: "automatic_error_recovery",
 }
-"""Libfranka's names of the arm's modes, by their numbers."""
+"""Libfranka's names of the arm's modes, keyed by their numbers."""
 
 
 @dc.dataclass(frozen=True, eq=False)

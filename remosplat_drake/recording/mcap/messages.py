@@ -21,8 +21,8 @@ effectors, their names are appended to the targets' names."""
 
 _INFO, _WARNING = 2, 3
 _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
-"""Levels of foxglove.Log, by the kind of event; other kinds have the level
-info."""
+"""Levels of foxglove.Log, keyed by the kind of event; other kinds have the
+level info."""
 
 _QUALITY = 80
 """Quality of JPEG images, 1 to 100."""

@@ -32,7 +32,8 @@ class Ros2View:
         """Joins a ROS 2 domain.
 
         Args:
-            domain: Its ROS_DOMAIN_ID; None uses that of the environment.
+            domain: Its ROS_DOMAIN_ID; None: the value of the environment
+                variable.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.

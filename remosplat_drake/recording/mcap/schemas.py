@@ -1,4 +1,4 @@
-"""JSON schemas of the messages in an MCAP file, by their names.
+"""JSON schemas of the messages in an MCAP file.
 
 Those that begin with `foxglove.` are subsets of Foxglove's own schemas, so that
 its panels show the messages without a plugin.
@@ -102,4 +102,4 @@ _ALL = (
 )
 
 SCHEMAS = {schema["title"]: schema for schema in _ALL}
-"""All schemas by their names."""
+"""All schemas, keyed by name."""

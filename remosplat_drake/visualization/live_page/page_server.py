@@ -81,7 +81,7 @@ class PageServer:
         """Sets the files that the server serves.
 
         Args:
-            files: Type and content of each file, by its path.
+            files: Type and content of each file, keyed by path.
             meshcat: Address of Meshcat's server, which has the meshes.
         """
         self._files.update(files)

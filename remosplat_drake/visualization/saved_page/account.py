@@ -130,7 +130,7 @@ def thinned(
         most: Largest number of points.
 
     Returns:
-        Times and values, at most `most` of them.
+        Times and values of at most `most` points.
     """
     if len(time) <= most:
         return time, value

@@ -15,7 +15,7 @@ def saved_page(page: str, topics: Mapping[str, Any]) -> str:
 
     Args:
         page: The page from `Meshcat.StaticHtml`.
-        topics: Content of the panel, by the keys in `web/panel.js`; None for
+        topics: Content of the panel, with the keys in `web/panel.js`; None for
             missing content.
     """
     told = {name: value for name, value in topics.items() if value is not None}
