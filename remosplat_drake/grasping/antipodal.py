@@ -74,7 +74,7 @@ def antipodal_pairs(
 def _partners(
     surface: Surface, first: np.ndarray, widest: float, friction: float
 ) -> np.ndarray:
-    """Pairs of indices, shape (k, 2), of some first points."""
+    """Pairs of indices, shape (k, 2): some points, and their partners."""
     p, n = surface.points, surface.normals
     across = p[None] - p[first, None]  # (f, n, 3)
     depth = -np.einsum("fni,fi->fn", across, n[first])
@@ -91,7 +91,7 @@ def _partners(
         & (leaves >= cone)
     )
     has = fits.any(axis=1)
-    # Of the points of one wall, the one nearest to the line is used.
+    # Of several points of the same wall, the one nearest to the line is used.
     near = np.where(fits, depth + aside, np.inf).argmin(axis=1)
     far = np.where(fits, depth - aside, -np.inf).argmax(axis=1)
     both = np.concatenate([[first, near], [first, far]], axis=1)

@@ -31,8 +31,8 @@ GIVE = 0.001
 """Compression of a pad under pressure [m]."""
 
 LEVER = 0.05
-"""Distance of the centre of mass from the closing axis from which on the score
-is lowest [m]."""
+"""Distance of the centre of mass from the closing axis [m]. At this distance or
+a greater one, `lever` adds nothing to the score."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -218,9 +218,10 @@ def bearing(
 
 
 Reach = Callable[[np.ndarray, Grasp], np.ndarray | None]
-"""Function that finds a configuration, shape (n_q,), in which the end effector
-is at a pose X_WE, shape (4, 4), and all distances are kept while the hand is
-open as for a grasp; None if there is none."""
+"""Inverse kinematics: a function of a pose X_WE, shape (4, 4), and a grasp. It
+returns a configuration, shape (n_q,), in which the end effector is at X_WE and
+the robot, with its hand open as for the grasp, keeps all required distances;
+None if there is none."""
 
 
 def reachable(

@@ -212,7 +212,7 @@ class ParallelGripper:
         Raises:
             RemoSplatError: The hand is too weak.
         """
-        # The torque of pressure that is equal all over a round patch.
+        # The torque of friction under uniform pressure on a round patch.
         turning = lever / (2.0 / 3.0 * PATCH)
         needed = factor * mass * GRAVITY / (2.0 * friction)
         needed *= float(np.hypot(1.0, turning))

@@ -73,7 +73,8 @@ def surface_of_mesh(
             continue
         longest = max(np.linalg.norm(x) for x in (b - a, c - b, a - c))
         n = int(np.ceil(longest / spacing))
-        # Centres of the n^2 small triangles' lower halves, and of their others.
+        # The triangle is divided into n^2 small ones; these are the centres of
+        # the upright ones, then those of the inverted ones.
         i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
         lower = i + j < n
         upper = i + j < n - 1
@@ -87,7 +88,7 @@ def surface_of_mesh(
 
 
 def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
-    """Takes an object's splats as its surface, one of each cell of a grid.
+    """Uses an object's splats as surface points, one from each cell of a grid.
 
     A splat's normal is its shortest axis, and points away from the middle of
     all splats. So it is wrong on the inner side of a cup.
@@ -113,7 +114,8 @@ def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
 def _surface_of_cylinder(
     radius: float, half_height: float, spacing: float
 ) -> Surface:
-    # An even number of points on each ring: each has its opposite.
+    # The number of points on each ring is even, so that each has an opposite
+    # one.
     n = 2 * int(np.ceil(np.pi * radius / spacing))
     angle = 2.0 * np.pi * np.arange(n) / n
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])

@@ -53,7 +53,8 @@ def missing_for_gsplat() -> str:
     problem = _missing_for_torch("torch", "gsplat")
     if problem:
         return problem
-    # Loads gsplat's kernels; its pure wheel compiles them once.
+    # This import loads gsplat's kernels. A wheel without compiled kernels
+    # compiles them at the first import.
     from gsplat.cuda._backend import _C
 
     if _C is None:

@@ -39,7 +39,7 @@ class SphereToEllipsoid(Config):
 
     # Semi-axes of a splat, in standard deviations.
     n_sigma: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # Splats below this opacity are ignored; with 0 floaters count, too.
+    # Splats below this opacity are ignored; with 0, floaters count, too.
     min_opacity: Annotated[float, Interval(ge=0, lt=1)] = 0.1
     # Number of bisection steps; 0 solves to double precision. The authors'
     # benchmark stopped after 3 steps.
@@ -47,7 +47,8 @@ class SphereToEllipsoid(Config):
     # Where distances are computed: `cpu`, `cuda`, or `auto`, which selects cuda
     # if it is available. On few cores and for one robot the CPU is as fast.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
-    # Number of threads of a query on the CPU; 1 is the steadiest.
+    # Number of threads of a query on the CPU; with 1, the query time varies
+    # least.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
     # Use of the splats' own uncertainty, if they have it: `subtract`
     # subtracts it from every distance, `ignore` leaves distances unchanged.

@@ -17,10 +17,10 @@ class PointDistanceField(DistanceField):
     """Distances to the nearest point of a cloud, which has no inside.
 
     A sphere whose centre has passed through a surface counts as outside again.
-    Points are samples of a surface, so distances are never too small. Before a
-    flat surface at distance d they are too large by at most sqrt(d^2 + s^2) -
-    d, where s is the largest distance from a surface point to its nearest
-    sample.
+    Points are samples of a surface, so distances are never too small. In front
+    of a flat surface at distance d they are too large by at most sqrt(d^2 +
+    s^2) - d, where s is the largest distance from a surface point to its
+    nearest sample.
 
     A sphere ignores points below its `ignore_below`. For a centre that lies
     exactly on a point the direction is -z.

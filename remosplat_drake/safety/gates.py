@@ -37,7 +37,8 @@ GATES = {
     UNKNOWN_SEEN_SPACE: "the space that the map's cameras saw is not known",
     UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
-"""Names of all gates, each with the fault that shuts it."""
+"""Names of all gates (checks before motion), each with the fault that it
+reports."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
 """Possible consequences of a gate."""
@@ -71,11 +72,11 @@ class Gate:
 
 @dc.dataclass(frozen=True)
 class Passage:
-    """The shut gates of a run that may begin: warnings and accepted ones.
+    """The gates that are shut although the run may begin.
 
     Attributes:
-        warnings: Shut gates that do not prevent this run.
-        accepted: Shut gates that a person has accepted by their names.
+        warnings: Gates that only lead to a warning in this run.
+        accepted: Gates that a person has accepted by their names.
     """
 
     warnings: tuple[Gate, ...] = ()
@@ -112,12 +113,12 @@ def open_gates(
     """Permits a run, or refuses it.
 
     Args:
-        gates: The gates that are shut.
+        gates: The gates that are shut: the faults that were found.
         accepted: Names of the gates that a person accepts. Names of gates that
             are not shut have no effect.
         hardware: Whether a real robot moves.
         where: The scenario that the error names.
-        otherwise: Purpose of accepting the gates, for the error's last part.
+        otherwise: Purpose of the flags `--accept` that the error lists.
 
     Returns:
         The warnings, and the gates that were accepted.

@@ -41,13 +41,14 @@ class SupervisorConfig(Config):
     ] = dc.field(default_factory=lambda: ["idle", "move"])
     # Least fraction of the commands that must reach the arm in time.
     min_success_rate: Annotated[float, Interval(ge=0, le=1)] = 0.8
-    # Time for which fewer commands may reach the arm [s].
+    # Time for which the success rate may be less than `min_success_rate` [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
     # Amount by which the clearance may fall below the controller's smallest
     # stopping distance [m]. For a robot that started nearer to the scene, the
     # limit is the largest clearance since the start.
     clearance_margin: Annotated[float, Interval(ge=0, le=0.05)] = 0.005
-    # Time for which the clearance may be below this limit [s].
+    # Time for which the clearance may be below the limit of `clearance_margin`
+    # [s].
     clearance_dwell: Annotated[float, Interval(ge=0, le=1)] = 0.1
     # Time for which the controller may find no feasible command and brake
     # [s].
@@ -55,7 +56,7 @@ class SupervisorConfig(Config):
     # Greatest difference between commanded and measured velocity, as a fraction
     # of each joint's velocity limit.
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Time for which the difference may be greater than that [s].
+    # Time for which the difference may exceed `max_follow_error` [s].
     follow_dwell: Annotated[float, Interval(ge=0, le=5)] = 0.5
     # Greatest error of the position predicted by the actuator model, as a
     # multiple of the model's error bound (its tube).

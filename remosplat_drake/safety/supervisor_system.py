@@ -92,8 +92,8 @@ class SafetySupervisor(LeafSystem):
     is no algebraic loop, because the output depends only on the sample and on
     the controller's state. The output changes only at ticks.
 
-    `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
-    rad/s]; `report` takes the controller's `TickReport`, `status` the
+    `velocity_commanded`, both input and output, is the command u, shape (n_u,)
+    [m/s, rad/s]; `report` takes the controller's `TickReport`, `status` the
     `StationStatus`, `velocity_measured` the measured u, `motion` the predicted
     `Motion` of a robot with delay, `map_age` the map's age [s], and `map_hold`
     the reason for which a new map waits for the robot to stop, empty if none

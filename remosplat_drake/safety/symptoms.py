@@ -217,7 +217,8 @@ def _of_clearance(
         least = max(least, _TOUCH)
     if clearances.is_known and clearances.minimum() >= least:
         return
-    # The text names the map if the map has just changed.
+    # If the map has just changed, the text states that this is the clearance in
+    # the new map.
     maps = {state.map_revision, clearances.revision}
     is_new = "" not in maps and len(maps) == 2
     yield Symptom(

@@ -17,10 +17,10 @@ class BaseCorrection:
     """Localisation of a base with drifting odometry in a map.
 
     A base measures its pose X_OB with its wheels, in the frame O of its
-    odometry, which drifts away from the map's frame W. A map estimates the true
-    pose of the base when frames were taken, and the rate of the drift. The
-    estimate jumps at each frame, so a system that uses it must approach it in
-    small steps. Copying returns the object itself.
+    odometry, which drifts away from the map's frame W. From each camera frame,
+    the mapping estimates the base's true pose at that time, and the rate of the
+    drift. The estimate jumps at each frame, so a system that uses it must
+    approach it in small steps. Copying returns the object itself.
 
     Attributes:
         estimate: Estimate of the base's pose at the newest frame; None before

@@ -7,9 +7,9 @@ from one frame to the next, after a time t, as
     v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
 
 with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process of
-deviation sigma and correlation time tau, and the noise of b and v is that of
-its exact integral (Bar-Shalom et al., "Estimation with applications to tracking
-and navigation", 2001, section 8.2.3).
+deviation sigma and correlation time tau, and the noise of b and v follows from
+the exact integral of this process (Bar-Shalom et al., "Estimation with
+applications to tracking and navigation", 2001, section 8.2.3).
 """
 
 import dataclasses as dc
@@ -17,12 +17,12 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of the errors of x, y and yaw that each frame adds to
-drift [m, m, rad]."""
+"""Standard deviations of the independent errors of x, y and yaw at each frame,
+in addition to drift [m, m, rad]."""
 
 OTHER_RUN = 30.0
-"""Time for which drift is assumed between two runs, as their clocks have no
-common origin [s]."""
+"""Assumed time between two runs, in which the odometry drifts [s]. The clocks
+of two runs have no common origin."""
 
 
 @dc.dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Drift:
     """Parameters of the drift of a base's odometry.
 
     Attributes:
-        shift: Standard deviation of the rate of its position [m/s].
-        turn: Standard deviation of the rate of its heading [rad/s].
-        memory: Correlation time tau of the rates [s].
+        shift: Standard deviation of the drift rate of the position [m/s].
+        turn: Standard deviation of the drift rate of the heading [rad/s].
+        memory: Correlation time tau of the drift rates [s].
     """
 
     shift: float
@@ -41,7 +41,7 @@ class Drift:
 
     @property
     def variances(self) -> np.ndarray:
-        """Variances of the rates of x, y and yaw, shape (3,)."""
+        """Variances of the drift rates of x, y and yaw, shape (3,)."""
         return np.square([self.shift, self.shift, self.turn])
 
     def noise(self, seconds: float) -> np.ndarray:

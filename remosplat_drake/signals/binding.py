@@ -1,4 +1,4 @@
-"""`Binding`: the active rows of a tick's program, which limit its command."""
+"""`Binding`: the active constraints of a tick's quadratic program."""
 
 import dataclasses as dc
 from typing import NamedTuple
@@ -18,7 +18,7 @@ BOUND = "bound"
 
 
 class BoundRow(NamedTuple):
-    """A row of the program that holds with equality.
+    """A constraint (row) of a tick's quadratic program, active at its optimum.
 
     Attributes:
         name: Name of its set of rows, `BOUND` for a bound on the command.
@@ -54,4 +54,4 @@ class Binding:
 
 
 NONE_BINDS = Binding((), np.zeros((0, 0)), np.zeros(0))
-"""No row holds with equality."""
+"""The binding of a tick without an active row."""

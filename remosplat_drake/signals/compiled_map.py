@@ -125,9 +125,9 @@ def ask(compiled, question, answer) -> None:
 def answers(kind: type, kernel: Callable) -> None:
     """Registers the kernel that `ask` calls for a kind of map.
 
-    Each kernel that queries maps contains the code of this one, and is compiled
-    again when the file of this one changes. Changes in other files outside this
-    package are not detected.
+    Numba compiles the code of `kernel` into every kernel that queries maps, and
+    compiles these again when the file of `kernel` changes. Changes in other
+    files outside this package are not detected.
 
     Args:
         kind: The named tuple of the map's arrays.
@@ -166,8 +166,8 @@ def _ask_all(compiled, question, answer):
 
     def nearest(compiled, question, answer):
         ask(compiled[0], question, answer)
-        # The other maps need only results nearer than this one, which is
-        # faster.
+        # The remaining maps are searched only for points nearer than this one,
+        # which is faster.
         nearer, other = question.copy(), np.empty_like(answer)
         for i in range(len(answer)):
             if answer[i, 0] >= 0.0:
@@ -368,7 +368,8 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
-        # Slightly more than the distance, since the query excludes its bound.
+        # The bound is slightly more than the distance, since the query finds
+        # only points nearer than its bound.
         far += abs(far) * _EPSILON
         least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least

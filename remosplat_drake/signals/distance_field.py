@@ -1,4 +1,4 @@
-"""`DistanceField`: measures distances to the scene; `Clearances`: these."""
+"""`DistanceField` measures distances to the scene, and returns `Clearances`."""
 
 import dataclasses as dc
 from abc import ABC, abstractmethod
@@ -144,9 +144,10 @@ class DistanceField(ABC):
     (1-Lipschitz).
 
     Verification can then skip spheres that are too far from the scene, and also
-    guarantees the motion between two queries. Depth views and truncated
-    bisections are not 1-Lipschitz: verification queries them at the end of
-    every tick of a braking ramp, and guarantees nothing in between.
+    guarantees the motion between two queries. Distances from depth views, or
+    from a bisection that ends early, are not 1-Lipschitz: verification queries
+    these fields at the end of every tick of a braking ramp, and guarantees
+    nothing in between.
     """
 
     @property

@@ -50,7 +50,7 @@ class MapRequests:
 def scene_in_turn(
     scenes: Sequence[PrimitiveScene], changes: int
 ) -> PrimitiveScene | None:
-    """Returns the scene for a simulated camera after some changes.
+    """Returns the scene that a simulated camera shows after some changes.
 
     Args:
         scenes: The scenes, which alternate; the first one is the scene at the

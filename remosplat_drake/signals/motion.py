@@ -85,8 +85,9 @@ class Motion:
             without delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
-        way_measured: Distances travelled in the model from its beginning to the
-            latest measurement, shape (n_u,) [m, rad].
+        way_measured: Distances that the axes of the model have travelled from
+            the start of the run to the latest measurement, shape (n_u,) [m,
+            rad].
         residual: Errors of the model's predicted positions within a short
             window, shape (n_u,) [m, rad].
         bound: Bounds on these errors, shape (n_u,) [m, rad].

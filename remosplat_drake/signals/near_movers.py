@@ -9,8 +9,8 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance of a mapped surface from a mover to which it may belong
-[m]."""
+"""Largest distance between a mapped surface and a mover at which the surface
+may be a part of the mover [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class NearMovers:
         return len(self.distance)
 
     def approach_rates(self, Jv_WS: np.ndarray) -> np.ndarray:
-        """Returns n' Jv_WS of each pair: the approach speed due to the robot.
+        """Returns n' Jv_WS, which maps u to each pair's approach speed.
 
         Args:
             Jv_WS: Translational Jacobians of the n spheres' centres in W,
@@ -87,7 +87,7 @@ class NearMovers:
 
 
 def mover_at(movers: Movers | None, time: float, p_W: np.ndarray) -> str:
-    """Returns the name of the mover that a point may belong to; or "".
+    """Returns the name of the mover that a point may belong to; "" for none.
 
     If a person is in view while a map is built, the map contains that person.
     So a point on the map's surface may belong to a mover.

@@ -1,10 +1,10 @@
 """Rows beside the nearest ones, for spheres that are too near to a map.
 
-A sphere has a row to the nearest point of a map. In a corner, a sphere that
-recedes from the nearest surface may approach another one, which has no row.
-Verification rejects such a command. So a sphere that must leave a corner needs
-rows to both surfaces. The second surface is found by a query from a point
-slightly beside the sphere's centre.
+A sphere has one row, a distance and its direction, for the nearest point of a
+map. In a corner, a sphere that recedes from the nearest surface may approach
+another one, which has no row. Verification rejects such a command. So a sphere
+that must leave a corner needs rows for both surfaces. The second surface is
+found by a query from a point slightly beside the sphere's centre.
 """
 
 import numpy as np

@@ -26,15 +26,18 @@ KINDS = (WAITING, MOVING, HELD, REACHED, STOPPING, STOPPED, ENDED)
 """All kinds of a robot's state."""
 
 CONSTRAINT = "constraint"
-"""Cause: a constraint of the program that has no cause of its own here."""
+"""Cause: any constraint of the controller's program that the other causes do
+not name."""
 VERIFICATION = "verification"
-"""Cause: no command towards the target leaves a way to stop."""
+"""Cause: verification rejects every command towards the target, since the robot
+could not stop in time."""
 NO_COMMAND = "no command"
 """Cause: the controller finds no feasible command, and brakes."""
 NOT_OBEYED = "not obeyed"
 """Cause: the robot does not follow its commands, as in shadow mode."""
 NOTHING = "nothing"
-"""Cause: no constraint is in the way; the program's optimum is no motion."""
+"""Cause: no constraint is active; the optimum of the quadratic program is no
+motion."""
 BASE = "base"
 """Cause: the base may not drive, or its safety scanner has stopped it."""
 LOCALIZATION = "localization"
@@ -101,7 +104,7 @@ class Standing:
         return self
 
     def is_news_after(self, before: "Standing") -> bool:
-        """Returns whether more than numbers differ from an earlier state.
+        """Returns whether an earlier state differs in more than numbers.
 
         Args:
             before: The earlier state.

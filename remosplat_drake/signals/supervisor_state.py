@@ -45,7 +45,7 @@ class SupervisorState:
         kept_clearance: The largest clearance since the start of motion [m].
         since: Time at which each current symptom began [s], by its name.
         payload: The object carried at the latest tick; None for none.
-        map_revision: Revision of the latest map that left the robot enough
+        map_revision: Revision of the latest map in which the robot had enough
             clearance.
     """
 

@@ -44,8 +44,8 @@ class Target:
         X_WT: Pose of the target T in the world W, shape (4, 4).
         weights: Weights of the directions of T, rotations about its axes before
             translations along them, shape (6,): factors on the cost of their
-            errors. A direction of weight zero is free. None, one or all of the
-            rotations may be free.
+            errors. A direction of weight zero is free. The number of free
+            rotations must be zero, one or three.
         line: The straight path to the target; None leaves the path open.
         passed_within: Distance at which the target counts as passed, without a
             stop [m]; None for a target to be reached and held.

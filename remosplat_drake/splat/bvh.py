@@ -59,8 +59,8 @@ def build_hierarchy(
     Args:
         lower: Lower corners of the boxes, shape (n, 3) [m].
         upper: Upper corners, shape (n, 3) [m].
-        center_z: Height z by which queries may ignore a box, shape (n,) [m]; it
-            is inside the box.
+        center_z: A height z inside each box, shape (n,) [m]. Queries may ignore
+            boxes whose `center_z` is below a given height.
     """
     boxes = np.column_stack([lower, upper, center_z]).astype(np.float64)
     table = np.empty((len(boxes), 8), np.float32)

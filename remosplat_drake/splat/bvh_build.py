@@ -35,8 +35,8 @@ class _Part:
         first: Place of the first box.
         end: Place after the last one.
         depth: Depth of the node.
-        nodes: The nodes, counted from this one; of a part that has been cut in
-            two, this one only.
+        nodes: The part's nodes, with links relative to the first one; only that
+            one if the part has been cut in two.
         sides: The parts below it, if it has been cut.
     """
 
@@ -117,7 +117,7 @@ def _joined(root: _Part) -> np.ndarray:
 
 @kernel
 def _cut_boxes(table, first, end, depth, nodes):
-    """Sorts boxes to the two sides of the one node, which is filled in.
+    """Partitions boxes into the two sides of a node, and fills the node in.
 
     Returns:
         The first box of the right side.
@@ -132,7 +132,7 @@ def _cut_boxes(table, first, end, depth, nodes):
 def _build(table, first, end, depth):
     """Sorts the boxes from `first` to `end` and returns the nodes over them.
 
-    Links count from the first of these nodes, which is at the depth.
+    Links are indices relative to the first of these nodes, which is at `depth`.
     """
     nodes = np.zeros((max(1, end - first), 16), np.float32)
     links = nodes.view(np.int32)

@@ -133,7 +133,7 @@ def _fill_bins(table, first, end, axis, low, scale, bins, counts):
 
 @helper
 def _best_cut(bins, grown, counts, costs) -> int:
-    """The bin border with the least surface area times count on both sides."""
+    """The bin border of least cost: surface area times count, of both sides."""
     total = 0
     _empty(grown, 0)
     for b in range(len(bins) - 1, 0, -1):
@@ -158,7 +158,7 @@ def _partition(table, first, end, axis, low, scale, cut) -> int:
     """Brings the boxes of the bins before `cut` to the front.
 
     Returns:
-        The first one of the others.
+        The first box of the remaining bins.
     """
     i, j = first, end - 1
     while True:

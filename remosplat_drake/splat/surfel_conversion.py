@@ -18,7 +18,8 @@ It is the least scale of SPZ.
 """
 
 _FLAT = 1e-4
-"""Ellipsoids whose third scales are equal and at most this were discs [m]."""
+"""Ellipsoids count as discs if their third scales are equal and at most this
+[m]."""
 
 _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
 """Quaternions wxyz of the rotations that turn z to axis 0, and to axis 1."""

@@ -62,7 +62,7 @@ def make_tiles(
             oracle's, so that the page shows the obstacles of the robot.
     """
     if order is None:
-        # A map of a building is thinned first: it has too many to sort.
+        # A map of a building is thinned first: it has too many discs to sort.
         splat = largest(splat, MAX_SURFELS, min_opacity)
         p_GK = splat.p_GK.astype(float)
         order = build_hierarchy(p_GK, p_GK, p_GK[:, 2]).order

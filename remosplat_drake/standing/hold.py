@@ -1,4 +1,4 @@
-"""Finds the cause that holds a robot, and violations of distances."""
+"""Finds the cause that keeps a robot at rest, and distance violations."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -29,16 +29,17 @@ from remosplat_drake.signals.tick_report import BRAKING, TickReport
 from remosplat_drake.standing.stillness import PAUSE, Stillness
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure (see `pressures`) below which an active row does not hold the robot;
-smaller values are the solver's rounding."""
+"""Pressure (see `pressures`) below which an active row does not hold the robot,
+since such values may be rounding errors of the solver."""
 
 _SHARE = 0.5
-"""Fraction of the greatest pressure that suffices for the link named last to be
-named again. Otherwise the sentence would alternate between two rows of similar
-pressure."""
+"""The sentence keeps the link of the previous sentence if the pressure of that
+link's row is at least this fraction of the greatest pressure. So it does not
+alternate between two rows of similar pressure."""
 
 _VETO = 0.5
-"""Scale of the verified command below which verification holds the robot."""
+"""If verification scales the command by less than this factor, verification
+counts as the cause that holds the robot."""
 
 _TOLD = 0.03
 """Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
@@ -49,7 +50,7 @@ Naming = Callable[[np.ndarray], Thing]
 
 @dc.dataclass(frozen=True, eq=False)
 class Hold:
-    """The cause that holds the robot.
+    """The cause that keeps a robot from moving.
 
     Attributes:
         cause: One of `standing.CAUSES`.
@@ -80,7 +81,7 @@ def present_hold(
     is_there: bool,
     lacks: bool,
 ) -> Hold | None:
-    """Returns the cause that holds a robot now; None while it moves.
+    """Returns the cause that keeps a robot from moving; None while it moves.
 
     If the whole robot is at rest, every cause counts. If only its hand is at
     rest, only constraints and the lack of a path count, since the base may be
@@ -110,7 +111,7 @@ def present_hold(
 def find_hold(
     report: TickReport, robot: RobotModel, name: Naming, link_before: str = ""
 ) -> Hold:
-    """Finds the cause that holds a robot at rest.
+    """Finds the cause that keeps a robot at rest.
 
     Args:
         report: The latest tick.
@@ -215,7 +216,7 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
-    """Makes the hold by the constraint for which verification objected."""
+    """Makes the hold by the constraint that made verification object."""
     separation = report.separation
     if report.objection == MOVER and separation is not None:
         return Hold(MOVER, separation.mover, separation.link)

@@ -60,8 +60,8 @@ _LACKS = {
     CRAMPED: stands.NO_CONFIGURATION,
     CUT_OFF: stands.NO_PATH,
 }
-"""Causes for a robot that no constraint holds, by the reason why it has no
-path."""
+"""For a robot at rest without an active constraint: the cause, by the reason
+why there is no path."""
 
 _OF_THE_TARGET = (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
 """Causes that are displayed at the target."""
@@ -72,7 +72,7 @@ _NEAR = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """The inputs of the sentence.
+    """The inputs of the sentence that describes the robot's state.
 
     Attributes:
         error: The error from the end effector to the present target; of

@@ -97,7 +97,7 @@ def observe(
     *,
     may_rest: bool,
 ) -> Stillness:
-    """Updates the memory.
+    """Updates the memory of a robot's motion.
 
     Args:
         before: The previous memory; None at first.
@@ -105,8 +105,8 @@ def observe(
         q: Measured configuration, shape (n_q,).
         aim: The current aim.
         X_WEs: Poses of the end effectors, shape (e, 4, 4).
-        may_rest: Whether the robot has a reason to stand still, at its target
-            for example. Such time does not count as standstill.
+        may_rest: Whether the robot has a reason to rest, such as that it is at
+            its target. Such time does not count as standstill.
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
     if before is None or time < before.robot.since:

@@ -1,4 +1,4 @@
-"""Makes payloads of objects: links that hold them, convex pieces, masses."""
+"""Makes the payload of a carried object: mass, convex pieces, holding links."""
 
 import numpy as np
 

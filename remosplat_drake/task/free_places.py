@@ -57,8 +57,8 @@ def free_places(
     Args:
         thing: The object.
         spheres: Spheres around it, in its frame.
-        support: The other object, whose top is level.
-        around: The scene without both.
+        support: The object on whose level top the other shall stand.
+        around: The scene without both objects.
         near: Point in W near which it shall stand, shape (3,) [m]; None for the
             middle of the top.
 
@@ -146,7 +146,7 @@ def _is_free(
     spheres: LinkSpheres,
     around: Surroundings,
 ) -> np.ndarray:
-    """At which places the spheres keep their distance, shape (k,)."""
+    """Whether the spheres keep their distance at each place, shape (k,)."""
     n = len(spheres.radius)
     p_WS = p_WO[:, None] + spheres.p_LS @ R_WO.T
     radius = np.tile(spheres.radius, len(p_WO))

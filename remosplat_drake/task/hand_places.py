@@ -64,8 +64,8 @@ class HandPlaces:
     ) -> Iterator[np.ndarray]:
         """Yields the places in order of their distance from the middle.
 
-        The distance is horizontal. Of equally distant places the one with the
-        lowest y comes first, then that with the lowest x, then the lowest.
+        The distance is horizontal. Places at the same distance are sorted by y,
+        then by x, then by z, in ascending order.
 
         Args:
             p_W: A point in W, shape (3,) [m].

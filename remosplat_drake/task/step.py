@@ -9,7 +9,7 @@ from remosplat_drake.oracle.contact_rules import ContactRule
 AT, ON_OBJECT, OBJECT_TO = "at", "on object", "object to"
 BY_WORLD, BY_HAND = "by world", "by hand"
 BASE_TO = "base to"
-"""Meanings of a `Goal`."""
+"""Kinds of a `Goal`; see `Goal.kind`."""
 
 ATTACH, RELEASE = "attach", "release"
 """Changes of an object's state at the start of a step."""

@@ -17,8 +17,8 @@ def aim_of(task: Task, state: TaskState, q: np.ndarray) -> Aim:
     Args:
         task: The task.
         state: The progress of the task.
-        q: The configuration, shape (n_q,) [rad, m]; the aim before the first
-            step is the pose in it.
+        q: The configuration, shape (n_q,) [rad, m]. Before the first step, the
+            aim consists of the end effectors' poses at q.
     """
     step, robot = state.present(task), task.robot
     if state.X_WT is None or state.q_A is None:

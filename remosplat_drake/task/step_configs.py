@@ -34,7 +34,8 @@ class Touch(Config):
     object: str = ""
     # Names of the links; empty: those of the hand, fingers and palm.
     links: Annotated[list[str], Len(0, 100)] = dc.field(default_factory=list)
-    # Distance that the links keep from it [m]; absent: they may touch it.
+    # Distance that the links keep from the object [m]; absent: they may touch
+    # it.
     stopping: Annotated[float, Interval(ge=0, le=1)] | None = None
 
 
@@ -135,7 +136,7 @@ class DriveTo(StepConfig):
 class Open(StepConfig):
     """Opens the hand."""
 
-    # Its opening; absent: the greatest [m].
+    # Opening of the hand; absent: the greatest [m].
     width: Width | None = None
 
 
@@ -145,7 +146,7 @@ class Close(StepConfig):
 
     # Its opening [m].
     width: Width = 0.0
-    # The force with which it closes [N].
+    # Force with which the hand closes [N].
     force: Force = 20.0
 
 
@@ -155,7 +156,8 @@ class Attach(StepConfig):
 
     # Name of the object.
     object: str = ""
-    # Object that it stands on, and may touch until it is lifted.
+    # Object on which the attached object stands, and which it may touch until
+    # it is lifted.
     support: str = ""
 
 
@@ -182,7 +184,8 @@ class GraspConfig(PoseConfig):
 
     # Opening of the hand around the object [m].
     width: Width = 0.04
-    # Force with which the hand holds it; absent: the `force` of the step [N].
+    # Force with which the hand holds the object; absent: the `force` of the
+    # step [N].
     force: Force | None = None
 
 
@@ -200,7 +203,7 @@ class Grasping(StepConfig):
     # that it presses on the object [m]. It has no effect on a kinematic
     # station, where the object does not stop the fingers.
     squeeze: Width = 0.01
-    # Force with which the hand holds it [N].
+    # Force with which the hand holds the object [N].
     force: Force = 20.0
     # Length of the straight approach along the hand's z axis [m].
     approach: Length = 0.1
@@ -212,9 +215,10 @@ class Grasping(StepConfig):
 class Pick(Grasping):
     """Picks an object: opens, reaches, approaches, closes, attaches, lifts."""
 
-    # Object that it stands on; empty if that is not an object of the task.
+    # Object on which the picked object stands; empty if it stands on none of
+    # the task's objects.
     support: str = ""
-    # Motion by which it is lifted, along the axes of W [m].
+    # Motion by which the object is lifted, along the axes of W [m].
     lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
 
 
@@ -230,7 +234,8 @@ class TakeOver(Grasping):
 class Place(StepConfig):
     """Puts the carried object down: moves over, lowers, releases, retreats."""
 
-    # Object that it is put on; empty if that is not an object of the task.
+    # Object on which the carried object is put; empty if it is put on none of
+    # the task's objects.
     support: str = ""
     # The poses X_WO that are tried, one after the other; empty: free places on
     # top of the support.
@@ -240,7 +245,7 @@ class Place(StepConfig):
     # Point x, y, z in W near which a free place is sought; absent: the middle
     # of the support [m].
     near: Position | None = None
-    # Distance by which it is lowered straight [m].
+    # Length of the straight motion by which the object is lowered [m].
     lower: Length = 0.1
     # Distance by which the hand retreats straight [m].
     retreat: Length = 0.1

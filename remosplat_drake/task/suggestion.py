@@ -21,8 +21,8 @@ _HEIGHTS = np.arange(0.35, 1.2, 0.05)
 """Heights of targets above the floor [m]."""
 
 _ON_A_TABLE = 0.25
-"""Decrease of the heights for an arm on a fixed base, which stands on its work
-surface [m]."""
+"""Amount by which the heights of targets are lower for an arm on a fixed base,
+which stands on its work surface [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order they are tried [m]."""
@@ -42,8 +42,8 @@ _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
-"""Height of a point above the base, and its least clearance with which the base
-counts as free [m]."""
+"""A base counts as free if the point at the first height above it has at least
+the second clearance [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
 """Parameters of points on the hand's straight path, 0 to 1, and their least

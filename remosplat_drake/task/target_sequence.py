@@ -95,20 +95,20 @@ class TargetSequence(LeafSystem):
     `configuration` takes the measured q, `aim` gives the present `Aim`,
     `target` the pose X_WT alone of its first target as a `RigidTransform`, and
     `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. `instead` takes a tuple of `Target`s, to which others are
-    appended: each new one replaces the present target of the first end
-    effector. After the last target has been reached, it remains the target.
-    Arrival is checked once per period. A line starts at the pose of the end
-    effector when its target becomes current. A passed target has the distance
-    from it to the next stop as its `onward`. Several end effectors do not wait
-    for each other; the sequence is finished when all are at their last targets
-    at the same time.
+    effectors. `instead` takes a tuple of `Target`s, which may grow: each target
+    that is appended replaces the present target of the first end effector.
+    After the last target has been reached, it remains the target. Arrival is
+    checked once per period. A line starts at the pose of the end effector when
+    its target becomes current. The `onward` of a passed target is the length of
+    the path from it to the next stop. Several end effectors do not wait for
+    each other; the sequence is finished when all are at their last targets at
+    the same time.
 
     Args:
         robot: The robot, for its kinematics.
         X_WTs: At least one target for the end effector: poses, or `Target`s for
-            more options; or such lists by the names of several end effectors. A
-            line starts where the motion starts, and its own start is ignored.
+            more options; or such lists by the names of several end effectors.
+            The start `X_WA` of a target's line is ignored.
         arrival: The success rule; None: within 20 mm and 2 degrees.
         period: Time between two checks of arrival [s].
 

@@ -54,13 +54,14 @@ class TaskSystem(LeafSystem):
         - task
 
     `advance_task` computes the progress once a period. `aim`, `target` and
-    `progress` are those of a `TargetSequence`, with blocks in place of targets.
-    `distance_field` is the map with the objects that are not carried and the
-    contact rules of the present step, `payload` the carried object, and
-    `objects` all objects at their poses. `hold` is true if the arm must stand
-    still: map and payload change only then. `hand_command` is the width and
-    force of each hand [m, N], `hand_state` the width, rate and force of each,
-    `task` the `TaskState`, and `outline` the `TaskOutline` for display.
+    `progress` are like those of a `TargetSequence`, except that `progress`
+    counts blocks instead of targets. `distance_field` is the map with the
+    objects that are not carried and the contact rules of the present step,
+    `payload` the carried object, and `objects` all objects at their poses.
+    `hold` is true if the arm must stand still: map and payload change only
+    then. `hand_command` is the width and force of each hand [m, N],
+    `hand_state` the width, rate and force of each, `task` the `TaskState`, and
+    `outline` the `TaskOutline` for display.
 
     Args:
         task: The task.

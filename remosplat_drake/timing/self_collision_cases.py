@@ -11,7 +11,7 @@ from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.timing.measuring import Case
 
 _POSTURES = 200
-"""Number of configurations, half way between home and random ones."""
+"""Number of configurations; each is half way between home and a random one."""
 
 
 def self_collision_cases() -> list[Case]:

@@ -17,9 +17,9 @@ def hand_clearances(
 ) -> np.ndarray:
     """Computes the clearance of a hand at each of several poses.
 
-    The largest signed distance of a point from the planes of a convex piece,
-    and of the box around all pieces, is a lower bound of its distance from the
-    piece, and negative inside.
+    A point's largest signed distance from the planes of a convex piece is a
+    lower bound on its distance from the piece, and is negative inside. The same
+    holds for the box around all pieces.
 
     Args:
         planes: Planes (a, b) of all pieces in E, with unit normals a, shape
@@ -29,7 +29,7 @@ def hand_clearances(
         box: Corners of the box around all pieces, lower and upper, (2, 3) [m].
         X_OE: Poses of the hand, shape (k, 4, 4).
         points: The points in O, shape (n, 3) [m].
-        enough: Clearance above which larger values need not be exact [m].
+        enough: Clearances above this value need not be exact [m].
 
     Returns:
         The clearances, shape (k,) [m]. A clearance that is not positive is that

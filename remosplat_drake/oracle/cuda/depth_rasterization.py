@@ -205,7 +205,7 @@ class CudaDepthField(DistanceField):
         return batch_answer(batch, answer[..., 0], answer[..., 1:])
 
     def _bound(self, reach: np.ndarray) -> np.ndarray:
-        """No pixel reaches beyond the corners of the far plane."""
+        """Limits ranges to that of the far plane's corners."""
         return np.minimum(reach, self.sensor.far * math.sqrt(3))
 
     def _answer(self, rows: "Tensor", R_WD: "Tensor") -> "Tensor":
@@ -316,7 +316,8 @@ class RulesArgument(ctypes.Structure):
             nearest_only=nearest_only,
             median_light=median,
             opaque_light=opaque,
-            # A fragment with an alpha above the limit makes no difference.
+            # Larger alphas are clamped to this limit, which does not change the
+            # result.
             most_light=max(median, opaque),
             near=sensor.near,
             far=sensor.far,
@@ -326,7 +327,7 @@ class RulesArgument(ctypes.Structure):
 
     @property
     def scratch_bytes(self) -> int:
-        """Shared memory of a block: three bits per pixel, kept fragments."""
+        """Shared memory of a block: pixels' bits, and stored fragments."""
         return 12 * self._words + 8 * _KEPT * _THREADS
 
     @property

@@ -1,10 +1,10 @@
 """Finds the nearest pixels of depth views without rendering them (Numba).
 
 Only the smallest range of each view is computed. Fragments are stored in any
-order. A further fragment can only move a median nearer, and only increase the
-accumulated alpha. So the smallest median of all complete pixels so far is an
-upper bound on the result. Splats are visited roughly from near to far, once for
-all six views of a sphere, until the remaining ones are beyond these bounds;
+order. An additional fragment can only move a median nearer, and only increase
+the accumulated alpha. So the smallest median of all complete pixels so far is
+an upper bound on the result. Splats are visited roughly from near to far, once
+for all six views of a sphere, until the remaining ones are beyond these bounds;
 fragments behind the bound are discarded. For splats that cover many pixels,
 only pixels of a coarse grid are drawn at first, and the others once the bounds
 are tight. At the end, some pixels may have a nearer median, but too little
@@ -184,7 +184,8 @@ def _open_leaf(splats, rules, canvas, leaf, seen):
         canvas.views, center, radius, nearest, seen, canvas.limit
     )
     needed = places_of(is_seen & (sets > 0))
-    # Drawing writes to all of the canvas's other lanes.
+    # The sets are stored in memory of their own, since drawing overwrites the
+    # canvas's other lanes.
     write_lanes(canvas.sets, 0, sets)
     while needed:
         k = lowest_bit(needed)

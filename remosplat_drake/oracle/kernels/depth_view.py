@@ -129,7 +129,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
 
 @inlined
 def _middle(wide, at, p):
-    """Returns centres and half lengths of children's intervals, from p."""
+    """Returns centres, as seen from p, and half lengths of intervals."""
     low = lanes_from(wide, at) - p
     high = lanes_from(wide, at + 3 * WIDTH) - p
     return 0.5 * (low + high), 0.5 * (high - low)
@@ -170,10 +170,11 @@ def _in_sensor(R, x, y, z):
 
 @inlined
 def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
-    """Returns the views of points farther ahead than to the sides.
+    """Returns the views that boxes may intersect, as SIMD lanes.
 
-    The points extend by `half` around p, in D; `ahead` is their least distance
-    from the planes across the axes. Sets of views are numbers like all lanes.
+    A view contains the points that are farther ahead than to any side. The
+    boxes extend by `half` around p, in D, and `ahead` is their least distance
+    from the camera along each axis.
     """
     beside_x = greatest(greatest(ahead[1], ahead[2]), 0.0)
     beside_y = greatest(greatest(ahead[2], ahead[0]), 0.0)
@@ -190,7 +191,7 @@ def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
 
 @inlined
 def _if_seen(view, farthest, beside, nearest, seen, limit):
-    """Returns the set of a view if it is requested and within its limit."""
+    """Returns, for each box, the set of this view, or the empty set."""
     reach = limit[view] if (seen >> view) & 1 else -np.inf
     # Infinite boxes give NaN here, and count as visible.
     reaches_in = ~(farthest < beside)

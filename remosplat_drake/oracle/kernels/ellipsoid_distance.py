@@ -126,7 +126,7 @@ def _unit_point(n0, n1, n2, d0, d1, inside, steps):
 
 @helper
 def _newton_root(n0, n1, n2, d0, d1, t) -> float:
-    """Newton's method on 1 / |p(t)| = 1, rising from t on the left.
+    """Newton's method on 1 / |p(t)| = 1, from a t below the root.
 
     The left-hand side is concave and nearly linear in t (the secular equation
     of trust-region methods), so no step overshoots and a few suffice.

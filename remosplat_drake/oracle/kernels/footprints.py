@@ -166,7 +166,8 @@ def footprint_records(
     """
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
-        # alpha >= min_alpha is weight <= 2 ln(opacity / min_alpha).
+        # alpha >= min_alpha is equivalent to weight <= 2 ln(opacity /
+        # min_alpha).
         weight_cut = np.minimum(
             sensor.n_sigma**2, 2 * np.log(opacity / sensor.min_alpha)
         )
@@ -347,9 +348,10 @@ def fragment_alpha(z, weight, opacity, rules, shift=0.0):
 
 @inlined
 def is_within(z, weight, rules, shift):
-    """Returns whether a fragment is in its splat, between near and far plane.
+    """Returns whether a fragment is in its splat's outline and depth range.
 
-    Arguments are those of `fragment_alpha`, or SIMD lanes of them.
+    The depth range is that between the view's near and far plane. Arguments are
+    those of `fragment_alpha`, or SIMD lanes of them.
     """
     return (
         (weight <= rules.n_sigma_squared)

@@ -106,7 +106,7 @@ def footprint(
 
 
 def _extent(axes, p, cut, sensor: DepthSensor) -> tuple["Tensor", ...]:
-    """Returns bounds of x and y in the image, (2, P), and of z, (P,), each."""
+    """Returns lower and upper bounds of x and y, (2, P), and of z, (P,)."""
     E_ii = cut * (axes * axes).sum(dim=1)
     E_iz = cut * (axes[:2] * axes[2]).sum(dim=1)
     z, reach = p[2], E_ii[2].sqrt()
@@ -118,8 +118,8 @@ def _extent(axes, p, cut, sensor: DepthSensor) -> tuple["Tensor", ...]:
     square -= E_ii[:2] * E_ii[2] - E_iz * E_iz
     half = square.clamp(min=0).sqrt() / q_zz.abs()
     low, high = middle - half, middle + half
-    # For discs that extend behind the camera: the box around the part before
-    # it.
+    # For discs that extend behind the camera: the box around the part in front
+    # of it.
     is_before = z - reach > 1e-6
     size = E_ii[:2].sqrt()
     box_low, box_high = p[:2] - size, p[:2] + size

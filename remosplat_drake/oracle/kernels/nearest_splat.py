@@ -296,11 +296,11 @@ def _write_answer(splat, p, best, answer):
 
 @helper
 def _direction(y, x, e):
-    """Minus the gradient of the distance of y, in the splat's frame.
+    """Direction from y to the closest point x: minus the distance's gradient.
 
-    On the surface x - y vanishes, and the surface's normal takes its place:
-    the outward one of an ellipsoid, turned towards the scene; the disc's
-    normal, axis 2, for a point on a disc.
+    All vectors are in the splat's frame. For a point y on the surface, x - y is
+    zero. The direction is then that of the ellipsoid's inward normal, or of the
+    disc's normal, axis 2.
     """
     u, v, w = x[0] - y[0], x[1] - y[1], x[2] - y[2]
     largest = max(abs(u), max(abs(v), abs(w)))

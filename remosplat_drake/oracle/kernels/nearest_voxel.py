@@ -1,7 +1,7 @@
-"""Finds the nearest voxel of a kind to many points, in an octree.
+"""Finds the nearest seen or unseen voxel to many points, in an octree.
 
 Nodes are visited depth first, nearest child first. Nodes without a voxel of the
-kind, or farther than the best voxel, are skipped.
+requested kind, or farther than the best voxel, are skipped.
 """
 
 import math
@@ -39,7 +39,7 @@ def query(grid, spheres, answer):
         j = _level(p[1], grid.lower[1], grid.voxel, ny)
         k = _level(p[2], grid.lower[2], grid.voxel, nz)
         if k >= first and grid.unseen[i, j, k]:
-            # Ignored space below counts as seen, so its boundary also bounds
+            # Space below the floor counts as seen, so the floor also bounds
             # unseen space.
             start = np.inf, (-1, -1, -1)
             if first > 0:
@@ -71,7 +71,7 @@ def _first_level(grid, floor):
 
 @helper
 def _nearest(grid, p, first, kind, best, nodes, squares):
-    """Returns the nearest voxel of a kind, from a z index on.
+    """Returns the nearest voxel of a kind, at or above a given z index.
 
     Args:
         grid: The grid.

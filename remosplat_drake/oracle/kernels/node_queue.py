@@ -62,7 +62,7 @@ def clear(queue, limit):
 
 @helper
 def push(queue, key, item) -> bool:
-    """Adds a node; if nodes of larger keys were removed, it is the next one.
+    """Adds a node. A key below those already removed counts as the lowest.
 
     Returns:
         Whether there was room for it.

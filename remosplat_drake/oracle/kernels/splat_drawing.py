@@ -54,14 +54,14 @@ from remosplat_drake.oracle.kernels.windows import disc_window
 
 _TALL = 6
 """Number of rows from which on a splat is deferred: only its pixels of the
-coarse grid are drawn at first. If the view already has a nearest pixel, it is
-twice that number, since fewer pixels are then drawn needlessly."""
+coarse grid are drawn at first. If the view already has a nearest pixel, the
+threshold is twice this number, since fewer pixels are then drawn needlessly."""
 
 ALL, _COARSE, REST = range(3)
 """Which pixels are drawn: all, those of the grid, or the others."""
 
-# Places in a projected splat: its forms, two outlines, the disc of the low-pass
-# filter, and the first and last row and column of its bounds.
+# Offsets of the data of a projected splat: its forms, two outlines, the disc of
+# the low-pass filter, and the first and last row and column of its bounds.
 _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 
 
@@ -340,7 +340,7 @@ def _judge(rules, canvas, pixel):
 
 @inlined
 def _with_dot(low, high, center, half):
-    """Extends intervals, empty if low > high, by center +- half, if any."""
+    """Extends intervals [low, high] by center +- half, if half >= 0."""
     is_empty, has_dot = low > high, half >= 0
     dot_low, dot_high = center - half, center + half
     with_low = where(is_empty, dot_low, least(low, dot_low))

@@ -33,7 +33,8 @@ def disc_window(s, cut, reach, near):
     is_met = (reach > 0) & (square > 0)
     aa = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
     bb = s[3] * s[3] + s[4] * s[4] + s[5] * s[5]
-    # Along the disc's axes, in standard deviations from the camera's foot.
+    # Along the disc's axes, in standard deviations, from the foot of the
+    # perpendicular from the camera.
     half = root(cut) * _SLACK
     u_most, v_most = root(square * aa), root(square * bb)
     u_low, u_high = greatest(s[9] - half, -u_most), least(s[9] + half, u_most)
@@ -43,7 +44,8 @@ def disc_window(s, cut, reach, near):
     u = greatest(greatest(u_low, -u_high), 0.0)
     v = greatest(greatest(v_low, -v_high), 0.0)
     is_met = is_met & (u * u * aa + v * v * bb <= square)
-    # The circle and the disc along the line through their centres.
+    # The circle and the disc must also overlap along the line through their
+    # centres.
     u, v = s[9] * s[9] * aa, s[10] * s[10] * bb
     most = half * root(u * aa + v * bb) + root(square * (u + v))
     is_met = is_met & (u + v <= most)

@@ -49,7 +49,8 @@ def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
     for rows in blocks(n, _BLOCK):
         found = tree.query(p_GK[rows], count + 1, workers=workers)
         far, near = map(np.asarray, found)
-        # If points coincide, a point may not be its own first neighbour.
+        # If points coincide, the first neighbour of a point can be another
+        # point.
         own = near == np.arange(rows.start, rows.stop)[:, None]
         own[~own.any(axis=1), -1] = True
         index[rows] = near[~own].reshape(-1, count)
@@ -137,7 +138,8 @@ def _extent(
 ) -> np.ndarray:
     """Half the width of some splats along unit vectors, one sigma each.
 
-    It is at least the second axis, since normals of a thin wire are inaccurate.
+    It is at least that of the second axis, since normals of a thin wire are
+    inaccurate.
     """
     chosen = splat.select(index)
     along = np.einsum("nij,ni->nj", chosen.R_GK, u_G)

@@ -1,10 +1,10 @@
 """Finds Gaussians that are not on surfaces, from the splat itself.
 
-Splats from other programs contain floaters, sky and giants, which are not on
-surfaces and make distances too small. If a surface is removed by mistake,
-distances are too large, which is worse. So splats that touch a large part of
-the scene are kept, unless they are nearly transparent or far too large for a
-surface.
+Splats from other programs contain floaters, sky and giants (far too large
+splats), which are not on surfaces and make distances too small. If a surface is
+removed by mistake, distances are too large, which is worse. So splats that
+touch a large part of the scene are kept, unless they are nearly transparent or
+far too large for a surface.
 
 All lengths are relative to the splat's own: the unit of such files is unknown.
 """
@@ -70,8 +70,8 @@ FEW = 30
 """A separate group with fewer splats than this is not part of the scene."""
 
 _PART = 0.05
-"""A part contradicts the cameras only if it has less than this fraction of all
-splats."""
+"""A group of splats is removed for contradicting the cameras only if it has
+less than this fraction of all splats."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -157,8 +157,8 @@ def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
     beside = _beside(size, neighbours)
     distance = np.linalg.norm(part.p_GK - middle, axis=1)
     least = np.maximum(reach, distance)
-    # A giant lies among smaller neighbours; a splat apart from others may be
-    # the only one of a wall.
+    # A giant lies among smaller neighbours. A large splat without near
+    # neighbours may represent a whole wall.
     is_amid = neighbours.distance[:, -1] <= size
     is_huge = size > _GIANT * least
     is_thin = size > _NEEDLE * np.sort(part.scales, axis=1)[:, -2]
@@ -242,7 +242,7 @@ def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
 def _contradicted(
     p_GK: np.ndarray, groups: Groups, asked: np.ndarray, views: Views
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns which splats lie in parts before a camera or in unseen parts."""
+    """Returns which splats are in groups near a camera or in unseen ones."""
     n, label = len(p_GK), groups.label[asked]
     scene_G = p_GK[groups.label == groups.largest]
     is_seen, is_before = views.look(p_GK[asked], scene_G)

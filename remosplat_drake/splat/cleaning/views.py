@@ -21,8 +21,8 @@ _BEFORE = 0.1
 fraction of the scene's median depth."""
 
 _MOST, _SKEW = 1e7, 1e-3
-"""Largest number of a camera [pixels], and largest deviation of its pose from a
-rigid transform."""
+"""Largest valid intrinsic parameter of a camera [pixels], and largest deviation
+of its pose from a rigid transform."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -52,8 +52,8 @@ class Views:
 
         Args:
             p_GK: The points, shape (n, 3).
-            scene_G: Points of the scene, whose depths determine this near
-                range, shape (m, 3).
+            scene_G: Points of the scene, shape (m, 3). Their median depth
+                determines which points are directly in front of a camera.
 
         Returns:
             Masks of the points in view, and of those directly in front of a
@@ -76,7 +76,7 @@ class Views:
     def _depths(
         self, view: int, p_GK: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Depths of points before a camera, and which are in its image."""
+        """Depths of points in front of a camera, and which are in its image."""
         X_GC, K = self.X_GC[view], self.K[view]
         p_CK = (p_GK - X_GC[:3, 3]) @ X_GC[:3, :3]
         depth = p_CK[:, 2]

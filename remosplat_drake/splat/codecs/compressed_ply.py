@@ -173,9 +173,10 @@ def _between(
 def _within(
     bounds: dict[str, np.ndarray], names: tuple, values: np.ndarray
 ) -> np.ndarray:
-    """Fractions between the bounds of each chunk, which are added."""
+    """Values as fractions between their chunk's bounds, stored in `bounds`."""
     starts = np.arange(0, len(values), CHUNK)
-    # The bounds are stored in single precision: fractions must refer to it.
+    # The file has the bounds in single precision, so fractions refer to the
+    # rounded bounds.
     lower = np.minimum.reduceat(values, starts).astype(np.float32)
     upper = np.maximum.reduceat(values, starts).astype(np.float32)
     for i, name in enumerate(names):

@@ -248,8 +248,9 @@ def _read_vertices(path: Path) -> np.ndarray:
 def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
     """Returns some rows of the file's vertices.
 
-    If these are mapped into memory, the rows are read from the file instead:
-    touched pages stay in memory, and would be the whole file in the end.
+    If the vertices are memory-mapped, the rows are read from the file instead:
+    pages that are accessed stay in memory, which in the end would be the whole
+    file.
     """
     if not isinstance(vertices, np.memmap):
         return vertices[rows]

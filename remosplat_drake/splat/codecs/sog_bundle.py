@@ -227,7 +227,8 @@ def pack_bundle(
             names = [f"{name}.webp" for name in images]
             meta[part]["files"] = names
             for name, rows in zip(names, images.values(), strict=True):
-                # ZipInfo's own date makes equal splats equal files.
+                # ZipInfo has a fixed date by default, so equal splats give
+                # equal files.
                 archive.writestr(zipfile.ZipInfo(name), _webp(rows))
         archive.writestr(zipfile.ZipInfo(META), json.dumps(meta))
     return content.getvalue()
@@ -240,7 +241,8 @@ def _webp(rows: np.ndarray) -> bytes:
     pixels[: len(rows)] = rows
     image = _pillow().fromarray(pixels.reshape(height, width, 4), "RGBA")
     content = io.BytesIO()
-    # `exact`, since otherwise colours are lost where alpha, here data, is zero.
+    # `exact` keeps the colours of pixels whose alpha is zero: all four channels
+    # contain data.
     image.save(content, "WEBP", lossless=True, exact=True, quality=50)
     return content.getvalue()
 

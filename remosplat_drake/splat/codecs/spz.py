@@ -121,8 +121,8 @@ def _unpack_positions(section: bytes, header: SpzHeader) -> np.ndarray:
     """Positions in right-up-back axes, shape (N, 3) [m]."""
     if header.version == 1:
         return np.frombuffer(section, "<f2").reshape(-1, 3).astype(float)
-    # Three bytes each: put a zero byte below them, and shift it out again
-    # with the sign.
+    # A coordinate has three bytes. With a zero byte below them it is a signed
+    # 32-bit integer, and a shift to the right keeps its sign.
     padded = np.zeros((header.count, 3, 4), np.uint8)
     padded[..., 1:] = np.frombuffer(section, np.uint8).reshape(-1, 3, 3)
     fixed = padded.view("<i4")[..., 0] >> 8
