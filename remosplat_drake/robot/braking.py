@@ -158,8 +158,9 @@ def stopping_times(u, acceleration_limit, dt, spare):
 
     A path time is the time in which the robot would reach the same place with u
     held. The ramp multiplies u by 1 - 1/n, 1 - 2/n, ..., so each of its ticks
-    covers that fraction of a tick's path. The last entry is the place at which
-    a station stops if no further command arrives, since it holds u for longer.
+    covers that fraction of a tick's path. The last entry is the path time at
+    which a station comes to rest if no further command arrives: it holds u for
+    longer than a tick.
 
     Args:
         u: The command of the first tick, shape (n_u,).

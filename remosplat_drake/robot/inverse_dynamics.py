@@ -211,7 +211,7 @@ def _push(mass, p, I_W, i, motion):
 
 @helper
 def _half(six, i, first):
-    """Returns three numbers of a row: a slice would count references."""
+    """Returns three numbers of a row; a slice would be slower."""
     return six[i, first], six[i, first + 1], six[i, first + 2]
 
 

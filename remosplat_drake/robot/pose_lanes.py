@@ -1,4 +1,4 @@
-"""Poses at eight configurations at a time, by lanes.
+"""Poses at eight configurations at a time, one in each SIMD lane.
 
 An array of k poses has shape (k, 3, 4, 8): rows and columns as in a pose X,
 without the last row, which is constant, and the eight configurations.
@@ -27,7 +27,7 @@ def write_entry(X, i, r, c, value):
 
 @helper
 def turned(X, i, v):
-    """Rotates vectors from the frame of pose i into that in which it is given.
+    """Rotates vectors from frame B to frame A, where pose i is X_AB.
 
     Args:
         X: Array of poses.
@@ -47,7 +47,7 @@ def turned(X, i, v):
 
 @helper
 def turned_back(X, i, v):
-    """Rotates vectors from the frame in which pose i is given into its own.
+    """Rotates vectors from frame A to frame B, where pose i is X_AB.
 
     Args:
         X: Array of poses.

@@ -130,7 +130,7 @@ def _joint_problem(ours: Joint, theirs: Joint, speed: float) -> str:
 def _screws(
     plant: MultibodyPlant, names: list[str], q: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions and moments of the axes about the world's origin.
+    """Directions of the axes, and their moments about the world's origin.
 
     Args:
         plant: A plant with joints of these names.
@@ -138,8 +138,9 @@ def _screws(
         q: Their positions, shape (n,) [rad, m].
 
     Returns:
-        The directions, zero for a prismatic joint, and the moments, its
-        direction there, each of shape (n, 3).
+        The directions and the moments, shape (n, 3) each. For a prismatic
+        joint, the direction is zero, and the moment is the direction of its
+        axis.
     """
     context = plant.CreateDefaultContext()
     joints = [plant.GetJointByName(name) for name in names]
@@ -167,10 +168,10 @@ def _axes_problem(
     ours: tuple[np.ndarray, np.ndarray],
     theirs: tuple[np.ndarray, np.ndarray],
 ) -> str:
-    """Names the two axes that lie otherwise to each other, if any do."""
+    """Describes the two axes whose relative position differs most, if any."""
     (d, m), (their_d, their_m) = ours, theirs
     turned = np.abs(d @ d.T - their_d @ their_d.T)
-    # Of two lines: their distance times the sine of their angle.
+    # The moment of two lines: their distance times the sine of their angle.
     moved = np.abs(
         d @ m.T + m @ d.T - their_d @ their_m.T - their_m @ their_d.T
     )

@@ -18,7 +18,7 @@ def rows_within(maps, line, robot, state, within, below):
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`, or a `PythonMap`.
-        line: Index of the map's `PythonCalls`, for a `PythonMap`.
+        line: Identifier of the map's `PythonCalls`, for a `PythonMap`.
         robot: The `RobotArrays`.
         state: The `StateArrays`.
         within: Rows at or beyond this distance are left out [m].

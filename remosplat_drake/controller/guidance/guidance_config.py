@@ -25,7 +25,7 @@ class GuidanceConfig(Config):
     # Number of rollout steps in a control tick. Each takes about 0.2 ms with
     # ellipsoids, so 10 fit into a period of 10 ms. A tick that immediately
     # searches a path takes more steps, to compare the path with the direct way.
-    # With 0 nothing is simulated: whenever the robot stalls, it follows the
+    # With 0, nothing is simulated: whenever the robot stalls, it follows the
     # next candidate.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
     # Whether a separate process computes the rollouts, so that ticks do not
@@ -47,7 +47,7 @@ class GuidanceConfig(Config):
     planner: SidePlanner | GuidancePlanner = dc.field(
         default_factory=SidePlanner
     )
-    # Search of paths if none of these candidates arrives.
+    # Search of paths if none of the planner's candidates arrives.
     planning: PlanningConfig = dc.field(default_factory=PlanningConfig)
     # Smaller stopping distances that may be tried if no candidate arrives with
     # the usual one, largest first [m]. They require a sufficiently accurate

@@ -55,8 +55,9 @@ class GuidanceSelector(LeafSystem):
     `Selection`: it may be late, and rollouts may use a coarser field than
     control does, see `DistanceField.for_look_ahead`.
 
-    One of `target`, a pose, and `aim`, a `Target`, is needed. For a target with
-    a line, no guidance is selected, since the line defines the way.
+    Connect one of the two ports for the target: `target` takes its pose, `aim`
+    an `Aim` or a `Target`. For a target with a line, no guidance is selected,
+    since the line defines the way.
 
     With a `LookAheadProcess`, the selector only outputs the decisions of that
     process, and runs depend on the machine's speed. If the process is lost, the
@@ -68,7 +69,7 @@ class GuidanceSelector(LeafSystem):
     `Motion` of a robot with delay, which rollouts include, too.
 
     Args:
-        rule: Which guidances are tried, and when a rollout has arrived.
+        rule: The guidances to try, and the condition of arrival.
         budget: Number of rollout steps in a period; with 0, the selector takes
             the next candidate whenever the robot stalls.
         period: Time between two updates [s].

@@ -65,8 +65,8 @@ class LookAheadProcess:
         than later ones.
 
         Args:
-            rule: Which guidances are tried, and when a rollout has arrived.
-                The process must be able to import the classes of all its parts,
+            rule: The guidances to try, and the condition of arrival. The
+                process must be able to import the classes of all its parts,
                 such as the law's ingredients; classes defined in a notebook
                 cannot be imported.
             budget: Time that an answer may take [s].

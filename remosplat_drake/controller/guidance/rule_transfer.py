@@ -83,7 +83,7 @@ def _attempt(name: str, done: str, step: Callable[..., T], part: object) -> T:
         return step(part)
     except Exception as error:
         raise TransferError(
-            f"{name} cannot go to the look-ahead process, for it cannot {done}"
-            f" ({' '.join(str(error).split())}): put it into a module, or set"
+            f"{name} cannot be sent to the look-ahead process: it cannot {done}"
+            f" ({' '.join(str(error).split())}); put it into a module, or set"
             " controller.guidance.asynchronous to false"
         ) from error

@@ -35,7 +35,8 @@ class Selection:
             candidate arrives.
         unreachable: Why no path to the target was found, for display; empty if
             one was found or none was searched.
-        lack: The lack of that search, see `Plan`; empty like `unreachable`.
+        lack: The kind of that search's failure, see `Plan.lack`; empty if
+            `unreachable` is.
         effort: Effort of all searches since the start of the run.
         found: Corners of the paths found to the present target on the present
             map.

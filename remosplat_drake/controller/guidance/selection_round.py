@@ -100,7 +100,7 @@ def advance_selection(
     direct way is tried again.
 
     Args:
-        rule: Which guidances are tried, and when a rollout has arrived.
+        rule: The guidances to try, and the condition of arrival.
         selection: The selection so far.
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
@@ -226,8 +226,8 @@ def _way_is_free(
 ) -> Selection:
     """Begins a round with the initial candidates, without earlier results.
 
-    Meanwhile the robot follows the present guidance. It is tried later if the
-    initial candidate does not arrive.
+    Meanwhile, the robot follows the present guidance. That guidance is
+    simulated later, if the initial candidate does not arrive.
     """
     return Selection(
         selection.guidance,
@@ -266,7 +266,7 @@ def _file(
     waiting = selection.waiting
     if ended[0] is incumbent:
         candidates = rule.candidates(now.q, now.aim, field)
-        # Together with a path, the first tier has already been tried.
+        # The first tier has already been tried, together with the path.
         waiting = (selection.guidance,), *candidates[bool(selection.plans) :]
     group, waiting = _next_group(waiting, incumbent.guidance)
     if not group:
@@ -309,7 +309,8 @@ def _planned(
         return selection, ()
     guidance, effort, found = None, selection.effort, selection.found
     around = standing(now)
-    # A path along the roadmap is not new if it was tried, or failed nearby.
+    # The roadmap is not used if a path to this target was found before, or if a
+    # round failed: it would probably lead to the same path.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < (tiers or len(rule.tiers)):
@@ -341,8 +342,8 @@ def _decide(
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)
-    # An immediately found path is the first choice, so the selection does not
-    # alternate.
+    # A path that was found immediately needs no margin. Otherwise, the robot
+    # would first go the direct way, and change to the path later.
     margin = _MARGIN if selection.latest or not selection.plans else 0.0
     if best is incumbent or gain <= margin:
         best = incumbent

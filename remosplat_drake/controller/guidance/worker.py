@@ -116,7 +116,7 @@ def look_ahead(
     """Advances a selection until it is complete or the time is over.
 
     Args:
-        rule: Which guidances are tried, and when a rollout has arrived.
+        rule: The guidances to try, and the condition of arrival.
         selection: The selection so far.
         now: The robot's present state.
         field: The map.

@@ -9,8 +9,9 @@ NEAR = 0.10
 """Clearance d_c below which an obstacle deflects the velocity [m]."""
 
 _PASSED = 0.05
-"""Depth from which on an obstacle has its full weight [m]: the depth of a
-leading sphere in the obstacle if the end effector moved straight to the target.
+"""Depth from which on an obstacle has its full weight [m]. It is the depth to
+which a sphere of the hand would enter the obstacle if the end effector moved
+straight to the target.
 """
 
 
@@ -19,9 +20,9 @@ def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
     """Deflects the servo's translational velocity to the guidance's side.
 
     The weight of an obstacle is the product of three factors from 0 to 1: w is
-    large if the obstacle is near a leading sphere, a if it lies ahead of the
-    sphere, and b if the straight way to the target leads into it. Without b,
-    the robot would try to go around a table top on which the target lies. As
+    large if the obstacle is near a sphere of the hand, a if it lies ahead of
+    that sphere, and b if the straight way to the target leads into it. Without
+    b, the robot would try to go around a table top on which the target lies. As
     the weight grows, the direction of motion turns horizontally, from straight
     towards the target to along the obstacle.
 

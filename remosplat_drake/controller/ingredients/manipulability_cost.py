@@ -124,9 +124,11 @@ def manipulability(Jw, Jv):
 
 @helper
 def _cholesky(J):
-    """Returns the lower triangle L with L L' = J J'; zero from a lost rank on.
+    """Returns the Cholesky factor L of J J', a lower triangle.
 
-    NumPy's function is not used, since Numba takes seconds to compile it.
+    If a row of J depends on the rows before it, its diagonal entry is zero, and
+    so are the entries below that. NumPy's function is not used, since Numba
+    takes seconds to compile it.
     """
     rows = len(J)  # Not 6: compilers would unroll all loops.
     L = np.zeros((rows, rows))

@@ -54,9 +54,9 @@ class GoalConfigurations:
         seeds: Number of seeds that were tried.
         reached: Number of seeds from which inverse kinematics reached the
             target.
-        tightest: Index of the sphere that lacks the largest distance from the
-            scene in `cramped`; -1 if that is None.
-        missing: The distance that this sphere lacks [m].
+        tightest: Index of the sphere that is farthest below its required
+            clearance in `cramped`; -1 if `cramped` is None.
+        missing: Amount by which this sphere's clearance is too small [m].
         cramped: The best configuration that reaches the target without keeping
             all distances, shape (n_q,) [rad, m]; None if there is none.
     """
@@ -133,7 +133,7 @@ def _named(
 def _cramped(
     space: FreeSpace, found: np.ndarray, tried: int
 ) -> GoalConfigurations:
-    """The result if none of the configurations that reach has enough room."""
+    """The result if no configuration found keeps all distances."""
     if not len(found):
         return GoalConfigurations(found, tried, 0)
     reached, found = len(found), found[:_COMPARED]
@@ -209,9 +209,10 @@ def _place(
 def _price(
     space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
-    """Computes costs: of goals that are far, or near obstacles or limits.
+    """Computes costs of goals: far ones, and those near obstacles, cost more.
 
-    The cost is roughly the time to reach the goal [s].
+    The cost is roughly the time to reach the goal [s], and larger if the goal
+    is near obstacles or joint limits.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)

@@ -10,9 +10,8 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""Time for which a standing mover may move without reaching a path [s]: paths
-avoid all places that it can reach in this time. So the robot may pass it
-faster."""
+"""Paths avoid all places that a standing mover can reach within this time [s].
+So the robot can pass the mover at a higher speed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,7 +60,7 @@ class StandingMovers:
 
 
 NOTHING_STANDS = StandingMovers(Movers(0.0, []))
-"""Nothing stands in the way."""
+"""No standing movers."""
 
 
 def _swollen(mover: Mover, separation: float) -> Mover:

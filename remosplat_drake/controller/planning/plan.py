@@ -9,9 +9,10 @@ from remosplat_drake.controller.program.path import Path
 UNREACHED = "unreached"
 """Lack: no configuration reaches the target, or none was found."""
 CRAMPED = "cramped"
-"""Lack: configurations that reach it are all too near to something."""
+"""Lack: all configurations found that reach the target are too near to the
+scene or to the robot itself."""
 CUT_OFF = "cut off"
-"""Lack: no path to the configurations that reach it was found."""
+"""Lack: no path to the configurations that reach the target was found."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -78,4 +79,4 @@ class SearchEffort:
 
 
 NO_EFFORT = SearchEffort()
-"""Nothing has been searched."""
+"""The effort before the first search."""

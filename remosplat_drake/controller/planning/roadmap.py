@@ -99,7 +99,7 @@ class Roadmap:
 
 
 NO_ROADMAP = Roadmap()
-"""Nothing is remembered."""
+"""The roadmap without corners."""
 
 
 def _distance(q: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -1,9 +1,9 @@
 """Speeds along a path: as fast as limits and clearances permit.
 
-With the greatest speed at a point of the path, the robot can keep its limits of
-velocity, acceleration and torque, and the collision damper's law, up to the
-path's end. The speed depends only on the point, not on time, so a robot that is
-late or was pushed continues from its present place.
+The speed at a point of the path is the greatest one from which the robot can
+keep its limits of velocity, acceleration and torque, and the collision damper's
+law, up to the path's end. The speed depends only on the point, not on time, so
+a robot that is late or was pushed continues from its present place.
 """
 
 import dataclasses as dc
@@ -119,11 +119,11 @@ def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:
 def _turns(
     rate: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Changes of a rate at the nodes, shape (k, m), and those over arc length.
+    """Changes of a rate at the nodes, in total and per arc length.
 
     Returns:
-        Both, and whether the change at each node is sharp, shape (k,); if so,
-        the change over arc length is set to zero.
+        Both changes, shape (k, m) each, and whether the change at each node is
+        sharp, shape (k,). If it is, the change per arc length is set to zero.
     """
     turn = np.diff(rate, axis=0, prepend=rate[:1])
     is_sharp = np.linalg.norm(turn, axis=1) > _SHARP

@@ -1,4 +1,4 @@
-"""Verify-then-scale: every command leaves a free path to a stop.
+"""Verify-then-scale: after every command, a free path to a stop remains.
 
 The program's damper rows are linear in u, and hold only at the configuration
 where the tick starts. So before a command is applied, its path is checked: one

@@ -87,8 +87,9 @@ def convex_pieces(
 def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
     """Returns the part of a surface that is deepest in sphere i.
 
-    Depth is the power of a point, distance^2 - radius^2. On the plane in which
-    two spheres intersect, their powers are equal.
+    A point is deepest in the sphere for which its power, distance^2 - radius^2,
+    is least. On the plane in which two spheres intersect, their powers are
+    equal.
     """
     p_LS, square = spheres.p_LS, spheres.radius**2
     part = surface
@@ -106,8 +107,8 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
     Args:
         part: Triangles, shape (t, 3, 3) [m].
         normal: Normal of the cutting plane, shape (3,).
-        offset: Right-hand side of the inequality, in units of the normal's
-            length [m].
+        offset: Right-hand side of the inequality [m, if the normal is a unit
+            vector].
 
     Returns:
         Triangles, shape (s, 3, 3) [m].
@@ -221,7 +222,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
     while True:
         hull = _hull(p[chosen])
         if hull is None:
-            # The points are so thin that few of them span no volume.
+            # The body is so thin that the few chosen points span no volume.
             return _oriented(whole)
         planes = hull.equations
         heights = p @ planes[:, :3].T + planes[:, 3]

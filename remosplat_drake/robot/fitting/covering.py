@@ -20,7 +20,8 @@ from remosplat_drake.robot.fitting.sphere_fitting import (
 )
 
 _SLIT = 5e-4
-"""Final depth inside the spheres of points that the fit had missed [m]."""
+"""Spheres are enlarged until points that the fit missed are at least this far
+inside [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

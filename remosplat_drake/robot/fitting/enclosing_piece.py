@@ -52,9 +52,10 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
 
 
 def _axes(p: np.ndarray) -> np.ndarray:
-    """Returns the link's or the principal axes, with the smaller box around p.
+    """Returns the link's or the principal axes, whichever have a smaller box.
 
-    A box that is thickened along its own axes remains a box.
+    The box encloses the points p. A box that is thickened along its own axes
+    remains a box.
     """
     main = np.linalg.eigh(np.cov(p.T))[1].T
     sizes = [

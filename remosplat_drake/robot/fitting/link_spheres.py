@@ -50,8 +50,8 @@ class LinkSpheres:
 
         Args:
             p: Points in the link frame, shape (n, 3) [m].
-            margin: Depth inside the enlarged spheres of points that were
-                outside before [m].
+            margin: Least depth inside the enlarged spheres, of the points that
+                were outside before [m].
         """
         missed = p[self.outside(p) > 0]
         radius = self.radius.copy()

@@ -132,7 +132,7 @@ def _check_loops(
         if moved:
             raise urdf.fail(
                 loop.where,
-                f"closes a loop in which {moved[0]!r} is, a joint of the arm;"
+                f"closes a loop that contains {moved[0]!r}, a joint of the arm;"
                 " such loops cannot be driven: remove this element",
             )
     if urdf.loops:

@@ -85,7 +85,8 @@ def read_by_drake(
     if staging.floating:
         findings.guess(
             "floating base",
-            f"{staging.floating[0]} is fixed; --base says how it moves",
+            f"{staging.floating[0]} is fixed to the world; --base gives the"
+            " robot a mobile base",
         )
     if dropped:
         findings.guess("removed, not in SDFormat", listed(dropped))

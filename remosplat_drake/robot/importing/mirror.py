@@ -7,7 +7,8 @@ import numpy as np
 from remosplat_drake.robot.robot_model import RobotModel
 
 _SAME = 1e-3
-"""Tolerance of mirrored joint axes, of their distance [m] and direction."""
+"""Largest difference between a joint axis and the mirror image of another one,
+in their distance [m] and in their direction."""
 
 _ACROSS = np.array([1.0, -1.0, 1.0])
 """The mirror plane is vertical, with a normal to the left."""

@@ -165,7 +165,8 @@ def _by_name(
 ) -> str | None:
     """Returns the frame with the likeliest name.
 
-    Of several such frames, it is the one that carries no other, at the fingers.
+    If several frames have such a name, those that carry another one are
+    ignored, and the one nearest to the fingers' meeting point is returned.
     """
     for pattern in TOOLS:
         fits = [link for link in among if re.fullmatch(pattern, _plain(link))]

@@ -246,7 +246,7 @@ class Unpicklable:
 
 
 def test_what_cannot_be_sent_is_named(frankie, stuck):
-    match = "^Unpicklable cannot go to the look-ahead process, .* be pickled"
+    match = "^Unpicklable cannot be sent to the look-ahead .* be pickled"
     with pytest.raises(RemoSplatError, match=match):
         LookAheadProcess(make_rule(frankie, Unpicklable()), BUDGET, stuck.field)
 
@@ -284,7 +284,7 @@ except Exception as error:
         [sys.executable, "-c", typed], capture_output=True, text=True
     )
     assert answer.stdout.startswith(
-        "MyCost cannot go to the look-ahead process, for it cannot be imported"
+        "MyCost cannot be sent to the look-ahead process: it cannot be imported"
     ), answer.stderr
     assert answer.stdout.count("\n") == 1
 

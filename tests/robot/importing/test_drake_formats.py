@@ -548,7 +548,7 @@ BAD = {
     "a loop with the arm": (
         "arm.xml",
         gripper('<equality><connect body1="lower" anchor="0 0 0"/>'),
-        "<equality> <connect> lower: closes a loop in which 'pan' is",
+        "<equality> <connect> lower: closes a loop that contains 'pan'",
     ),
     "a missing model": (
         "arm.dmd.yaml",

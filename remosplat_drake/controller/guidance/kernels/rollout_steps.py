@@ -60,7 +60,7 @@ def rollout_steps(
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
         steps: Number of steps.
-        line: Number of the `PythonCalls`.
+        line: Identifier of the `PythonCalls`.
 
     Returns:
         For each step the command, shape (s, n_u), the configuration after it,

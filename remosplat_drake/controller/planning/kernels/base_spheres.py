@@ -85,7 +85,7 @@ def may_stand(space, line, base, q):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         base: The `BaseSpheres`.
         q: Configuration, shape (n_q,). Only the base's pose is used.
     """

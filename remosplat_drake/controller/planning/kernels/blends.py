@@ -29,7 +29,7 @@ def blended(space, line, corners, longest):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         corners: Corners of a free path, no two neighbours equal, shape
             (k, n_q) [rad, m].
         longest: Largest distance from a corner to the ends of its blend, in

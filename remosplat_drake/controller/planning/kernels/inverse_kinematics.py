@@ -235,10 +235,10 @@ def _write_error(X_WE, target, e, first):
 
 @helper
 def _write_turn(X_WE, X_WT, e, first):
-    """Writes the weighed rotation from E to T, in W.
+    """Writes the weighted rotation from E to T, in W.
 
-    It is the axis times 2 sin(x / 2), with the angle x, which costs no arc
-    tangent. Where it counts, at small angles, that is the angle.
+    It is the axis times 2 sin(x / 2), with the angle x. This needs no arc
+    tangent, and is nearly the axis times x if the angle is small.
     """
     trace = in_all(0.0)
     for r in range(3):

@@ -48,7 +48,7 @@ def is_free(space, line, q):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         q: The configuration, shape (n_q,) [rad, m].
     """
     if not _is_within(space, q):
@@ -76,7 +76,7 @@ def is_free_between(space, line, a, b):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         a: A free configuration to start from, shape (n_q,) [rad, m].
         b: Configuration to end at, shape (n_q,) [rad, m].
     """
@@ -90,7 +90,7 @@ def moves_freely(space, line, a, b):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         a: Configuration to start from, shape (n_q,) [rad, m].
         b: Configuration to end at, shape (n_q,) [rad, m].
     """

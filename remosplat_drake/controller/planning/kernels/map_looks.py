@@ -31,7 +31,7 @@ def is_off_the_map(space, line, X_WL):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     order, balls, item = space.ball_order, space.balls, space.work.parts.item
@@ -79,7 +79,7 @@ def measure(space, line, count):
     Args:
         space: The `SpaceArrays`, with the queries in its working memory, all of
             balls or all of spheres.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         count: Number of queries.
     """
     balls, level, queries = space.balls, space.ball_level, space.work.queries
@@ -115,7 +115,7 @@ def rooms(space, line, q, far):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         q: Configurations, shape (k, n_q) [rad, m].
         far: Value at which rooms are truncated [m].
 
@@ -142,7 +142,7 @@ def look(space, line, at, wanted, room, least):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
         wanted: Rooms up to which results are exact, shape (n,) [m].

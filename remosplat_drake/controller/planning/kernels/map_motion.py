@@ -1,9 +1,9 @@
 """Checks distances from a map along a motion.
 
 The motion is sampled at eight times. Balls around several spheres are checked
-first, then the spheres of those that may not be clear. Each part between two
-samples on which a sphere may not be clear is sampled in the same way, with the
-spheres in question.
+first, then the spheres of the balls that are possibly too near. Each part
+between two samples on which a sphere is possibly too near is sampled in the
+same way, with the spheres in question.
 """
 
 from remosplat_drake.base.kernels import helper, kernel
@@ -49,7 +49,7 @@ def keeps_off_the_map(space, line, q, u):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         q: Configuration at which it starts, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
     """
@@ -80,7 +80,7 @@ def keeps_off_the_map(space, line, q, u):
 
 @helper
 def _find_open_spheres(space, line):
-    """Finds the spheres that may not be clear on the whole motion.
+    """Finds the spheres that are possibly too near during the motion.
 
     Returns:
         Their number; -1 if one has too little room at a sample.
@@ -108,7 +108,7 @@ def _find_open_spheres(space, line):
 
 @helper
 def _open_balls(space, first, last):
-    """Replaces balls that may not be clear by their spheres.
+    """Replaces balls that are possibly too near by their spheres.
 
     Args:
         space: The `SpaceArrays`.
@@ -133,13 +133,13 @@ def _open_balls(space, first, last):
 
 @helper
 def _find_open_parts(space, line, first, last, step):
-    """Finds the parts on which balls and spheres may not be clear.
+    """Finds the parts on which balls and spheres are possibly too near.
 
     Args:
         space: The `SpaceArrays`, with the parts to check of each item in
             `PartStack.open`; afterwards it contains those that may not be
             clear.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         first: Row of the first item.
         last: Row after the last item.
         step: Time between two samples [s].

@@ -60,8 +60,8 @@ class MapWork(NamedTuple):
             [m/s^2].
         p_WS: Centres at eight samples in W, shape (1, 3, 8), and a number [m].
         way: Bounds on the paths from each sample to the next, shape (m, 8) [m].
-        either: One of these, with a number before it and one after it, shape
-            (10,) [m].
+        either: Scratch memory, for one row of `way` with a number before it and
+            one after it, shape (10,) [m].
         wanted: Rooms up to which results are exact at the samples, shape (8,)
             [m].
         room: Rooms at the samples, shape (16,) [m].

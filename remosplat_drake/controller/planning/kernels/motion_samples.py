@@ -1,7 +1,7 @@
 """`MotionSamples`: a part of a motion at eight equidistant times.
 
-Both ends of the part are among them. Lanes hold what is sampled, so eight
-configurations take little longer than one.
+Both ends of the part are among them. SIMD lanes hold the values of the eight
+samples, so these take little longer than one.
 
 Let r_k be the excess of a distance over the required one at a sample, and s_k a
 bound on the path of the moving point from there to the next sample. If r_k +
@@ -100,7 +100,7 @@ def changes(memory, first, last):
         memory: Rows of eight numbers, one for each sample, and a further number
             at the end.
         first: The first row that counts.
-        last: The first row that does not count any more.
+        last: The row after the last one that counts.
     """
     square = in_all(0.0)
     for k in range(first, last):

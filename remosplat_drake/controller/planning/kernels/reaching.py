@@ -32,7 +32,7 @@ def reaching(space, line, arms, draws, most):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         arms: The `Arms`.
         draws: Groups of configurations, all with the base pose of the group's
             first one, shape (k, g, n_q) [rad, m]. The configuration of a group

@@ -28,7 +28,7 @@ def speeds_in_room(space, line, path, fastest, law):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].

@@ -41,7 +41,7 @@ def grow(space, line, trees, draws, most):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         trees: The `Trees`, with room for `most` more nodes in each; written to.
         draws: Drawn configurations, an even number, shape (k, n_q) [rad, m];
             written to.

@@ -49,7 +49,8 @@ their distance may be smaller than required; verification samples more finely.
 """
 
 _MEETS = -1
-"""In place of bits of parts: two links are too near at a sample."""
+"""Result in place of a bit mask of parts, if two links are too near at a
+sample."""
 
 
 @kernel(returns=TRUTH)

@@ -27,7 +27,7 @@ def shortened(space, line, corners, draws):
 
     Args:
         space: The `SpaceArrays`.
-        line: Number of the `PythonCalls` of its map.
+        line: Identifier of the `PythonCalls` of its map.
         corners: The path's corners, shape (m, n_q) [rad, m].
         draws: Pairs of fractions of the path's time, shape (k, 2); a shortcut
             is tried between each pair of points.

@@ -72,6 +72,6 @@ def led(q, ways, n_base):
     """
     if not ways.any():
         return q
-    # Each displacement takes one unit of time; the start of a further one is
-    # the end.
+    # Each displacement takes one unit of time. The result is the start of an
+    # additional piece after the last displacement.
     return chain(q, ways, np.ones(len(ways) + 1), n_base)[-1]

@@ -25,7 +25,7 @@ def add_outside(like, line, program, asked):
 
     Args:
         like: A packed `OutsideRows` of the same type as the ingredients' rows.
-        line: Number of the `PythonCalls`.
+        line: Identifier of the `PythonCalls`.
         program: The `ProgramArrays`.
         asked: Further inputs of the ingredients: the `StateArrays`, the command
             that is being executed, the `RowArrays` of the clearances, and the

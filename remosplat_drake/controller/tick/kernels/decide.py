@@ -83,7 +83,7 @@ def decide(program, ramp, strict, is_own_solver, line):
         ramp: The braking ramp's next step, shape (n_u,).
         strict: Whether every command must keep the acceleration bounds.
         is_own_solver: Whether the library's own solver is used.
-        line: Number of the `PythonCalls`.
+        line: Identifier of the `PythonCalls`.
 
     Returns:
         The command, shape (n_u,), and the number of its status in
@@ -148,7 +148,7 @@ def least_retreat(program, is_own_solver, line):
         program: The `ProgramArrays`, which `decide` has solved. Its linear
             costs and tracked twists become zero.
         is_own_solver: Whether the library's own solver is used.
-        line: Number of the `PythonCalls`.
+        line: Identifier of the `PythonCalls`.
 
     Returns:
         The command, shape (n_u,), and whether one exists.

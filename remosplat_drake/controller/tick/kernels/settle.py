@@ -162,7 +162,7 @@ def settle_tick(
         u_previous: The command that was sent last, shape (n_u,).
         periods: Number of control periods since that command was sent.
         guidance: The `GuidanceArrays`.
-        line: Number of the `PythonCalls`.
+        line: Identifier of the `PythonCalls`.
 
     Returns:
         The values of `Settled`.

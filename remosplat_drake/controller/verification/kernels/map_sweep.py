@@ -149,8 +149,9 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
         placed: The map.
         gap: The sphere, its level, its room at the start, the bound on its
             acceleration, and the largest queried distance.
-        ends: Times before and after, and the rooms there.
-        places: The sphere's centre at the start, before and after.
+        ends: The two times, and the sphere's rooms at these.
+        places: The sphere's centres at the start of the path, and at the two
+            times.
         tolerance: Amount by which a clearance may fall below its level [m].
     """
     i, level, at_start, bend, reach = gap

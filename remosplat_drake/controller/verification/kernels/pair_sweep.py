@@ -143,9 +143,9 @@ def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
 
 @helper
 def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
-    """Checks one pair within the tick before a knot.
+    """Checks one pair within the tick that ends at a knot.
 
-    There, distances may fall below their level by the tolerance.
+    Within a tick, distances may fall below their level by the tolerance.
     """
     tree, shapes, path = given
     knots, X_WL, p_WC, _ = looks
