@@ -12,7 +12,8 @@ import numpy as np
 from remosplat_drake.grasping.surface import Surface
 
 LEAST_WIDTH = 0.003
-"""Largest distance of two points on the same side of a wall [m]."""
+"""Distance up to which two points count as being on the same side of a wall
+[m]."""
 
 _BLOCK = 64  # Number of points whose partners are sought at once.
 

@@ -117,7 +117,8 @@ def plan_grasps(
         around: Points of surrounding obstacles, in O, shape (m, 3) [m].
         p_OOcm: The centre of mass in O, shape (3,) [m]; None for the middle of
             the surface.
-        most: Largest number of points of the surface whose partners are sought.
+        most: Largest number of points of the surface whose antipodal partners
+            are sought.
         weights: Weights of the score.
         rng: Source of randomness for the choice of points.
 

@@ -33,7 +33,7 @@ class CompositeDistanceField(DistanceField):
     def __init__(self, parts: Sequence[DistanceField], rows: str = "all"):
         if not parts:
             raise RemoSplatError(
-                "a composite distance field needs parts, at least one"
+                "a composite distance field needs at least one part"
             )
         if rows not in ROWS:
             raise RemoSplatError(unknown_name("rows", rows, ROWS))

@@ -133,8 +133,8 @@ class ActuatorModel:
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
     """Returns the assumed models of axes that could not be identified.
 
-    The tubes are wide enough for axes without delay, for a base with 80 ms of
-    delay, and for an arm with 20 ms.
+    The tubes (error bounds) are wide enough for axes without delay, for a base
+    with 80 ms of delay, and for an arm with 20 ms.
 
     Args:
         n_base: Number of base commands, 0, 2 or 3.

@@ -272,12 +272,12 @@ def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
         return
     movers, longest = now.movers, law.config.max_movers_age
     if not abs(now.time - movers.stamp) <= longest:
-        cause = movers.problem or "nothing newer came"
+        cause = movers.problem or "no newer state has arrived"
         yield Symptom("movers_age", f"movers are not known: {cause}")
     for camera in movers.cameras:
         age = now.time - camera.seen
         if not abs(age) <= longest:
-            cause = camera.problem or "no image came"
+            cause = camera.problem or "no image has arrived"
             yield Symptom(
                 "camera_age",
                 f"{camera.name} has seen nothing for {age:.2g} s: {cause}",

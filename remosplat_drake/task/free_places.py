@@ -121,7 +121,8 @@ def level_top(support: SceneObject) -> tuple[np.ndarray, float]:
         area = scipy.spatial.ConvexHull(top).volume
     if area < _LEAST_AREA:
         raise RemoSplatError(
-            f"the top of the {support.name} is tilted, so nothing stands on it"
+            f"the top of the {support.name} is tilted, so no object can stand"
+            " on it"
         )
     return top, height
 

@@ -45,7 +45,7 @@ def planning_cases() -> list[Case]:
 
 
 def _cases(name: str) -> list[Case]:
-    """Makes benchmarks of paths, of their goals, and without a goal."""
+    """Makes benchmarks of paths, of goals, and of targets out of reach."""
     scenario = load_scenario(name)
     world = load_world(scenario)
     law = ReactiveLaw.make(

@@ -52,14 +52,14 @@ def test_what_is_news_lets_it_go_on(movers):
 @pytest.mark.parametrize(
     ("movers", "reason"),
     [
-        (Movers(NOW - 0.3), "movers are not known: nothing newer came"),
-        (Movers(NOW + 0.3), "movers are not known: nothing newer came"),
+        (Movers(NOW - 0.3), "movers are not known: no newer state"),
+        (Movers(NOW + 0.3), "movers are not known: no newer state"),
         (Movers(0.0, problem="MOVERS lies"), "movers are not known: MOVERS"),
         (
             Movers(NOW, cameras=[camera(NOW), camera(NOW - 0.5, "it is dark")]),
             "room has seen nothing for 0.5 s: it is dark",
         ),
-        (Movers(NOW, cameras=[camera(0.0)]), "nothing for 5 s: no image came"),
+        (Movers(NOW, cameras=[camera(0.0)]), "nothing for 5 s: no image has"),
     ],
 )
 def test_what_is_old_stops_it(movers, reason):

@@ -74,7 +74,7 @@ def test_sog_parts(tmp_path, whole_files):
         ("meta.json", " " * 2**25, "has 33554432 bytes"),
         ("quats.webp", bytes(2**27), "announce 134217728 unpacked bytes"),
         ("quats.webp", PNG, "quats.webp is not a WebP picture"),
-        ("quats.webp", huge.getvalue(), "4000 x 4000 pixels for 20"),
+        ("quats.webp", huge.getvalue(), "4000 x 4000 pixels, but 20"),
     ]:
         path.write_bytes(
             resaved(

@@ -29,7 +29,7 @@ def advance_together(
     budget: int,
     threads: int,
 ) -> tuple[Futures, int]:
-    """Advances each rollout by some steps, starting with the shortest ones.
+    """Advances each rollout by some steps, those with the fewest steps first.
 
     Once a rollout has arrived, those that can no longer arrive at a lower score
     end early, with the status `OUTRUN`.

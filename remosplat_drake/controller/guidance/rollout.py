@@ -144,9 +144,10 @@ def advance_rollout(
 ) -> Rollout:
     """Advances a rollout with the robot's own control tick.
 
-    Movers keep their twists for `FORESIGHT` and rest afterwards. Their
-    measurements have the same age at every step. A robot that stands still
-    while a mover moves may be waiting for it, so it has not stalled.
+    Movers keep their twists for `FORESIGHT` and rest afterwards. At every step,
+    the age of their measurements is that at the rollout's start. A robot that
+    stands still while a mover moves may be waiting for it, so it has not
+    stalled.
 
     Args:
         law: The control law, with the rollout's step as its period.

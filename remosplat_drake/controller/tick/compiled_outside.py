@@ -51,7 +51,7 @@ class CompiledOutside:
     def __init__(
         self, robot: RobotModel, ingredients: Sequence[CompiledIngredient]
     ):
-        """Compiles their functions.
+        """Compiles the functions of the ingredients.
 
         Args:
             robot: The robot that is driven.

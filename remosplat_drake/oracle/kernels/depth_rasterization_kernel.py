@@ -85,10 +85,10 @@ def nearest_pixels(
     """Finds the nearest pixels of the views of some spheres.
 
     These are every `step`-th sphere, beginning with `first`. `splats`, `rules`
-    and `canvas` are packed: `Footprints`, `Rules`, `Canvas`. The results are
-    written into `reach`, ranges [m], and `pixel`, indices, both of shape (n,
-    6). Views without a complete pixel nearer than the sphere's `bound` get inf
-    and -1.
+    and `canvas` are the packed `Footprints`, `Rules` and `Canvas`. The results
+    are written into `reach`, ranges [m], and `pixel`, indices, both of shape
+    (n, 6). Views without a complete pixel nearer than the sphere's `bound` get
+    inf and -1.
 
     Returns:
         The first sphere for which the canvas is too small; n or more if all

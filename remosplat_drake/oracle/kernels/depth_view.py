@@ -90,7 +90,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
         node: Number of the node.
         views: The views.
         seen: Set of the views that need the node.
-        limit: Range from which on fragments of each view are irrelevant, shape
+        limit: Range beyond which fragments of each view are irrelevant, shape
             (6,) [m].
         spread: Reach of the low-pass filter, see `Rules`.
 
@@ -146,7 +146,7 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
         radius: Their radii [m].
         nearest: Lower bounds of the ranges in them [m].
         seen: Set of the requested views.
-        limit: Range from which on fragments of each view are irrelevant, shape
+        limit: Range beyond which fragments of each view are irrelevant, shape
             (6,) [m].
     """
     center = _in_sensor(views.R_WD, center[0], center[1], center[2])

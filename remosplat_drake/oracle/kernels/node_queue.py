@@ -62,7 +62,10 @@ def clear(queue, limit):
 
 @helper
 def push(queue, key, item) -> bool:
-    """Adds a node. A key below those already removed counts as the lowest.
+    """Adds a node to the queue.
+
+    If nodes with larger keys were already removed, it is the next one to be
+    removed.
 
     Returns:
         Whether there was room for it.

@@ -54,7 +54,8 @@ def _product(s, i, j):
 def near_outline(s, reach):
     """Returns the region in which a disc's plane is nearer than `reach`.
 
-    The range of the plane along a ray is height |ray| / C.
+    The range of the plane along a ray is height |ray| / C, with the height and
+    the form C of `footprints`.
     """
     square, height = reach * reach, s[9] * s[9]
     return (

@@ -25,8 +25,8 @@ class PixelLayers(NamedTuple):
     Attributes:
         axis: Ray coordinate of each place, shape (2, r + 8).
         index: Row or column of the view at each place, shape (2, r + 8).
-        place: Place of each row or column, shape (2, r); very negative, so that
-            no lane reaches it, if the layer has none.
+        place: Place of each row or column, shape (2, r). If a layer lacks the
+            row or column, a very negative number, which no lane reaches.
         place_from: First place at or after a row or column, shape (2, r + 1).
         beside_grid: 1 for columns that are not the grid's, else 0, shape
             (r + 8,).

@@ -29,7 +29,8 @@ from remosplat_drake.oracle.kernels.pixel_layers import (
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING
 
 ROUNDING = 1e-9
-"""Bound on the rounding error of a product of factors in another order."""
+"""Bound on the difference, from rounding, of two products with the same factors
+in different orders."""
 
 RUNS, CANDIDATES, DEFERRED = range(3)
 """Indices into `Canvas.count`."""

@@ -128,9 +128,9 @@ def falling(e, others):
 def fill_boxes(rows, solved, boxes):
     """Computes boxes that contain every possible closest point of splats.
 
-    A converged closest point is on the splat; one from a truncated bisection is
-    in the box around it, aligned with its axes. Uncertainty enlarges the bound
-    on all sides.
+    A converged closest point is on the splat. One from a bisection that ends
+    early is in the box around the splat that is aligned with the splat's axes.
+    Uncertainty enlarges the bound on all sides.
 
     Args:
         rows: The splats, as `open_solids` writes them, shape (n, 16).

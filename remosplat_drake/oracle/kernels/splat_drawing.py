@@ -58,7 +58,8 @@ coarse grid are drawn at first. If the view already has a nearest pixel, the
 threshold is twice this number, since fewer pixels are then drawn needlessly."""
 
 ALL, _COARSE, REST = range(3)
-"""Which pixels are drawn: all, those of the grid, or the others."""
+"""Parts of a splat's pixels that are drawn: all, those of the coarse grid, or
+all except those of the grid."""
 
 # Offsets of the data of a projected splat: its forms, two outlines, the disc of
 # the low-pass filter, and the first and last row and column of its bounds.

@@ -31,7 +31,8 @@ _MOST_TRIANGLES = 1500
 """Largest number of a part's triangles that are used to compare planes."""
 
 _LEAST = 5e-4
-"""Least gain in distance from the hulls by which a cut frees a point [m]."""
+"""Least increase of a point's distance from the hulls at which a cut counts as
+freeing the point [m]."""
 
 
 def cut_in_two(

@@ -91,7 +91,7 @@ def _include(path: Path, element: Element, seen: set[Path]) -> None:
             continue
         file = path.parent / child.get("file", "")
         if file in seen:
-            raise FieldError(str(path), f"<include> {file}", "is there twice")
+            raise FieldError(str(path), f"<include> {file}", "occurs twice")
         seen.add(file)
         try:
             included = ElementTree.parse(file).getroot()

@@ -74,7 +74,7 @@ _SHORTEST, _LONGEST = 0.05, 10.0
 """Plausible range of an arm's reach [m]."""
 
 _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
-"""Possible errors of a robot with odd sizes."""
+"""Possible errors in the files of a robot with implausible sizes."""
 
 _OFF_LIMITS = 0.01
 """Distance that the home keeps from a joint limit if a named state is at that

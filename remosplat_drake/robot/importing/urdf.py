@@ -182,7 +182,7 @@ class Urdf:
             if not name:
                 raise self.fail(f"{tag} {i + 1}", "has no name; write name=...")
             if name in elements:
-                problem = "is there twice; rename or remove one"
+                problem = "occurs twice; rename or remove one"
                 raise self.fail(f"{tag} {name!r}", problem)
             elements[name] = element
         return elements

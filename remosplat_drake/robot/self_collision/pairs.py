@@ -103,8 +103,8 @@ class SelfCollisionPairs:
         Args:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
-            crowded: All pairs of shapes of two links below this distance are
-                returned, not only the nearest [m].
+            crowded: Distance below which all pairs of shapes of two links are
+                returned, not only the nearest pair [m].
         """
         return NearPoints(
             *near_points(self.pair_arrays, X_WL, float(within), float(crowded))
@@ -117,8 +117,8 @@ def self_collision_pairs(
     """Lists the pairs of shapes that are checked.
 
     At a short wrist, shapes may be nearer than `margin` even in the home
-    configuration. Such a pair gets an allowance: its shapes may come so near
-    that they touch or, if they overlap at home, hardly nearer than at home.
+    configuration. Such a pair gets an allowance: its shapes may touch or, if
+    they overlap at home, may overlap slightly more than at home.
 
     Args:
         robot: The robot.

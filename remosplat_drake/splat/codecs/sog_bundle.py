@@ -185,7 +185,8 @@ class SogBundle:
                 if width * height > 2 * needed + 2**16:
                     raise FileError(
                         self._path,
-                        f"{name} has {width} x {height} pixels for {needed}",
+                        f"{name} has {width} x {height} pixels, but {needed}"
+                        " are needed",
                     )
                 check_unpacked_size(self._path, len(data), 4 * width * height)
                 return np.asarray(image.convert("RGBA"))

@@ -33,7 +33,8 @@ QUATERNION_SIGNS = np.array([1.0, -1.0, -1.0, 1.0])
 """Signs of quaternions xyzw after the change of axes."""
 
 HARMONICS_SIGNS = np.array(
-    # -1 where a harmonic changes sign with y and z; degrees 1 to 4 in turn.
+    # -1 where a harmonic changes its sign if y and z change theirs, for degrees
+    # 1 to 4.
     [
         *(-1, -1, 1),
         *(-1, 1, 1, -1, 1),

@@ -538,7 +538,7 @@ BAD = {
     "an include of itself": (
         "arm.xml",
         "<mujoco><include file='arm.xml'/></mujoco>",
-        "<include> .*arm.xml: is there twice",
+        "<include> .*arm.xml: occurs twice",
     ),
     "a coupled joint of the arm": (
         "arm.xml",

@@ -43,7 +43,7 @@ BAD = {
     "a link without a name": ("<link/>", "link 1: has no name"),
     "two links of a name": (
         '<link name="a"/><link name="a"/>',
-        "link 'a': is there twice",
+        "link 'a': occurs twice",
     ),
     "two roots": (LINKS, "link 'b': has no parent joint, and neither has 'a'"),
     "two parents": (

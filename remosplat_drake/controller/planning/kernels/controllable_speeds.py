@@ -21,12 +21,13 @@ def controllable_speeds(rate, bend, offset, bound, step, fastest):
 
         |r dv/dt + r' v^2 + o| <= b.
 
-    From the end of the path backwards, the greatest v^2 at each node is the
-    largest one from which some dv/dt within these bounds leads to a v^2 at the
-    next node that is feasible there; from the start forwards, v^2 is limited to
-    what is reachable from the previous node (reachability analysis; Pham and
-    Pham 2018). Both are linear programs in one or two variables. Since a robot
-    at rest keeps all bounds, the solution is the least of a few quotients.
+    A first pass goes from the end of the path to its start. It finds the
+    greatest v^2 at each node from which some dv/dt within these bounds leads to
+    a feasible v^2 at the next node. A second pass, from the start to the end,
+    limits v^2 to values that are reachable from the previous node (reachability
+    analysis; Pham and Pham 2018). Both are linear programs in one or two
+    variables. Since a robot at rest keeps all bounds, the solution is the least
+    of a few quotients.
 
     At the path's end the speed is 0. The greatest feasible dv/dt is concave in
     v^2: at a lower speed it is at least the linear interpolation between its

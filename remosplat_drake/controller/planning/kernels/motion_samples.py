@@ -125,5 +125,5 @@ def open_parts(room, way):
 
 @helper
 def samples_of(parts):
-    """Returns the samples at both ends of parts, as bits of both."""
+    """Converts a bit mask of parts to one of the samples at their ends."""
     return parts | (parts << 1)

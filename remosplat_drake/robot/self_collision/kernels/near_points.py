@@ -40,14 +40,14 @@ Edges are often parallel to the world's axes, and a rotation about an edge makes
 neither of its ends nearer."""
 
 _CLOSE = 0.3
-"""Fraction of `within` below which links are rotated; farther away, the nearest
-points suffice."""
+"""Links are rotated if their distance is less than this fraction of `within`.
+For links farther apart, the nearest points suffice."""
 
 _SAME, _SAME_CROWDED = 0.01, 1e-4
-"""Distances below which two points of a link count as one [m]. The first is the
-usual one, the second is for shapes that are too near. It is smaller, since the
-corners of round links are closely spaced, and none of the corners may come
-nearer."""
+"""Distances below which two points of a link count as one [m]. The first one is
+the usual one, the second one is for shapes that are too near. The second one is
+smaller, since the corners of round links are closely spaced, and none of the
+corners may come nearer."""
 
 _MOST = 5
 """Largest number of pairs of points of two links: one without rotation, and one
@@ -64,8 +64,8 @@ def near_points(pairs, X_WL, within, crowded):
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
-        crowded: All pairs of shapes of two links below this distance are
-            returned [m].
+        crowded: Distance below which all pairs of shapes of two links are
+            returned, not only the nearest pair [m].
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
