@@ -112,7 +112,7 @@ def test_is_lipschitz_only_if_all_parts_are():
 
 
 def test_needs_parts_and_known_rows():
-    with pytest.raises(RemoSplatError, match="needs parts"):
+    with pytest.raises(RemoSplatError, match="needs at least one part"):
         CompositeDistanceField([])
     with pytest.raises(RemoSplatError, match="all, closest"):
         CompositeDistanceField([LEFT], rows="both")
