@@ -203,9 +203,9 @@ def test_the_page_holds_everything_in_itself(assessment):
 @pytest.mark.parametrize(
     ("over", "words"),
     [
-        (0.006, "up to 6.0 mm"),
-        (0.00601, "up to 6.1 mm"),
-        (0.0123, "up to 13 mm"),
+        (0.006, "over-estimate is 6.0 mm"),
+        (0.00601, "over-estimate is 6.1 mm"),
+        (0.0123, "over-estimate is 13 mm"),
     ],
 )
 def test_the_verdict_rounds_to_the_safe_side(assessment, over, words):
