@@ -1,7 +1,7 @@
 """Faults: further processes on the LCM network of robot and controller.
 
-Such a process takes seconds to start. Its case begins with its first packet on
-the network, which is recognised by the packet's sender.
+Such a process takes seconds to start. The case begins with the process's first
+packet on the network, which is recognised by its sender.
 """
 
 import contextlib

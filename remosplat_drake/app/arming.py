@@ -16,7 +16,7 @@ ARM = "arm"
 """Text that a person types to arm the robot."""
 
 TERMINAL_STOP = "Enter in the terminal"
-"""Reason that is shown after a stop by any other line at the terminal."""
+"""Displayed reason of a stop by a line other than `arm` at the terminal."""
 
 HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
 """Instructions to release the robot, and to stop it."""

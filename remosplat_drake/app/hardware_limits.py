@@ -49,8 +49,8 @@ NARROWER = {
     "oracle.far": Interval(ge=0.5, le=100),
     "oracle.resolution": Interval(ge=20, le=2048),
 }
-"""Permitted ranges on a real robot, by field of the scenario. A field that the
-scenario's oracle does not have is not checked."""
+"""Permitted ranges on a real robot, keyed by field of the scenario. A field
+that the scenario's oracle does not have is not checked."""
 
 HARDWARE_SPEED = 0.35
 """Default bound on the speed of a real robot's hands and, on a planned path, of

@@ -74,8 +74,7 @@ class MapError:
     Attributes:
         largest: Largest over-estimate of a distance [m]; None if it is unknown,
             or if the map is the true geometry.
-        trouble: Reason for which `largest` is unreliable; empty if it is
-            reliable.
+        trouble: Reason why `largest` is unreliable; empty if it is reliable.
         warnings: Faults of the capture of the map.
     """
 
@@ -332,8 +331,8 @@ def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
 def find_map_error(scenario: Scenario) -> MapError:
     """Finds the error of a scenario's map.
 
-    The larger of two numbers counts: the scenario's `map_error`, and that of
-    the quality report beside the splat.
+    The larger of two numbers counts: the scenario's `map_error`, and the error
+    in the quality report beside the splat.
 
     Args:
         scenario: A checked scenario.

@@ -80,7 +80,7 @@ def make_objects(
 
     Raises:
         FieldError: A file is unusable, an object has no shape or several, or
-            two have one name.
+            two have the same name.
     """
     objects: list[SceneObject] = []
     for i, config in enumerate(configs):

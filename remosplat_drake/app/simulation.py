@@ -103,7 +103,7 @@ def run(
 def _advance(
     simulator: Simulator, monitor: RunMonitor, diagram: Diagram
 ) -> bool:
-    """Simulates until the monitor ends the run; returns whether Ctrl-C did.
+    """Simulates to the end of the run; returns whether Ctrl-C ended it.
 
     The time limit moves during the simulation, since stopped time does not
     count.

@@ -98,7 +98,7 @@ def _restored(
 
 
 def _dataclasses(kind: Any) -> dict[str, type]:
-    """Returns a type and all dataclasses that it may contain, by name."""
+    """Returns a type and all dataclasses in it, keyed by name."""
     found: dict[str, type] = {}
     waiting = [kind]
     while waiting:

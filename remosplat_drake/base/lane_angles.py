@@ -13,7 +13,7 @@ that their products with small whole numbers are exact."""
 
 @helper
 def sine_and_cosine(x):
-    """Returns the sine and the cosine of lanes, or of a number [rad].
+    """Returns sine and cosine of a number, or of each lane of a vector [rad].
 
     Errors are some 1e-16, if the angle is less than a million.
     """

@@ -223,7 +223,7 @@ def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
 
 
 def _end_with_parent():
-    """Ends this worker when its parent is gone, even if it was killed."""
+    """Ends this worker when its parent has ended, even by SIGKILL."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -2,11 +2,11 @@
 
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
 
-The markers in `Annotated` are those of `annotated-types` and the two below.
-Every `Config` is checked at creation, and again before use, since a field may
-have been assigned in between. `strict_yaml` checks every value of a file, so
-that errors name the line. In Drake's structs, only the finiteness of numbers is
-checked here; Drake checks the rest.
+The markers in `Annotated` are those of `annotated-types`, `OneOf` and
+`Unbounded`. Every `Config` is checked at creation, and again before use, since
+a field may have been assigned in between. `strict_yaml` checks every value of a
+file, so that errors name the line. In Drake's structs, only the finiteness of
+numbers is checked here; Drake checks the rest.
 """
 
 import dataclasses as dc
@@ -228,7 +228,7 @@ def misfit(kind: type, protocols: Sequence[type]) -> str:
     """Returns the methods that a class lacks for a field, as text.
 
     The class must have all methods of one of the protocols, with equal numbers
-    of arguments. If it has, the text is empty.
+    of arguments. If it has them, the text is empty.
     """
     wanted = []
     for protocol in protocols:

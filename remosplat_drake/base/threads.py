@@ -21,8 +21,8 @@ wait for memory."""
 def num_threads() -> int:
     """Returns the number of threads that this process may use.
 
-    It is at most the number of cores, and at most the environment variable
-    NUMBA_NUM_THREADS.
+    It is at most the number of cores, and at most the value of the environment
+    variable NUMBA_NUM_THREADS.
     """
     try:
         cores = len(os.sched_getaffinity(0))

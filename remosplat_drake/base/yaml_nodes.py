@@ -121,7 +121,7 @@ def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
 
 
 def fields(node: yaml.Node, field: str) -> dict[str, tuple[Any, Any]]:
-    """Returns the key and value nodes of a mapping, by key; each occurs once.
+    """Returns a mapping's key and value nodes, keyed by the key's text.
 
     Args:
         node: The mapping.

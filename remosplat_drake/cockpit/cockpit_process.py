@@ -133,7 +133,7 @@ class CockpitProcess:
         return monotonic() - self._heard_at
 
     def _send(self) -> None:
-        """Sends the newest moment and map, in a separate thread."""
+        """Sends the newest content and map, in a separate thread."""
         try:
             while True:
                 with self._news:

@@ -174,8 +174,8 @@ def look_at(
         target: The target's state.
         supervision: The supervisor's state; None without one.
         status: The live map in use; None without one.
-        worst: The slowest control tick since the previous update; None if
-            unknown.
+        worst: Smallest clearance and longest duration of the control ticks
+            since the previous update; None if unknown.
     """
     state = unsupervised(standing)
     if supervision is not None:

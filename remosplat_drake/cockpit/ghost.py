@@ -19,7 +19,8 @@ COLOURS = {
     UNSEEN_THERE: (135, 95, 215),
     OUT_OF_REACH: (73, 80, 87),
 }
-"""Colours by verdict. If the target is out of reach, no ghost is drawn."""
+"""Colours, keyed by verdict. If the target is out of reach, no ghost is
+drawn."""
 
 _OPACITY = 0.4
 _TARGET = 0.025

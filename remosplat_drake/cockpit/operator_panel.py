@@ -26,7 +26,7 @@ from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_state import STOPPED
 
 _POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
-"""Steps of the sliders, and of the keys at half speed [m], [°]."""
+"""Steps of the sliders, and of a press of a key at half speed [m], [°]."""
 _SPEED, _SPEED_STEP = 50, 10
 """Initial speed of keys and gamepad, and its step [%]."""
 _SLIDERS = (
@@ -219,7 +219,7 @@ class OperatorPanel:
 
     @property
     def _gamepad_does(self) -> dict[str, Press]:
-        """Describes the effects of a gamepad's buttons."""
+        """The actions of a gamepad's buttons, keyed by their effect."""
         press = self._desk.press
         return {
             OPEN: lambda: press("opens"),

@@ -31,8 +31,8 @@ INSTEAD = heading("Try instead")
 """Name of the title of the buttons."""
 
 BUTTONS = {label: button(label) for label in LABELS if label != LOOK_THERE}
-"""Names of the buttons by label. LOOK_THERE has no button, since a run with
-given targets takes no camera frames."""
+"""Names of the buttons, keyed by label. LOOK_THERE has no button, since a run
+with given targets takes no camera frames."""
 
 _PERIOD = 0.1
 """Time between two checks of the robot's state [s]."""

@@ -188,7 +188,7 @@ def draw_splat(
 def _draw_robot(
     scene: viser.SceneApi, shapes: Shapes
 ) -> dict[str, viser.FrameHandle]:
-    """Draws the links; returns their frames by name."""
+    """Draws the links; returns their frames, keyed by name."""
     frames = {}
     for link, meshes in shapes.coloured.items():
         frames[link] = scene.add_frame(f"/robot/{link}", show_axes=False)

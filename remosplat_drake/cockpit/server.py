@@ -294,7 +294,7 @@ class Page:
         operator.answer(self._answered, X_WT)
 
     def _offer(self) -> None:
-        """Searches other targets if the robot cannot reach the operator's."""
+        """Searches other targets if the operator's target is out of reach."""
         with self._lock:
             operator, field = self._operator, self._picture.field
         if operator is None:

@@ -109,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE",
         help=(
             "robot that all methods drive (default: the robot of each "
-            "method; for mbm panda; for robots all shipped robots). For "
+            "method; for mbm: panda; for robots: all shipped robots). For "
             "robots, give one or several, joined by commas. For mbm, a "
             "mobile robot starts at a displaced pose"
         ),

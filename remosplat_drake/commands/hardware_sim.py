@@ -106,8 +106,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help=(
             "receive the commands of a Universal Robots arm from `remosplat "
-            "arm-driver ur ADDRESS` instead of LCM; ADDRESS is one of this "
-            "computer, such as 127.0.0.2"
+            "arm-driver ur ADDRESS` instead of LCM; ADDRESS is an address of "
+            "this computer, such as 127.0.0.2"
         ),
     )
     parser.add_argument(

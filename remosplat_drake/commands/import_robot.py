@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar="[NAME=]LINK",
         help=(
-            "link whose frame is moved to targets; repeat it for several "
+            "link whose frame moves to targets; repeat the flag for several "
             "arms (default: found or guessed, for one or two arms)"
         ),
     )
@@ -172,7 +172,7 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 
 
 def _end_effectors(texts: list[str]) -> dict[str, str]:
-    """Returns the end effectors' links by name; a single one's name is ""."""
+    """Returns the links of the end effectors, keyed by name ("" for one)."""
     parts = [text.rpartition("=") for text in texts]
     links = [link for _, _, link in parts]
     if len(links) == 1:

@@ -194,7 +194,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Returns the sphere, of some, that is nearest to what it sees."""
+    """Returns which of some spheres is nearest to a surface that it sees."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))

@@ -47,7 +47,7 @@ def true_scene(arguments: argparse.Namespace) -> PrimitiveScene | None:
     """Reads the true geometry in the capture's frame; None if it is unknown.
 
     Raises:
-        RemoSplatError: It cannot be read.
+        RemoSplatError: The true geometry cannot be read.
     """
     if arguments.truth:
         return read_scene(resolve(arguments.truth))
@@ -73,7 +73,7 @@ def write_pose(placement: Placement, splat: Path):
     """Writes the pose of the capture's world to the file that `quality` reads.
 
     Raises:
-        FileError: It cannot be written.
+        FileError: The file cannot be written.
     """
     if not placement.moves:
         pose_path(splat).unlink(missing_ok=True)

@@ -168,7 +168,7 @@ def _scale(arguments: argparse.Namespace) -> float | None:
 
 
 def _frame(arguments: argparse.Namespace) -> RigidTransform | None:
-    """Returns the frame that three points define, in A's unit, if given."""
+    """Returns the frame that three given points define; None without them."""
     if arguments.align_points is None:
         return None
     try:

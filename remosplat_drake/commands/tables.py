@@ -50,7 +50,7 @@ def print_table(
     Args:
         console: Console for the table.
         table: The table.
-        styles: Styles of cells by their text; None for no styles.
+        styles: Styles of cells, keyed by the cell's text; None for no styles.
     """
     if table.title:
         console.print(Text(table.title, "bold"))

@@ -169,7 +169,7 @@ def open_camera_wire(arguments: argparse.Namespace) -> tuple[DrakeLcm, str]:
         arguments: The command line with `--lcm-url` and `--camera-url`.
 
     Returns:
-        The wire, and its URL.
+        The LCM network, and its URL.
 
     Raises:
         RemoSplatError: The URL is unusable.
@@ -183,7 +183,7 @@ def open_wire(url: str, flag: str = "--lcm-url") -> DrakeLcm:
 
     Args:
         url: The URL.
-        flag: Name of the flag that gave it, for the error's text.
+        flag: Name of the flag that stated the URL, for the error's text.
 
     Raises:
         RemoSplatError: The URL is unusable.

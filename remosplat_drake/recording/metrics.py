@@ -54,9 +54,9 @@ class RunMetrics:
             cause.
         waited: Time in which no part of the robot moved [s]; None without
             movers.
-        separation_margin_min: Least excess, over all ticks, of the distance to
-            known movers over the protective separation distance S_p [m]; None
-            without movers.
+        separation_margin_min: Smallest value, over all ticks, of the distance
+            to known movers minus the protective separation distance S_p [m];
+            None without movers.
     """
 
     duration: float
@@ -102,8 +102,8 @@ def run_metrics(
         unseen: Space that no camera has seen; None if it is unknown.
         line_deviation: Deviation of the end effector from the line at each tick
             [m]; NaN without a line.
-        separation_margin: Excess of the distance to movers over S_p at each
-            tick [m]; NaN without known movers.
+        separation_margin: Distance to known movers minus S_p at each tick [m];
+            NaN without known movers.
     """
     margins = np.array(separation_margin)
     margins = margins[~np.isnan(margins)]
@@ -150,8 +150,8 @@ def _judged(
 ) -> MoverJudgement | None:
     """Finds contacts with the movers of a run; None without movers.
 
-    Between two ticks, movers are assumed to keep their velocity at the first
-    one.
+    Between two ticks, movers are assumed to keep the velocity that they have at
+    the earlier tick.
     """
     if not trajectory.movers or not len(trajectory):
         return None

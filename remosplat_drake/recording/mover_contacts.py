@@ -127,7 +127,7 @@ def judge_movers(
         robot: The robot, for its spheres.
         time: Times of T ticks [s].
         q: Configurations at the ticks and at the end, shape (T + 1, n_q);
-            between two, it is interpolated linearly.
+            between two ticks, the configuration is interpolated linearly.
         movers: Returns the movers at any time [s], always the same ones in the
             same order.
         dt: Control period [s].
@@ -233,8 +233,8 @@ def distances(
     Returns:
         Signed distances of their surfaces, shape (k, n) [m], and the unit
         vectors from the spheres towards the movers' nearest points in W, shape
-        (k, n, 3); for a centre within a mover's core, the distance is that to
-        the nearest face, and the vector points inwards.
+        (k, n, 3); for a centre within a mover's core, it is the distance to the
+        nearest face, and the vector points inwards.
     """
     p_WS = np.asarray(p_WS, float)
     p_MS = np.einsum("kji,knj->kni", movers.R_WM, p_WS - movers.p_WM[:, None])

@@ -118,7 +118,7 @@ class TickTable:
             column.append(timings.get(phase, np.nan))
 
     def _put_block_away(self) -> None:
-        """Moves ticks from memory to the disk; if it is full, they are lost."""
+        """Moves ticks from memory to disk; drops them if the disk is full."""
         count, problem = len(self._time), self._blocks.append(self._columns())
         if problem:
             self._lost += count
@@ -169,7 +169,8 @@ class TickTable:
         )
         status = self._whole("status")
         present = np.unique(status)
-        # NumPy's width of the strings is then the longest status in this run.
+        # NumPy then makes the strings as long as the longest status in this
+        # run.
         names = np.array([STATUSES[i] for i in present], dtype=str)
         movers = self._all_movers()
         return Trajectory(

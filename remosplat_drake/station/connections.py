@@ -61,7 +61,7 @@ def _Stack(
     base: str,
     arm: str,
 ) -> OutputPort:
-    """Stacks the base's measurement and the arm's; without base, the arm's."""
+    """Stacks measurements of base and arm; without a base, only the arm's."""
     names = [base, arm] if robot.n_base else [arm]
     measured = [station.GetOutputPort(name) for name in names]
     multiplexer = builder.AddNamedSystem(
@@ -124,7 +124,7 @@ def AddHandStates(
         station: A simulated or the real station.
 
     Returns:
-        Output port of width, rate and force of each [m, m/s, N].
+        Output port of width, rate and force of each gripper [m, m/s, N].
     """
     hands = robot.description.effector_hands.values()
     stack = builder.AddNamedSystem("hand_states", Multiplexer([3] * len(hands)))

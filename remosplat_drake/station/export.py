@@ -20,8 +20,8 @@ def export_ports(
         builder: Builder of the station.
         description: Description of the robot.
         systems: Subsystems whose ports already have the station's names.
-        camera: Output ports of the wrist camera by the station's names; None
-            without a camera.
+        camera: Output ports of the wrist camera, keyed by the station's names;
+            None without a camera.
     """
     inputs = {}
     outputs = {}

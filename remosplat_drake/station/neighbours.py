@@ -2,8 +2,8 @@
 
 Collision shapes are coarser than links, and overlap where links meet. Drake
 ignores such overlaps of a joint's two links, but not those of links that are
-fixed to them, such as a flange behind a wrist. Their contact would hold the
-joint.
+fixed to them, such as a flange behind a wrist. Contact between these links
+would block the joint.
 """
 
 from pydrake.geometry import (

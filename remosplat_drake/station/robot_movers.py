@@ -21,8 +21,9 @@ _STEP = 1e-4
 MOST_ACCELERATION = 15.0
 """Bound on the commanded acceleration of a robot's points [m/s^2].
 
-In an observation, a Panda that braked with its arm stretched out reached 13.
-With the sum of all joints' limits, 200, no robot could approach another one."""
+A Panda that braked with its arm stretched out was observed to reach 13 m/s^2.
+The sum of all joints' limits, 200 m/s^2, would be so large that no robot could
+approach another one."""
 
 _JUMP = 5e-3
 """Largest deviation of a link from motion within its acceleration bound [m],
@@ -38,7 +39,8 @@ class LinkShape:
         body: Number of its body in the robot's tree.
         X_LM: Pose of the box in the link's frame, shape (4, 4).
         half_extents: Half side lengths of the box, shape (3,) [m].
-        radius: Distance by which the rounded box extends beyond that box [m].
+        radius: Distance by which the rounded box extends beyond this inner box
+            [m].
     """
 
     link: str
@@ -51,8 +53,8 @@ class LinkShape:
 def link_shapes(robot: RobotModel) -> list[LinkShape]:
     """Encloses the spheres of each link in one rounded box.
 
-    Its core is the bounding box of the spheres' centres along their principal
-    axes, and its radius is that of the largest sphere.
+    The core of this box is the bounding box of the spheres' centres along their
+    principal axes, and its radius is the radius of the largest sphere.
 
     Args:
         robot: The robot.

@@ -182,8 +182,8 @@ def desired_velocities(
         if told.width is None:
             continue
         rate = width_rate(q[fingers].sum(), told.width, hand, hand_speed)
-        # Limits the damper's force to the commanded one, also if the finger is
-        # blocked.
+        # Limits the damper's force to the commanded force, also for a blocked
+        # finger.
         error = max(told.force, 0.0) / motors.damping[fingers]
         desired[fingers] = near(rate / len(hand.joints), v[fingers], error)
     return desired

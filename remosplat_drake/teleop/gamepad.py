@@ -18,8 +18,8 @@ OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
 """Effects that a press of a gamepad's button can have."""
 
 _PRESSES = {0: CLOSE, 1: OPEN, 12: FASTER, 13: SLOWER}
-"""Effect of each button, by its number: 0 is the lower and 1 the right button,
-12 is up and 13 down on the directional pad.
+"""Effects of buttons, keyed by the button's number: 0 is the lower and 1 the
+right button, 12 is up and 13 down on the directional pad.
 """
 
 _DOWN, _UP = 6, 7  # Triggers.
@@ -65,9 +65,9 @@ def gamepad_velocity(
 ) -> np.ndarray | None:
     """Turns a gamepad's state into the desired velocity of the target.
 
-    The left stick moves along x (away) and y (left), the triggers move down and
-    up; the right stick turns the target about z and y, and the directional
-    pad's left and right buttons turn it about x.
+    The left stick moves the target along x (away) and y (left), and the
+    triggers move it down and up; the right stick turns the target about z and
+    y, and the directional pad's left and right buttons turn it about x.
 
     Args:
         axes: Positions of the sticks from -1 to 1, right and towards the

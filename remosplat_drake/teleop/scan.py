@@ -56,7 +56,7 @@ def upright_camera(yaw: float, pitch: float) -> np.ndarray:
     """
     R_WL = RotationMatrix.MakeZRotation(yaw).matrix()
     s, c = np.sin(pitch), np.cos(pitch)
-    # Columns are the camera's axes in L, whose x axis is ahead.
+    # The columns are the camera's axes in a frame L, whose x axis points ahead.
     R_LC = np.array([[0.0, -s, c], [-1.0, 0.0, 0.0], [0.0, -c, -s]])
     return R_WL @ R_LC
 

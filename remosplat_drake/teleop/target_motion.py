@@ -39,7 +39,7 @@ def advance_target(
 
     Args:
         law: Bounds and settings of the motion.
-        state: The target before.
+        state: The previous target.
         command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
@@ -64,7 +64,7 @@ def stand(
     Requests in the meantime are ignored.
 
     Args:
-        state: The target before.
+        state: The previous target.
         command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
@@ -109,7 +109,7 @@ def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
     """Holds the target at the end effector's present pose.
 
     Args:
-        state: The target before.
+        state: The previous target.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN if it is
             unknown. The target then keeps its own pose.
         text: Reason, in words for a person.

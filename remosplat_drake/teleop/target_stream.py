@@ -72,7 +72,7 @@ def advance_stream(
 
     Args:
         kind: The kind of stream: poses or velocities.
-        state: The stream before.
+        state: The previous state of the stream.
         packet: The newest packet since the previous call; None for none.
         now: Our wall clock [s].
         expiry: The stream ends if there is no message for this time, or if a

@@ -24,8 +24,8 @@ _COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
 class HandGhost:
     """Draws the links of a hand at the pose of its target.
 
-    If directions of the target are free, the nearest pose to the end effector's
-    present pose is drawn.
+    If the target has free directions, the ghost has the permitted pose that is
+    nearest to the end effector's present pose.
 
     Args:
         page: The page to draw on.

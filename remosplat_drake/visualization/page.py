@@ -269,7 +269,7 @@ class MeshcatPage:
         self.scene.pause()
 
     def finish_recording(self):
-        """Stops recording; the page, also a saved one, can then replay."""
+        """Stops recording; the page and saved copies of it can then replay."""
         self.meshcat.SetProperty(
             LIVE, "visible", False, time_in_recording=self.scene.start
         )

@@ -33,8 +33,8 @@ def tube_mesh(
     tangent.
 
     Args:
-        p_WP: Points of the polyline in W, shape (n, 3) [m]; n >= 2 and
-            neighbours differ.
+        p_WP: Points of the polyline in W, shape (n, 3) [m]; n >= 2, and
+            neighbouring points differ.
         radius: Radius of the tube [m].
         sides: Number of corners of the cross-section.
 

@@ -55,7 +55,7 @@ class Room:
         if not nearest >= least:
             return (
                 f"the scene is {1e3 * nearest:.0f} mm away, nearer than the "
-                f"{1e3 * least:.0f} mm that are kept"
+                f"required {1e3 * least:.0f} mm"
             )
         apart = self.own.distances(q, self.own.stopping)
         if not (apart >= self.own.stopping).all():

@@ -22,7 +22,7 @@ from remosplat_drake.base.kernels.references import Unit, found
 from remosplat_drake.base.threads import num_threads
 
 COMPILERS = "REMOSPLAT_COMPILERS"
-"""Name of the environment variable with the largest number of worker
+"""Name of the environment variable that states the largest number of worker
 processes."""
 
 extending_modules: list[str] = []

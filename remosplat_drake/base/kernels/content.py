@@ -3,8 +3,8 @@
 A kernel contains the functions that it calls and the constants that it reads,
 from all modules. The digest covers the bytecode of these functions and the
 values of these constants in this process. It does not depend on source files: a
-changed comment does not change the digest, and of a function that was redefined
-in a notebook it covers the current code.
+changed comment does not change the digest, and if a function was redefined in a
+notebook, the digest covers the current code.
 
 If a kernel calls another kernel by its address, the digest covers only the name
 and the type of the called kernel; see `Kernel`.

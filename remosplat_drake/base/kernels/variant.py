@@ -44,7 +44,7 @@ variants: list["Variant"] = []
 """All variants of this process."""
 
 _named: dict[str, "Variant"] = {}
-"""The variants with named cells, by cell name."""
+"""The variants with named cells, keyed by cell name."""
 
 
 class Variant:

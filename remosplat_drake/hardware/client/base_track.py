@@ -51,11 +51,12 @@ _STEP = np.array([0.015, 0.03])
 previous pose and the speed [m, rad]."""
 
 _STEP_RATE = np.array([0.15, 0.4])
-"""Increase of that difference per second of prediction, since speeds are
-reported late [m/s, rad/s]."""
+"""Increase of the permitted difference per second of prediction, since speeds
+are reported late [m/s, rad/s]."""
 
 CERTAIN = np.zeros(2)
-"""Bounds on the error of a pose that is assumed to be exact [m, rad]."""
+"""Error bounds of a pose without localisation, which is assumed to be exact [m,
+rad]."""
 
 
 _CLOCK_STEP = 0.1

@@ -190,7 +190,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """Returns a measurement, updated with the packets since then."""
+        """Returns a measurement, updated with the packets received since."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
@@ -238,7 +238,7 @@ class RobotLink:
         )
 
     def command_problem(self, u: np.ndarray) -> str:
-        """Returns why a command must not be sent; empty if it may.
+        """Returns why a command must not be sent; empty if it may be sent.
 
         Args:
             u: Base and arm velocities, shape (n_u,) [m/s, rad/s].

@@ -36,7 +36,7 @@ _SAME = 0.15
 1."""
 
 _OTHER = 0.1
-"""Greatest permitted motion of an axis per commanded motion of another one."""
+"""Greatest permitted motion of an axis per commanded motion of another axis."""
 
 _VELOCITY = 0.3
 """Permitted deviation from 1 of the ratio of the reported velocity to the
@@ -270,10 +270,11 @@ def _axes(
             f"{name}: latency",
             bool(late <= tube) and gain != 0.0,
             found=f"{1e3 * (late + told):.0f} ms",
-            wanted=f"at most {1e3 * (told + tube):.0f} ms, by the description",
+            wanted=f"at most {1e3 * (told + tube):.0f} ms, according to the"
+            " robot's description",
             source="commands and stamps",
-            mend="measure it with `remosplat identify`; if it is long, check"
-            " driver and network",
+            mend="measure the delay with `remosplat identify`; if it is long,"
+            " check driver and network",
         )
 
 

@@ -17,7 +17,7 @@ _GRID = 0.002
 """Time between two states of the model [s]."""
 
 _DELAYS = np.arange(-0.1, 0.4, 0.005)
-"""Delays in addition to the model's that are tried [s]."""
+"""Tried delays, each in addition to the delay in the model [s]."""
 
 _WINDOW = 0.1
 """Duration of compared motions [s]; it is short, since drift and rest contain

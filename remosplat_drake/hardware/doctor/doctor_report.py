@@ -41,7 +41,8 @@ class DoctorReport:
     def lacking(self, needed: Collection[str]) -> list[str]:
         """Lists needed checks that are missing, and why.
 
-        A skipped check counts as missing; one that ended in advice does not.
+        A skipped check counts as missing; a check that ended in advice does
+        not.
 
         Args:
             needed: Names of the needed checks.
@@ -141,8 +142,8 @@ def objection(
         host: Name of this computer.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that must have been made, not failed and not
-            been skipped.
+        needed: Names of the checks that must have been made; they must neither
+            have failed nor have been skipped.
     """
     if report.host != host:
         return f"was made on another computer, {report.host}"

@@ -219,7 +219,7 @@ def drill_stop(
     part = "arm" if name == USER_STOP else "base"
     say(f"press the {name.replace('-', ' ')} of the {part} now")
     found = _wait(robot, stopped, patience)
-    wanted = "the statuses show it, or cease, and its reset causes no motion"
+    wanted = "the statuses show the stop or cease; its reset causes no motion"
     source = "modes in the statuses, or their absence"
     if not found:
         return judged(

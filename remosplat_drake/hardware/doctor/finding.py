@@ -51,7 +51,7 @@ def judged(
         found: The found value.
         wanted: The expected value.
         source: Source of the found value.
-        mend: How to mend it.
+        mend: Advice to correct the fault.
         otherwise: The result if the check has not passed, FAILED or ADVICE.
     """
     if good:

@@ -77,7 +77,7 @@ class ArmDriver:
         joints: int,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes to commands; sends nothing to the arm before the first.
+        """Subscribes to commands; sends nothing before the first command.
 
         Args:
             lcm: The LCM network.
@@ -131,7 +131,8 @@ def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
 
     Args:
         report: The arm's report.
-        now: Present wall clock time [us], the stamp of a report that has none.
+        now: Present wall clock time [us], which is the stamp if the report has
+            none.
     """
     status, zeros = lcmt_panda_status(), [0.0] * len(report.q)
     status.utime = now if report.utime is None else report.utime

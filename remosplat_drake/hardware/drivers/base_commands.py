@@ -2,10 +2,10 @@
 
 There are two watchdogs: the base stops if the stamp of the latest command
 expires, as for the arm, and if no command has arrived for 0.2 s. A command with
-a ramp is instead held for 1.5 control periods and followed by the ramp to rest,
-which the controller has verified. A command beyond the maxima is clamped,
-because the LD-60's ROS node would reject it, and would continue at the old
-speed with its own watchdog disabled.
+a braking ramp is instead held for 1.5 control periods and followed by the ramp
+to rest, which the controller has verified. A command beyond the maxima is
+clamped, because the LD-60's ROS node would reject it, and would continue at the
+old speed with its own watchdog disabled.
 """
 
 import dataclasses as dc
@@ -147,13 +147,13 @@ class BaseCommands:
         share = self._share(now, time - self._arrival)
         self._is_new = False
         if not share:
-            # An expired command is dropped; otherwise one with a stamp in the
-            # future would be executed later.
+            # An expired command is dropped; otherwise a command with a stamp in
+            # the future would be executed later.
             self._velocity = np.zeros(3)
         return share * self._velocity
 
     def _share(self, now: int, silence: float) -> float:
-        """Present factor on the command, 0 to 1."""
+        """Present factor by which the command is scaled, 0 to 1."""
         expired = is_expired(self._utime, now, self._expiry)
         ramp = self._ramp.of(self._utime)
         if ramp is None:

@@ -40,11 +40,11 @@ from remosplat_drake.hardware.wire.localization import (
 )
 
 PERIOD = 0.01
-"""Period of the bridge's loop [s]."""
+"""Period of the driver's loop [s]."""
 
 FAREWELL = 0.5
 """Time for which zeros are sent after the last nonzero velocity [s]. Then the
-bridge sends nothing, so another program, such as that of a joystick, may drive
+driver sends nothing, so another program, for example for a joystick, may drive
 the base."""
 
 
@@ -81,7 +81,7 @@ Message = TypeVar("Message")
 
 
 class Queue(Generic[Message]):
-    """Passes messages from a ROS thread to the bridge's loop."""
+    """Passes messages from a ROS thread to the driver's loop."""
 
     def __init__(self):
         """Starts empty."""
@@ -137,7 +137,7 @@ class BaseDriver:
         inbox: CommandSource | None = None,
         tell: Tell = lambda news: None,
     ):
-        """Subscribes to commands; sends nothing before the first.
+        """Subscribes to commands; sends nothing before the first command.
 
         Args:
             lcm: The LCM network.
@@ -157,7 +157,7 @@ class BaseDriver:
         self._last_motion = -math.inf
 
     def step(self, now: int, t: float) -> None:
-        """Runs one period of the bridge.
+        """Runs one period of the driver's loop.
 
         Args:
             now: Wall clock [us].

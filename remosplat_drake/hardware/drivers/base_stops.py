@@ -27,7 +27,7 @@ class BaseStops:
 
 
 FREE = BaseStops()
-"""No known stop."""
+"""State of a base without a known stop."""
 
 
 class StopSource(Protocol):

@@ -84,7 +84,7 @@ class FrankaArm:
             raise self._error(error) from error
 
     def state(self) -> Any:
-        """Waits for the next `RobotState`; not during `move`.
+        """Waits for the next `RobotState`; must not be called during `move`.
 
         Raises:
             RemoSplatError: The connection is lost.

@@ -22,7 +22,7 @@ class HandLink(Protocol):
     """The interface of a gripper for `HandDriver`."""
 
     def measure(self) -> tuple[float, float] | None:
-        """Returns the opening of the fingers and the force of each [m, N].
+        """Returns the fingers' opening and the force of each finger [m, N].
 
         Returns None if they are unknown; then no status is sent.
         """

@@ -14,8 +14,8 @@ from remosplat_drake.hardware.drivers.panda_limits import LIMITER, TICK
 SMOOTHING = 0.015
 """Least duration of a plan from one command to the next [s]: one and a half
 periods of 100 Hz, so that each plan is replaced before its acceleration ends.
-The lag of the motion is as long. A longer duration would be smoother, with more
-lag."""
+The motion lags by the same time. A longer duration would give a smoother motion
+with more lag."""
 
 _SHARE = 0.99
 """Fraction of the bound on jerk that plans use; the rest is for rounding."""

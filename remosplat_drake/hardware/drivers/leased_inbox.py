@@ -81,8 +81,8 @@ class Hold:
 class LeasedInbox:
     """Returns accepted messages of a driver, and reports on rejected ones.
 
-    It replaces an `Inbox`. A driver must call `fetch` all the time, since this
-    also sends the reports.
+    It takes the place of an `Inbox`. A driver must call `fetch` continuously,
+    since this also sends the reports.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class LeasedInbox:
         on_news: Callable[[str], None] = lambda news: None,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Joins the wire.
+        """Joins the LCM network.
 
         Args:
             lcm: The LCM network, on which the driver's statuses go out, too.

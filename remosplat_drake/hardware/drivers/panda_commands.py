@@ -3,10 +3,10 @@
 drake-franka-driver has the same rules. A command is valid while its stamp
 differs from the driver's clock by less than the expiry time, to the past or the
 future. Without a valid command the arm is commanded to rest. A command with a
-ramp only has to be valid on arrival. It is held for 1.5 control periods and
-followed by the ramp to rest, which the controller has verified. After a message
-that is not a velocity command, drake-franka-driver exits. This driver counts
-and ignores it, so that a stray packet does not end a motion.
+braking ramp only has to be valid on arrival. It is held for 1.5 control periods
+and followed by the ramp to rest, which the controller has verified. After a
+message that is not a velocity command, drake-franka-driver exits. This driver
+counts and ignores it, so that a stray packet does not end a motion.
 """
 
 import numpy as np
@@ -149,7 +149,7 @@ class ArmCommands:
         return share * self._velocity
 
     def _share(self, now: int) -> float:
-        """Present factor on the command, 0 to 1."""
+        """Present factor by which the command is scaled, 0 to 1."""
         if self._came is None:
             self._came = now
         age = from_utime(now - self._came)

@@ -45,7 +45,7 @@ class PandaDriver:
         arm: ControlledArm,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes to commands; nothing moves before the first.
+        """Subscribes to commands; nothing moves before the first command.
 
         Args:
             lcm: The LCM network.

@@ -59,7 +59,7 @@ LIMITER = RateLimits(
     acceleration=PANDA.acceleration - _MARGIN,
     jerk=PANDA.jerk - _MARGIN,
 )
-"""Limits of a command by libfranka 0.9, slightly below the robot's own.
+"""Limits that libfranka 0.9 sets, slightly below the robot's own.
 
 With them, the robot stays within its limits if it extrapolates three lost
 packets."""
@@ -130,11 +130,11 @@ def low_pass(
 def limit_rate(
     target: np.ndarray, last: JointCommand, limits: RateLimits = LIMITER
 ) -> JointCommand:
-    """Returns the command closest to a target that is possible in one tick.
+    """Returns the next tick's possible command that is closest to a target.
 
     Near the greatest velocity the acceleration is bounded in proportion to the
-    remaining velocity. The command then approaches its bound with a jerk that
-    never exceeds its own. The law is libfranka's.
+    remaining velocity. So the jerk also stays within its bound when the command
+    reaches the velocity bound. The law is libfranka's.
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].

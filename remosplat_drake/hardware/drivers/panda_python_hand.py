@@ -38,7 +38,7 @@ class PandaPythonHand:
         self._force = 0.0
 
     def measure(self) -> tuple[float, float]:
-        """Returns the opening of the fingers and the force of each [m, N].
+        """Returns the fingers' opening and the force of each finger [m, N].
 
         The hand does not measure force. During a grasp, the result is the
         commanded force.

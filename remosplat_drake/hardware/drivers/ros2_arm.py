@@ -56,8 +56,8 @@ class Ros2ArmLink:
         self._reader = node.reader(config.states, ros.JointState)
         self._joints = JointStates(description.arm.joints, config.differentiate)
         kinds = {EMERGENCY_STOP: ros.Bool, MODE: getattr(ros, config.mode_type)}
-        # A topic that publishes only changes may have published the last one
-        # long ago, so its latched message is read, too.
+        # A topic that publishes only changes may have published its last
+        # message long ago, so the latched message is read, too.
         latched = (False, True) if config.stop_expiry is None else (False,)
         self._readers = [
             (field, node.reader(topic, kinds[field], latched=kept))
@@ -86,8 +86,7 @@ class Ros2ArmLink:
         """Sends joint rates to the controllers.
 
         A stopped arm is commanded to rest. After its release, rates are sent
-        only when rest has been commanded once, so a release does not start a
-        motion.
+        only after a command of rest, so a release does not start a motion.
 
         Args:
             velocity: The rates, shape (n,) [rad/s].

@@ -57,8 +57,8 @@ class Controllers:
 
 
 Write = Callable[[np.ndarray, np.ndarray | None], None]
-"""Function that sends the rates of the whole arm [rad/s], given its positions
-[rad]; None if they are unknown."""
+"""Function that sends the rates of the whole arm [rad/s]. It also takes the
+arm's positions [rad], or None if they are unknown."""
 
 
 def _rows(
@@ -78,8 +78,8 @@ def _rows(
         if count != 1:
             has = "no controller" if not count else f"{count} controllers"
             raise RemoSplatError(
-                f"controllers: {joint} of {description.name} has {has}; name"
-                " its joints under `joints` of one"
+                f"controllers: {joint} of {description.name} has {has}; list"
+                " this joint under `joints` of one controller"
             )
     return found
 

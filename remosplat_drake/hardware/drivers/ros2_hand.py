@@ -71,7 +71,7 @@ class Ros2HandLink:
         self._latest: tuple[float, float, int] | None = None
 
     def measure(self) -> tuple[float, float] | None:
-        """Returns the opening of the fingers and the force of each [m, N].
+        """Returns the fingers' opening and the force of each finger [m, N].
 
         Without efforts in the joint states, the force is 0. Returns None if the
         latest joint state is older than 0.5 s.

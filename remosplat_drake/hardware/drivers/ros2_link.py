@@ -46,8 +46,8 @@ class Ros2Link:
             self._poses = node.reader(topics.localization, kind)
         if topics.transform:
             self._transforms = node.reader("/tf", ros.TFMessage)
-        # A topic that publishes only changes may have published the last one
-        # long ago, so its latched message is read, too.
+        # A topic that publishes only changes may have published its last
+        # message long ago, so the latched message is read, too.
         latched = (False, True) if topics.stop_expiry is None else (False,)
         self._stops = [
             (field, node.reader(name, ros.Bool, latched=kept))

@@ -21,7 +21,7 @@ class TargetKind(NamedTuple):
     Attributes:
         name: Its name in texts, in the plural.
         message: Name of the ROS message in `ros2_messages`.
-        convert: Returns the LCM message of a ROS message, without its stamp.
+        convert: Converts a ROS message to an LCM message without a stamp.
     """
 
     name: str

@@ -34,7 +34,7 @@ class VelocityCallback:
             servo: Computes the commands.
             setpoints: Record that the other process writes.
             states: Record that the other process reads.
-            joint_velocities: Libfranka's class of that name.
+            joint_velocities: Libfranka's class `JointVelocities`.
         """
         self._servo = servo
         self._setpoints = setpoints

@@ -22,7 +22,7 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 
 
 class FciArm:
-    """Serves one client over UDP in steps of a millisecond, by `FciRules`.
+    """Serves one client over UDP in steps of 1 ms, according to `FciRules`.
 
     A command is valid if it answers the latest state and arrives before the
     next step. The caller of `step` determines the robot's clock.

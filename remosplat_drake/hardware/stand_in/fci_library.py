@@ -137,7 +137,7 @@ class Robot:
         limit_rate: bool = True,
         cutoff_frequency: float = 100.0,
     ) -> None:
-        """Answers every state by a callback, until that ends the motion.
+        """Answers every state by a callback until this ends the motion.
 
         Unlike libfranka, this function neither limits nor filters the rates.
 

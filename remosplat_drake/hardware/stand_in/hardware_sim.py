@@ -106,7 +106,7 @@ class HardwareSim:
             localizes: Whether there is a localisation of the base; then the
                 odometry starts at another pose.
             status_rate: Rate of the arm's statuses [Hz].
-            inbox: Source of messages on `commanded` and of faults; None accepts
+            inbox: Source of commands and of requests for faults; None accepts
                 every sender.
 
         Raises:

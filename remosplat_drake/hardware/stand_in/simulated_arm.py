@@ -69,8 +69,8 @@ class SimulatedArm:
     Attributes:
         commands: The driver's latest velocity command.
         mode: The arm's mode; it follows commands in `MOVE` only.
-        success_rate: Fraction of the latest packets that reached the arm, for
-            statuses.
+        success_rate: Fraction of the latest packets that reached the arm, which
+            statuses report.
     """
 
     def __init__(self, limits: ArmLimits):

@@ -35,8 +35,8 @@ def excess(
 ) -> tuple[int, float] | None:
     """Finds the first entry of a command that is beyond its bounds.
 
-    The controller's program includes the bounds, so its commands exceed them
-    only by rounding.
+    The controller's quadratic program includes the bounds, so its commands
+    exceed them only by rounding.
 
     Args:
         u: The command, shape (n_u,).

@@ -1,9 +1,10 @@
 """Messages that identify a robot's controllers (sessions) and drivers.
 
 Commands and statuses contain no identity. So ten times a second, a session
-sends its identity and the drivers that shall follow it, its lease. A driver
-sends its identity and the session that it follows. Each program sends these
-from the same UDP port as its commands or statuses, so the address links them.
+sends its lease, a message with its identity and the drivers that shall follow
+it. A driver sends its identity and the session that it follows. Each program
+sends these from the same UDP port as its commands or statuses, so the address
+links them.
 """
 
 import dataclasses as dc

@@ -197,8 +197,8 @@ def image_messages(images: CameraImages) -> Iterator[Message]:
     """Yields the camera's colours as JPEG and its depths as PNG.
 
     Args:
-        images: Images of the camera. Depths get whole millimetres, 16 bits; 0
-            means unknown.
+        images: Images of the camera. Depths are stored as whole millimetres in
+            16 bits; 0 means unknown.
     """
     known = np.isfinite(images.depth) & (images.depth < _FARTHEST)
     steps = np.where(known, np.rint(1e3 * images.depth), 0).astype(np.uint16)
