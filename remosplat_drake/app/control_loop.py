@@ -222,6 +222,7 @@ def AddControlLoop(
         controller,
         selector,
         supervisor,
+        movers,
     )
     loop = ControlLoop(
         scenario=scenario,

@@ -183,9 +183,8 @@ def look_at(
         state = supervised(supervision, releases=True, standing=standing)
     if status is not None and status.scene_map.is_blank:
         state = without_map(state)
-    is_held = standing.kind == HELD
     cause = standing.cause if standing.kind in (HELD, MOVING) else ""
-    if is_held and standing.thing == UNSEEN_SPACE.name:
+    if standing.kind == HELD and standing.thing == UNSEEN_SPACE.name:
         cause = UNSEEN  # Also where verification avoids it.
     robot_state = robot.state(np.array(q))
     does = target.text or target.mode
@@ -199,9 +198,9 @@ def look_at(
         X_WT=target.X_WT,
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
-        held_link=standing.link if is_held else "",
+        held_link=standing.link if standing.is_obstructed else "",
         cause=cause,
-        p_WHeld=standing.p_W if is_held else None,
+        p_WHeld=standing.p_W if standing.is_obstructed else None,
         target=does,
         map=status.text if status is not None else "",
         trouble=status.trouble if status is not None else "",

@@ -95,11 +95,12 @@ class Look:
         is_followed: Whether the target moves to the pose that the operator has
             set on the page.
         state: The robot's state, in words, and the possible buttons.
-        held_link: Name of the link that is held; empty if none is.
-        cause: The cause that holds this link, one of `standing.CAUSES`; empty
-            if no link is held.
-        p_WHeld: Point at which that link is held, shape (3,) [m]; None if there
-            is none.
+        held_link: Name of the link that is held, or that a stop concerns; empty
+            if there is none.
+        cause: The cause that holds the robot, one of `standing.CAUSES`; empty
+            if none does.
+        p_WHeld: Point at which the robot is held, or that a stop concerns,
+            shape (3,) [m]; None if there is none.
         target: The target's state, in words.
         map: The map's state, in words.
         trouble: Reason why the page's STOP does not work; empty while it works.

@@ -72,6 +72,7 @@ from remosplat_drake.visualization.page_state import (
     preparing,
     unsupervised,
 )
+from remosplat_drake.visualization.standing_view import draw_end
 
 EXAMPLES = """
 remosplat run BookshelfReach
@@ -232,6 +233,10 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None:
         # The result is shown first, since sending the recording takes a while.
         page.end(state_at_end(result))
+        ticks = result.trajectory
+        if len(ticks.time):
+            end = float(ticks.time[-1])
+            draw_end(application.diagram, result.standing, ticks.q[-1], end)
     facts = facts_of(result, loop)
     document = run_document(result, application, loop, admission.document())
     if arguments.json:

@@ -97,15 +97,25 @@ def _supervision_changes(
 def _standing_changes(
     before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
-    if now.standing is None or now.standing.kind in _OF_THE_SUPERVISOR:
+    if now.standing is None or _is_told(now.standing):
         return
     known = before.standing
     if known is None or now.standing.is_news_after(known):
         yield _standing_event(now.standing, time)
 
 
+def _is_told(standing: Standing) -> bool:
+    """Whether an event of the supervisor states the same.
+
+    It does not state the place of a stop, which a replay highlights.
+    """
+    has_place = standing.link != "" or standing.p_W is not None
+    is_place = standing.kind == STOPPED and has_place
+    return standing.kind in _OF_THE_SUPERVISOR and not is_place
+
+
 def _standing_event(standing: Standing, time: float) -> Event:
-    if standing.kind != HELD:
+    if standing.kind not in (HELD, STOPPED):
         return Event(time, STANDING, standing.text)
     place = None
     if standing.p_W is not None:

@@ -31,6 +31,7 @@ from remosplat_drake.safety.symptoms import (
 )
 from remosplat_drake.signals.supervisor_state import (
     ASKED,
+    CLEARANCE,
     RUNNING,
     STARTING,
     STOPPED,
@@ -57,7 +58,7 @@ def supervise(
         The next state; its command may be executed until the next tick.
     """
     found = symptoms(law, state, now)
-    is_clear = all(symptom.name != "clearance" for symptom in found)
+    is_clear = all(symptom.name != CLEARANCE for symptom in found)
     since = _since(state, found, now.time)
     tripped = _tripped(found, since, now)
     elapsed = law.elapsed(state.time, now.time)
@@ -75,15 +76,14 @@ def supervise(
     if state.mode == STOPPED:
         return _rest(state, now, found)
     if state.mode == STOPPING:
-        return _brake(law, state, elapsed, Symptom(state.symptom, state.reason))
+        return _brake(law, state, elapsed)
     missing = _missing(now) if state.mode == STARTING else ""
     if missing and not now.stop:
         return dc.replace(state, reason=missing)
     if tripped:
-        return _brake(law, state, elapsed, tripped)
-    return dc.replace(
-        state, mode=RUNNING, reason="", symptom="", command=now.command
-    )
+        return _brake(law, _with_reason(state, tripped), elapsed)
+    state = _with_reason(state, Symptom("", ""))
+    return dc.replace(state, mode=RUNNING, command=now.command)
 
 
 def _since(
@@ -118,17 +118,20 @@ def _missing(now: Observation) -> str:
 
 
 def _brake(
-    law: SupervisorLaw, state: SupervisorState, elapsed: float, why: Symptom
+    law: SupervisorLaw, state: SupervisorState, elapsed: float
 ) -> SupervisorState:
     command = braking_command(state.command, law.acceleration, elapsed)
     mode = STOPPING if command.any() else STOPPED
+    return dc.replace(state, mode=mode, command=command)
+
+
+def _with_reason(state: SupervisorState, why: Symptom) -> SupervisorState:
     return dc.replace(
         state,
-        mode=mode,
         reason=why.message,
         symptom=why.name,
+        axis=why.axis,
         refusal="",
-        command=command,
     )
 
 
@@ -144,4 +147,4 @@ def _rest(
     obstacle = now.stop or (found and found[0].message)
     if obstacle:
         return dc.replace(state, refusal=f"not released: {obstacle}")
-    return dc.replace(state, mode=STARTING, reason="", refusal="", symptom="")
+    return dc.replace(_with_reason(state, Symptom("", "")), mode=STARTING)

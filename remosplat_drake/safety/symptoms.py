@@ -14,6 +14,10 @@ from remosplat_drake.signals import station_status, tick_report
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.near_movers import mover_at
 from remosplat_drake.signals.supervisor_state import (
+    ARM_MODE,
+    ARM_RATE,
+    CLEARANCE,
+    JUMP,
     LOST,
     RUNNING,
     SCANNER,
@@ -41,11 +45,13 @@ class Symptom:
         name: Name of the rule that found it.
         message: What is wrong, in words for a person.
         dwell: Time that it may last before the robot must stop [s].
+        axis: Index in u of the axis that it is about; None if about none.
     """
 
     name: str
     message: str
     dwell: float = 0.0
+    axis: int | None = None
 
 
 def symptoms(
@@ -97,7 +103,7 @@ def _of_station(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     if status.protective_stop:
         yield Symptom(SCANNER, "protective stop of the base")
     if status.robot_mode not in config.robot_modes:
-        yield Symptom("robot_mode", f"the arm's mode is {status.robot_mode}")
+        yield Symptom(ARM_MODE, f"the arm's mode is {status.robot_mode}")
     if status.mode != station_status.RUNNING:
         reason = status.stop_reason or "it gives no reason"
         name = LOST if status.is_lost else "station"
@@ -108,7 +114,7 @@ def _of_station(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     if not status.success_rate >= config.min_success_rate:
         share = f"{100 * status.success_rate:.0f} %"
         yield Symptom(
-            "success_rate",
+            ARM_RATE,
             f"only {share} of the commands reach the arm in time",
             config.success_rate_dwell,
         )
@@ -140,6 +146,7 @@ def _of_motion(
             "the robot does not follow its command:"
             f" u[{i}] is {now.u_measured[i]:.2f}, not {expected[i]:.2f}",
             law.config.follow_dwell,
+            i,
         )
 
 
@@ -152,6 +159,7 @@ def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
             "the robot's motion deviates from its actuator model: axis"
             f" {i} is off by {motion.residual[i]:.3f}, beyond {bound[i]:.3f};"
             " `remosplat identify` measures the model",
+            axis=i,
         )
 
 
@@ -189,6 +197,7 @@ def _of_bounds(
                 "bounds",
                 f"the command is out of bounds: u[{i}] {what} {value[i]:.3f},"
                 f" beyond {bound[i]:.3f}",
+                axis=i,
             )
 
 
@@ -202,7 +211,7 @@ def _of_clearance(
     mover = mover_at(now.movers, now.time, clearances.p_WC[row])
     if mover:
         yield Symptom(
-            "clearance",
+            CLEARANCE,
             f"{mover} came nearer than {1e3 * least:.1f} mm:"
             f" {1e3 * clearances.minimum():.1f} mm",
             law.config.clearance_dwell,
@@ -222,7 +231,7 @@ def _of_clearance(
     maps = {state.map_revision, clearances.revision}
     is_new = "" not in maps and len(maps) == 2
     yield Symptom(
-        "clearance",
+        CLEARANCE,
         ("in the new map the " if is_new else "")
         + f"clearance {1e3 * clearances.minimum():.1f} mm is below"
         f" {1e3 * least:.1f} mm",
@@ -258,7 +267,7 @@ def _of_target_and_map(
         jumps = now.report.p_WTs - state.p_WTs
         jump = float(np.linalg.norm(jumps, axis=1).max())
         if jump > config.max_target_jump:
-            yield Symptom("target", f"the target jumped by {jump:.2f} m")
+            yield Symptom(JUMP, f"the target jumped by {jump:.2f} m")
     if config.max_map_age is not None and not now.map_age <= config.max_map_age:
         yield Symptom("map_age", f"the map is {now.map_age:.3g} s old")
 

@@ -81,9 +81,10 @@ class Standing:
         cause: The cause that holds the robot, one of `CAUSES`; empty if nothing
             does.
         thing: Name of the cause: "the shelf", "joint 4".
-        link: Name of the link that is held; empty if none is.
-        p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
-            none.
+        link: Name of the link that is held, or that a stop concerns; empty if
+            there is none.
+        p_W: Point at which the robot is held, or that a stop concerns, in W,
+            shape (3,) [m]; None if there is none.
         clearance: Distance from the link to the thing [m]; None if there is
             none.
         way: Guidance's statement about a way around the cause, for display; may
@@ -102,6 +103,11 @@ class Standing:
 
     def __deepcopy__(self, memo) -> "Standing":
         return self
+
+    @property
+    def is_obstructed(self) -> bool:
+        """Whether something holds or stops the robot, or did so at the end."""
+        return self.kind in (HELD, STOPPING, STOPPED, ENDED)
 
     def is_news_after(self, before: "Standing") -> bool:
         """Returns whether an earlier state differs in more than numbers.

@@ -21,6 +21,14 @@ ASKED, LOST, SCANNER = "operator", "localization", "protective_stop"
 """Names of symptoms: an operator has pressed STOP, the base's pose is too
 uncertain, and the safety scanner has stopped the base."""
 
+ARM_MODE, ARM_RATE = "robot_mode", "success_rate"
+"""Names of symptoms: the arm is in another mode, such as a reflex, and too few
+commands reach the arm in time."""
+
+CLEARANCE, JUMP = "clearance", "target"
+"""Names of symptoms: the clearance is below its limit, and the target has
+jumped."""
+
 UNARMED = "waiting for an operator to arm"
 """Reason of the initial stop of a real robot."""
 
@@ -39,6 +47,8 @@ class SupervisorState:
         reason: Why the supervisor stopped the robot, or the missing condition
             for a start; empty while running.
         symptom: Name of the rule that stopped the robot; empty while none has.
+        axis: Index in u of the axis that the reason is about; None if it is
+            about none.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
@@ -54,6 +64,7 @@ class SupervisorState:
     reason: str = ""
     refusal: str = ""
     symptom: str = ""
+    axis: int | None = None
     time: float = math.nan
     p_WTs: np.ndarray = dc.field(
         default_factory=lambda: np.full((1, 3), np.nan)

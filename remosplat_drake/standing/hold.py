@@ -8,6 +8,7 @@ import scipy
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import (
     BOUND,
     COLLISION,
@@ -17,6 +18,7 @@ from remosplat_drake.signals.binding import (
     Binding,
     BoundRow,
 )
+from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.standing import (
     CONSTRAINT,
     NO_COMMAND,
@@ -130,6 +132,34 @@ def find_hold(
     return _of_row(row, report, robot, name)
 
 
+def beside_mover(
+    hold: Hold, robot: RobotModel, q: np.ndarray, movers: Movers, time: float
+) -> Hold:
+    """Adds the point of a mover that is nearest to the link that waits for it.
+
+    Args:
+        hold: The cause; one that is not a mover is returned unchanged.
+        robot: The robot.
+        q: Its configuration, shape (n_q,) [m, rad].
+        movers: The movers.
+        time: Present time [s].
+    """
+    if hold.cause != MOVER:
+        return hold
+    spheres = robot.spheres_at(q)
+    near = NearMovers.find(movers, time, spheres, np.inf)
+    is_it = np.array([mover.name == hold.thing for mover in movers])
+    pairs = robot.spheres.on_links({hold.link})[near.sphere]
+    pairs &= is_it[near.mover]
+    if not pairs.any():
+        return hold
+    i = int(np.where(pairs, near.distance, np.inf).argmin())
+    s = near.sphere[i]
+    way = spheres.radius[s] + near.distance[i]
+    p_W = spheres.p_WS[s] + way * near.direction_W[i]
+    return dc.replace(hold, p_W=p_W)
+
+
 def find_inside(
     report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold | None:
@@ -149,7 +179,7 @@ def _of_row(
     row: BoundRow, report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold:
     if row.name == COLLISION:
-        return _near(report, robot, name, row.index)
+        return scene_hold(report, robot, name, row.index)
     if row.name == JOINT_LIMIT:
         return _at_limit(report, robot, row.about[0])
     if row.name == SELF_COLLISION:
@@ -202,17 +232,26 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
     if row.name in (SELF_COLLISION, MOVER):
         return row.about[0]
     if row.name == JOINT_LIMIT:
-        return _moved_by(robot, row.about[0])
+        return moved_by(robot, row.about[0])
     return ""
 
 
-def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
-    """Makes the hold by the obstacle of row i of the clearances."""
-    near = report.clearances
-    link = robot.spheres.links[near.sphere[i]]
-    p_WC = near.p_WC[i]
+def scene_hold(
+    report: TickReport, robot: RobotModel, name: Naming, i: int
+) -> Hold:
+    """Returns the hold by the obstacle of a row of the clearances.
+
+    Args:
+        report: The latest tick.
+        robot: The robot.
+        name: Function that names the thing at a point.
+        i: Index of the row.
+    """
+    clearances = report.clearances
+    link = robot.spheres.links[clearances.sphere[i]]
+    p_WC, distance = clearances.p_WC[i], float(clearances.distance[i])
     thing = name(p_WC)
-    return Hold(thing.kind, thing.name, link, p_WC, float(near.distance[i]))
+    return Hold(thing.kind, thing.name, link, p_WC, distance)
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
@@ -227,7 +266,7 @@ def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
         }
         return Hold(VERIFICATION, before.get(report.objection, "the scene"))
     nearest = int(report.clearances.distance.argmin())
-    hold = _near(report, robot, name, nearest)
+    hold = scene_hold(report, robot, name, nearest)
     return dc.replace(hold, cause=VERIFICATION)
 
 
@@ -236,14 +275,19 @@ def _at_limit(report: TickReport, robot: RobotModel, joint: str) -> Hold:
     to_lower = report.q[k] - robot.position_lower[k]
     to_upper = robot.position_upper[k] - report.q[k]
     side = "lower" if to_lower < to_upper else "upper"
-    link = _moved_by(robot, joint)
+    link = moved_by(robot, joint)
     p_W = robot.body_poses(report.q)[robot.tree.index(link), :3, 3]
     thing = f"the {side} limit of {robot.description.called(joint)}"
     return Hold(JOINT_LIMIT, thing, link, p_W)
 
 
-def _moved_by(robot: RobotModel, joint: str) -> str:
-    """Returns the name of the first link that a joint moves."""
+def moved_by(robot: RobotModel, joint: str) -> str:
+    """Returns the name of the first link that a joint moves.
+
+    Args:
+        robot: The robot.
+        joint: Name of the joint.
+    """
     k = robot.joint_names.index(joint)
     return robot.tree.names[int(np.argmax(robot.tree.position == k))]
 

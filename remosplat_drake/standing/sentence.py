@@ -22,8 +22,6 @@ from remosplat_drake.signals.binding import (
 )
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import (
-    LOST,
-    SCANNER,
     STARTING,
     STOPPING,
     UNARMED,
@@ -50,10 +48,6 @@ _ADVICE = {
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
 """For each cause, advice for a person, or an explanation."""
-
-_STOPS = {SCANNER: stands.BASE, LOST: stands.LOCALIZATION}
-"""Causes of stops, by the supervisor's symptom; for all other symptoms, the
-cause is the supervisor."""
 
 _LACKS = {
     UNREACHED: stands.NO_CONFIGURATION,
@@ -84,6 +78,8 @@ class Situation:
             NaN without a line.
         is_there: Whether the end effector has arrived at the target.
         hold: The cause that holds the robot; None while it moves.
+        stop: The cause of a stop by the supervisor; None if it is unknown, or
+            if there is no stop.
         inside: The deepest violation of a stopping distance; None if there is
             none.
         beyond: Lower bound on the target's distance out of reach [m]; 0 if
@@ -104,6 +100,7 @@ class Situation:
     beside_line: float = math.nan
     is_there: bool = False
     hold: Hold | None = None
+    stop: Hold | None = None
     inside: Hold | None = None
     beyond: float = 0.0
     parked: bool = False
@@ -181,16 +178,26 @@ def _waits_for(supervision: SupervisorState | None) -> str:
 
 def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
     reason, distance = supervision.reason, now.error.distance
-    cause = _STOPS.get(supervision.symptom, stands.SUPERVISOR)
-    if supervision.mode == STOPPING:
-        return Standing(stands.STOPPING, f"stopping: {reason}", distance, cause)
-    if reason == UNARMED:
-        return Standing(stands.WAITING, reason, distance)
-    text = f"stopped: {reason}; waiting for an operator"
-    if math.isfinite(distance):
-        text += f", {_away(now)} from {_target(now)}"
-    text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
-    return Standing(stands.STOPPED, text, distance, cause)
+    stop = now.stop or Hold(stands.SUPERVISOR)
+    kind, text = stands.STOPPING, f"stopping: {reason}"
+    if supervision.mode != STOPPING:
+        if reason == UNARMED:
+            return Standing(stands.WAITING, reason, distance)
+        kind = stands.STOPPED
+        text = f"stopped: {reason}; waiting for an operator"
+        if math.isfinite(distance):
+            text += f", {_away(now)} from {_target(now)}"
+        text += supervision.refusal and f"; {supervision.refusal}"
+    return Standing(
+        kind,
+        text,
+        distance,
+        cause=stop.cause,
+        thing=stop.thing,
+        link=stop.link,
+        p_W=stop.p_W,
+        clearance=stop.clearance,
+    )
 
 
 def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:

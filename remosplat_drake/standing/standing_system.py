@@ -25,6 +25,7 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.standing.hold import (
     Naming,
+    beside_mover,
     find_hold,
     find_inside,
     present_hold,
@@ -32,6 +33,7 @@ from remosplat_drake.standing.hold import (
 from remosplat_drake.standing.names import name_thing
 from remosplat_drake.standing.sentence import Situation, how_things_stand
 from remosplat_drake.standing.stillness import Stillness, observe
+from remosplat_drake.standing.stop import find_stop
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 LOOK = 0.1
@@ -62,6 +64,7 @@ class StandingSystem(LeafSystem):
         - distance_field
         - progress (optional)
         - supervision (optional)
+        - movers (optional)
         - selection (optional)
         output_ports:
         - standing
@@ -72,8 +75,8 @@ class StandingSystem(LeafSystem):
 
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
-    `TargetProgress`, `supervision` a `SupervisorState` and `selection`
-    guidance's `Selection`. `standing` outputs the `Standing`.
+    `TargetProgress`, `supervision` a `SupervisorState`, `movers` the `Movers`
+    and `selection` guidance's `Selection`. `standing` outputs the `Standing`.
 
     Args:
         robot: The robot.
@@ -111,6 +114,7 @@ class StandingSystem(LeafSystem):
         self._field_input = self._declare("distance_field")
         self._progress_input = self._declare("progress")
         self._supervision_input = self._declare("supervision")
+        self._movers_input = self._declare("movers")
         self._selection_input = self._declare("selection")
         self._memory_index = self.DeclareAbstractState(Value(_Memory()))
         self.DeclareAbstractOutputPort(
@@ -199,6 +203,12 @@ class StandingSystem(LeafSystem):
             is_there=is_there,
             lacks=selection is not None and bool(selection.lack),
         )
+        movers = value_or_none(self._movers_input, context)
+        if hold is not None and movers is not None:
+            hold = beside_mover(hold, robot, q, movers, time)
+        stop = None
+        if supervision is not None and supervision.is_latched:
+            stop = find_stop(supervision, report, robot, name)
         situation = Situation(
             error=error,
             target=target,
@@ -206,6 +216,7 @@ class StandingSystem(LeafSystem):
             beside_line=target.line_deviation(X_WEs[effector]),
             is_there=is_there,
             hold=hold,
+            stop=stop,
             inside=find_inside(report, robot, name),
             beyond=self._beyond(aim, q),
             parked=self._parked and not self._beyond(aim, q, drives=True),

@@ -1,13 +1,18 @@
-"""`StandingView`: highlights a held link and the obstacle that holds it."""
+"""`StandingView`: highlights the link and the point that hold the robot."""
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+)
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
+from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import unsupervised
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
@@ -17,6 +22,7 @@ from remosplat_drake.visualization.shapes import shine_through, tube_mesh
 LINKS = f"{ROOT}/held/links"
 PLACE = f"{ROOT}/held/place"
 
+_NAME = "standing_view"
 _GLOW = Rgba(1.0, 0.55, 0.05, 0.55)
 _AMBER = Rgba(1.0, 0.55, 0.05)
 _SWELL = 0.004  # The glow lies around the link's own spheres [m].
@@ -24,7 +30,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class StandingView(LeafSystem):
-    """Highlights a held link, and the point of the obstacle that holds it.
+    """Highlights the link and the point that hold or stop the robot.
 
     .. pydrake_system::
 
@@ -34,11 +40,11 @@ class StandingView(LeafSystem):
         - standing
 
     `configuration` takes the measured q, `standing` the `Standing`. If an
-    obstacle or a limit holds the robot before its target, the affected link
-    glows, and a ring marks the obstacle's point, if there is one; a replay
-    shows both, too. In a run without a supervisor, this view also shows the
-    sentence about the robot's state in the page's bar; otherwise the
-    `SafetyPanel` shows it.
+    obstacle or a limit holds the robot before its target, or the supervisor
+    stops it, the affected link glows, and a ring marks the affected point of
+    scene, mover or joint, if there is one. A replay shows both, too. In a run
+    without a supervisor, this view also shows the sentence about the robot's
+    state in the page's bar; otherwise the `SafetyPanel` shows it.
 
     Args:
         page: The page to draw on.
@@ -47,7 +53,7 @@ class StandingView(LeafSystem):
 
     def __init__(self, *, page: MeshcatPage, robot: RobotModel):
         super().__init__()
-        self.set_name("standing_view")
+        self.set_name(_NAME)
         self._page = page
         self._robot = robot
         self._links: dict[str, bool] = {}
@@ -75,14 +81,20 @@ class StandingView(LeafSystem):
             return
         self._shown = standing
         q = self._configuration_input.Eval(context)
-        self._light_up(standing, q, context.get_time())
+        self.light_up(standing, q, context.get_time())
         state = self._page.state
         if state is not None and not (state.buttons or state.is_over):
             self._page.show(unsupervised(standing))
 
-    def _light_up(self, standing: Standing, q: np.ndarray, time: float):
-        is_held = standing.kind == HELD
-        link = standing.link if is_held else ""
+    def light_up(self, standing: Standing, q: np.ndarray, time: float):
+        """Highlights what holds or stops the robot, and nothing else.
+
+        Args:
+            standing: The robot's state.
+            q: Its configuration, shape (n_q,) [m, rad].
+            time: Time in a recording [s].
+        """
+        link = standing.link if standing.is_obstructed else ""
         # A carried object may be held, too, but is not a drawn link.
         link = link if link in self._robot.tree.names else ""
         if link and link not in self._links:
@@ -95,7 +107,7 @@ class StandingView(LeafSystem):
             if was_lit != (name == link):
                 self._links[name] = name == link
                 self._page.scene.show(f"{LINKS}/{name}", name == link, time)
-        p_W = standing.p_W if is_held else None
+        p_W = standing.p_W if standing.is_obstructed else None
         if p_W is not None:
             if not self._has_place:
                 self._has_place = True
@@ -128,6 +140,20 @@ class StandingView(LeafSystem):
             shine_through(self._page.meshcat, f"{path}/{i}")
         self._links[link] = False
         self._page.scene.show(path, False, self._page.scene.start)
+
+
+def draw_end(
+    diagram: Diagram, standing: Standing, q: np.ndarray, time: float
+) -> None:
+    """Highlights what holds the robot at the end of a run, if anything does.
+
+    Args:
+        diagram: A diagram with a `StandingView`.
+        standing: The robot's state at the end.
+        q: Its configuration, shape (n_q,) [m, rad].
+        time: Time of the end [s].
+    """
+    diagram.GetSubsystemByName(_NAME).light_up(standing, q, time)
 
 
 def _draw_ring(meshcat: Meshcat):

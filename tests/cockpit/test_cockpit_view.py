@@ -53,6 +53,9 @@ def test_who_is_held_is_told_with_the_place(frankie):
     told = look(frankie, standing=held)
     assert told.held_link == "panda_hand" and told.p_WHeld is p_W
     assert told.state.title == "Held" and told.state.text == "hand held"
+    stopped = look(frankie, standing=dc.replace(held, kind="stopped"))
+    assert (stopped.held_link, stopped.cause) == ("panda_hand", "")
+    assert stopped.p_WHeld is p_W
     moving = dc.replace(held, kind="moving")
     assert look(frankie, standing=moving).held_link == ""
     assert look(frankie, standing=moving).p_WHeld is None

@@ -95,6 +95,11 @@ def test_what_holds_the_robot_is_an_event():
     # The supervisor tells of its stops itself.
     stopped = LoggedSignals(standing=Standing(STOPPED, "stopped: why"))
     assert between(before, stopped) == []
+    # But it does not tell of their places.
+    base = Standing(STOPPED, "stopped: scanner", link="base")
+    assert between(before, LoggedSignals(standing=base)) == [
+        Event(3.0, STANDING, "stopped: scanner", link="base")
+    ]
 
 
 def test_another_map_is_named():

@@ -31,6 +31,7 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import STOPPED as STATION_STOPPED
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import (
+    ARM_MODE,
     ASKED,
     LOST,
     RUNNING,
@@ -218,7 +219,7 @@ def test_what_comes_after_a_stop_has_begun_changes_no_reason(running):
     running.tick(status=STALE, stop="stop button")
     running.ticks(100, status=STALE)
     assert running.state.reason == "the arm's mode is reflex"
-    assert running.state.symptom == "robot_mode"
+    assert running.state.symptom == ARM_MODE
     running.tick(status=STALE, release=True)
     assert running.state.refusal == (
         "not released: measurements are 200 ms old"

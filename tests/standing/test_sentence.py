@@ -254,16 +254,11 @@ def test_the_parts_of_a_sentence(frankie):
             )
         ),
         *(
-            (
-                dc.replace(FAR, supervision=supervision(mode, "why", "", rule)),
-                cause,
-            )
+            (dc.replace(FAR, supervision=supervision(mode), stop=stop), cause)
             for mode in (modes.STOPPING, modes.STOPPED)
-            for rule, cause in (
-                (modes.ASKED, stands.SUPERVISOR),
-                (modes.SCANNER, stands.BASE),
-                (modes.LOST, stands.LOCALIZATION),
-                ("clearance", stands.SUPERVISOR),
+            for stop, cause in (
+                (None, stands.SUPERVISOR),
+                (Hold(stands.BASE), stands.BASE),
             )
         ),
     ],
@@ -280,7 +275,18 @@ def test_the_cause(now, cause, frankie):
 def test_a_stop_goes_before_all_else(frankie):
     stopped = supervision(modes.STOPPED, "stop button")
     now = held(things.SOLID, "the can", HAND, 0.021, supervision=stopped)
-    assert how_things_stand(now, frankie.description).kind == stands.STOPPED
+    standing = how_things_stand(now, frankie.description)
+    assert (standing.kind, standing.link) == (stands.STOPPED, "")
+    assert standing.p_W is None
+
+
+@pytest.mark.parametrize("mode", (modes.STOPPING, modes.STOPPED))
+def test_a_stop_has_a_place(mode, frankie):
+    stop = Hold(stands.SUPERVISOR, "the can", HAND, ROUND, 0.009)
+    now = dc.replace(FAR, supervision=supervision(mode, "near"), stop=stop)
+    standing = how_things_stand(now, frankie.description)
+    assert standing.is_obstructed and standing.p_W is ROUND
+    assert (standing.link, standing.clearance) == (HAND, 0.009)
 
 
 @pytest.mark.parametrize(

@@ -65,8 +65,10 @@ def test_what_was_held_is_what_the_events_tell():
         standing = standing_at(events, time)
         assert (standing.kind, standing.link) == (HELD, "hand")
         np.testing.assert_array_equal(standing.p_W, held.place)
-    # A stopped robot is held by the supervisor alone.
+    # A stop has another place, or none.
     assert standing_at(events, 3.0).kind == MOVING
+    base = Event(3.1, STANDING, "stopped: scanner", link="base_link")
+    assert standing_at([*events, base], 3.2).link == "base_link"
 
 
 @pytest.mark.parametrize("ends", [False, True])

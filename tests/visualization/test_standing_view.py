@@ -1,15 +1,27 @@
 """The link that is held, and the place, light up."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from pydrake.common.value import Value
+from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.signals.standing import HELD, MOVING, Standing
+from remosplat_drake.signals.standing import (
+    ENDED,
+    HELD,
+    MOVING,
+    REACHED,
+    STOPPED,
+    STOPPING,
+    Standing,
+)
 from remosplat_drake.visualization.page_state import unsupervised
 from remosplat_drake.visualization.standing_view import (
     LINKS,
     PLACE,
     StandingView,
+    draw_end,
 )
 
 GLOW = f"{LINKS}/panda_hand"
@@ -49,6 +61,30 @@ def test_link_and_place_light_up(show, page, frankie, pose_of, is_visible):
     p_WS = spheres.p_WS[frankie.spheres.on_links({"panda_hand"})]
     away = p_WS[np.linalg.norm(p_WS - P_W, axis=1).argmin()] - P_W
     np.testing.assert_allclose(X[:3, 2], away / np.linalg.norm(away))
+
+
+@pytest.mark.parametrize("kind", (STOPPING, STOPPED))
+def test_what_a_stop_is_about_lights_up(show, page, is_visible, kind):
+    show(Standing(kind, "protective stop of the base", link="base_link"))
+    assert is_visible(page.meshcat, f"{LINKS}/base_link")
+    assert not page.meshcat.HasPath(PLACE)
+    show(Standing(kind, "too near", link="panda_hand", p_W=P_W))
+    assert not is_visible(page.meshcat, f"{LINKS}/base_link")
+    assert is_visible(page.meshcat, GLOW) and is_visible(page.meshcat, PLACE)
+
+
+def test_at_the_end_what_holds_the_robot_stays_lit(page, frankie, is_visible):
+    builder = DiagramBuilder()
+    view = StandingView.AddToBuilder(builder, page=page, robot=frankie)
+    for name in ("configuration", "standing"):
+        builder.ExportInput(view.GetInputPort(name), name)
+    diagram = builder.Build()
+    ended = dc.replace(HELD_HAND, kind=ENDED, text="time limit: hand held")
+    draw_end(diagram, ended, frankie.q_home, 1.0)
+    assert is_visible(page.meshcat, GLOW) and is_visible(page.meshcat, PLACE)
+    draw_end(diagram, Standing(REACHED, "reached"), frankie.q_home, 1.0)
+    assert not is_visible(page.meshcat, GLOW)
+    assert not is_visible(page.meshcat, PLACE)
 
 
 def test_the_lights_go_out(show, page, is_visible):

@@ -27,6 +27,7 @@ def AddStanding(
     controller: ReactiveController,
     selector: GuidanceSelector | None,
     supervisor: SafetySupervisor | None,
+    movers: OutputPort | None,
 ) -> StandingSystem:
     """Adds the system that describes the robot's state in one sentence.
 
@@ -40,6 +41,8 @@ def AddStanding(
         controller: The controller whose reports are described.
         selector: The look-ahead beside the controller; None without one.
         supervisor: The safety supervisor; None without one.
+        movers: The output port of the `Movers` that the robot knows; None
+            without movers.
     """
     inputs = {
         "configuration": configuration,
@@ -52,6 +55,8 @@ def AddStanding(
         inputs["selection"] = selector.GetOutputPort("selection")
     if supervisor is not None:
         inputs["supervision"] = supervisor.GetOutputPort("supervision")
+    if movers is not None:
+        inputs["movers"] = movers
     truth = world.truth
     return StandingSystem.AddToBuilder(
         builder,
