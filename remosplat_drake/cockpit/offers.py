@@ -19,6 +19,7 @@ from remosplat_drake.signals.standing import (
     Standing,
 )
 from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 OTHER_SIDE = "From the other side"
 """Label of a target at the same position, with the hand turned about its own
@@ -213,7 +214,11 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
 
 
 def trouble_of(
-    standing: Standing, target: Target, robot: RobotModel, q: np.ndarray
+    standing: Standing,
+    target: Target,
+    robot: RobotModel,
+    q: np.ndarray,
+    X_EC: np.ndarray | None = None,
 ) -> Trouble | None:
     """Returns the situation if something keeps the robot from its target.
 
@@ -222,6 +227,8 @@ def trouble_of(
         target: The present target.
         robot: The robot, with one end effector.
         q: Its configuration, shape (n_q,) [rad, m].
+        X_EC: Pose of its wrist camera in the end effector's frame, shape (4,
+            4); None if no frame of it can be added to the map.
 
     Returns:
         The situation; None if other targets would not help, for example while
@@ -234,7 +241,9 @@ def trouble_of(
         target.X_WT,
         robot.end_effector_pose(q),
         place_at_home(robot, q),
-        is_cut_off=standing.cause == NO_PATH,
+        standing.p_W if standing.thing == UNSEEN_SPACE.name else None,
+        X_EC,
+        standing.cause == NO_PATH,
     )
 
 

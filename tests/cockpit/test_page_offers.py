@@ -63,6 +63,20 @@ def test_other_targets_help_a_robot_that_is_held(kind, cause, helps, frankie):
         assert trouble.is_cut_off == (cause == stands.NO_PATH)
 
 
+def test_a_camera_may_look_at_the_unseen(frankie):
+    p_W = np.array([0.9, 0.1, 0.3])
+    unseen = things.UNSEEN_SPACE
+    standing = Standing(
+        stands.HELD, "", cause=unseen.kind, thing=unseen.name, p_W=p_W
+    )
+    X_EC = np.eye(4)
+    trouble = trouble_of(
+        standing, Target(np.eye(4)), frankie, frankie.q_home, X_EC
+    )
+    assert trouble is not None
+    assert trouble.p_WUnseen is p_W and trouble.X_EC is X_EC
+
+
 def test_a_press_replaces_a_target_that_cannot_be_reached(monkeypatch):
     page = MeshcatPage()
     clicks = page.meshcat.GetButtonClicks

@@ -20,16 +20,10 @@ from apps.studies.causes.situations import (
     with_target,
 )
 from remosplat_drake.app.stages.teleoperation import wrist_camera_mount
-from remosplat_drake.cockpit.offers import (
-    Offer,
-    OfferSearch,
-    Trouble,
-    place_at_home,
-)
+from remosplat_drake.cockpit.offers import Offer, OfferSearch, trouble_of
 from remosplat_drake.cockpit.reach import is_within_reach
-from remosplat_drake.signals.standing import NO_PATH, Standing
+from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.target import Target
-from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 RELEASE, WAIT = "release", "wait"
 """Actions other than offered targets."""
@@ -176,26 +170,14 @@ def find_offers(
     world, scenario = situation.world, situation.scenario
     robot, planner = world.robot, situation.planner
     stopping = scenario.controller.collision.stopping
-    X_WE, X_EC = robot.end_effector_pose(q), None
-    mount = wrist_camera_mount(scenario, robot)
+    mount, X_EC = wrist_camera_mount(scenario, robot), None
     if mount is not None:
-        X_EC = np.linalg.inv(X_WE) @ mount.pose(q)
-    p_WUnseen = None
-    if standing.thing == UNSEEN_SPACE.name:
-        p_WUnseen = standing.p_W
+        X_EC = np.linalg.inv(robot.end_effector_pose(q)) @ mount.pose(q)
+    target = Target(situation.X_WT)
+    trouble = trouble_of(standing, target, robot, q, X_EC)
     ticks = count()
     search = OfferSearch(lambda: float(next(ticks)))
-    search.begin(
-        Trouble(
-            situation.X_WT,
-            X_WE,
-            place_at_home(robot, q),
-            p_WUnseen,
-            X_EC,
-            standing.cause == NO_PATH,
-        ),
-        world.field,
-    )
+    search.begin(trouble, world.field)
     works = partial(is_within_reach, planner, world.field, stopping, q)
     while search.is_busy:
         search.step(lambda X_WT: works(Target(X_WT)))
