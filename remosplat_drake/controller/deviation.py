@@ -21,8 +21,8 @@ def end_effector_velocities(
     Args:
         report: The report of a tick. Before the first tick, both velocities are
             NaN.
-        executed: The velocity command u of the station, shape (n_u,): the
-            controller's, or the supervisor's.
+        executed: The command u that the station executes, shape (n_u,). With a
+            supervisor, it is the supervisor's output.
         robot: The robot, for its kinematics.
         gain: The servo's proportional gain beta [1/s].
         max_speed: The servo's bound on the translational speed [m/s].

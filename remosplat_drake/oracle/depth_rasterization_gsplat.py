@@ -17,12 +17,12 @@ from the definition in `DepthSensor`:
 - *clamp*: alpha is at most 0.999.
 - *rounding*: single precision, if an alpha is very close to a threshold.
 
-Three known defects of gsplat's 2DGS are avoided: its depth is that of a disc's
-centre, it drops discs with centres before the near plane, and it bounds discs
-beside the camera too tightly (a hole close to the robot). Here each ray is
-intersected with its median disc, and `gsplat_pairs` and `gsplat_views` place
-and bound the discs. The low-pass filter is a setting of the sensor for both
-backends.
+Three known defects of gsplat's 2DGS are avoided: it uses the depth of a disc's
+centre for all pixels, it drops discs with centres before the near plane, and it
+bounds discs beside the camera too tightly (a hole close to the robot). Here
+each ray is intersected with its median disc, and `gsplat_pairs` and
+`gsplat_views` place and bound the discs. The low-pass filter is a setting of
+the sensor for both backends.
 
 `python -m apps.studies.depth_backends.__main__` counts the differences for any
 splat in these classes and times both backends.

@@ -24,8 +24,9 @@ from remosplat_drake.signals.thing import Thing
 class UncertainPlacement(DistanceField):
     """A distance field for a robot with an uncertain base pose.
 
-    Distances are those of the map minus w, divided by 1 + t, since w changes by
-    t per metre. So the field stays 1-Lipschitz and conservative.
+    Distances are those of the map minus the margin w of the sphere, divided by
+    1 + t, with the largest heading error t, since w changes by t per metre. So
+    the field stays 1-Lipschitz and conservative.
     """
 
     def __init__(

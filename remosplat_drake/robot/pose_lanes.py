@@ -75,7 +75,7 @@ def write_identity(X, i):
 
 @helper
 def compose_by_lanes(X_AB, i, X_BC, X_AC, k):
-    """Writes the product of pose i and one of shape (4, 4) as pose k."""
+    """Writes the product of pose i and a pose of shape (4, 4) as pose k."""
     for r in range(3):
         x, y, z = (
             entry(X_AB, i, r, 0),

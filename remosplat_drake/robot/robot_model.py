@@ -384,7 +384,7 @@ class RobotModel:
         return np.concatenate([np.zeros(self._base_q), self.home])
 
     def rounded_into_limits(self, q: np.ndarray) -> np.ndarray:
-        """Moves joints that are beyond a limit by rounding onto the limit.
+        """Moves joints onto a limit that they exceed only by rounding errors.
 
         For example, files contain 3.1416 for a limit of pi. Larger excesses are
         not changed.

@@ -326,8 +326,8 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
     Unknown clearances are NaN. For kernels only.
 
     Args:
-        placed: A tuple of the map, its `Misplacement`, and the number of the
-            `PythonCalls`. The map is `DistanceField.compiled` if that is
+        placed: A tuple of the map, its `Misplacement`, and the identifier of
+            the `PythonCalls`. The map is `DistanceField.compiled` if that is
             1-Lipschitz, or else a `PythonMap`.
         robot: The `RobotArrays`, or other arrays with radii, `ignore_below` and
             `index` if the map is compiled.

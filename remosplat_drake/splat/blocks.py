@@ -20,7 +20,7 @@ def in_blocks(
     """Makes arrays of n rows block by block.
 
     Args:
-        n: Number of rows, of splats.
+        n: Number of rows, one for each splat.
         part: Function that computes some rows of all arrays, independent of the
             other rows.
 
@@ -28,9 +28,9 @@ def in_blocks(
         The arrays by their names, single precision.
 
     Raises:
-        RemoSplatError: `part` failed for some rows. The error is that of one
-            call of `part` for all rows, since messages contain the number of
-            invalid rows.
+        RemoSplatError: `part` failed for some rows. Since messages contain the
+            number of invalid rows, `part` is called again for all rows, and
+            this call's error is raised.
     """
     arrays: dict[str, np.ndarray] = {}
 

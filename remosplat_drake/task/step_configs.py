@@ -112,7 +112,8 @@ class Lift(StepConfig):
 class DriveTo(StepConfig):
     """Moves the base to a pose, on any path.
 
-    The arm may move during the drive, and returns to its joint positions.
+    The arm may move during the drive. At the end, it has the same joint
+    positions as at the start.
     """
 
     # Pose x, y, yaw of the base in W [m, m, rad].

@@ -87,7 +87,7 @@ def _case(name: str, solve: Solve, problems: list[Problem]) -> Case:
 
 
 def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
-    """Returns programs of a headless run, at every few ticks.
+    """Returns the programs of some ticks of a headless run.
 
     Args:
         scenario_name: Name of the scenario or its file; None for the default

@@ -31,8 +31,8 @@ def advance_together(
 ) -> tuple[Futures, int]:
     """Advances each rollout by some steps, those with the fewest steps first.
 
-    Once a rollout has arrived, those that can no longer arrive at a lower score
-    end early, with the status `OUTRUN`.
+    Once a rollout has arrived, the others end with the status `OUTRUN` as soon
+    as they can no longer get a lower score.
 
     Args:
         futures: The rollouts, at least one of them running.

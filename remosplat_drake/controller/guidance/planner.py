@@ -82,10 +82,10 @@ class SidePlanner(Config):
     active_scale: Annotated[float, Interval(ge=0, le=10)] = 0.5
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the guidances direct, left and right for each tier.
+        """Proposes the guidances `direct`, `left` and `right` for each tier.
 
-        A tier is one of the stopping distances. The guidances left and right
-        turn the base, so a robot without a base gets only direct.
+        A tier is one of the stopping distances. The guidances `left` and
+        `right` turn the base, so a robot without a base gets only `direct`.
 
         Args:
             situation: The stopping distances that may be tried, and the robot;

@@ -33,7 +33,8 @@ OUTRUN = "outrun"
 score."""
 
 _STALL_SPEED = 0.012
-"""Speed below which the robot stands still: max(|v|, |q_dot| / 2)."""
+"""Speed below which the robot stands still: the greater of its base's |v| [m/s]
+and half the largest joint rate [rad/s, m/s]."""
 
 _STALL_TIME = 0.5
 """Time of standstill after which a rollout has stalled [s]."""

@@ -28,9 +28,9 @@ class PackedRule:
         parts: Name and pickle of each part that may come from outside the
             library.
         whole: Pickle of the whole rule, without its arrays.
-        arrays: The bytes of each array; immutable if the array is read-only. So
-            an unpacked array is read-only, too: Numba would compile kernels
-            again for a writable one.
+        arrays: The bytes of each array, immutable if the array is read-only. So
+            the unpacked array is read-only, too; for a writable one, Numba
+            would compile kernels again.
     """
 
     parts: tuple[tuple[str, bytes], ...]

@@ -46,11 +46,11 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
-"""Time after which a guidance that arrives is simulated again [s]."""
+"""Time after which a guidance whose rollout arrives is simulated again [s]."""
 
 IDLE_AMONG_MOVERS = 0.3
-"""Time after which a guidance that arrives is simulated again if there are
-movers, since their motion may change [s]."""
+"""Time after which a guidance whose rollout arrives is simulated again if there
+are movers, since their motion may change [s]."""
 
 PATIENCE = 1.0
 """Pause after a round in which no candidate arrives [s]. It ends early if the
@@ -64,8 +64,9 @@ _MARGIN = 0.5
 """Least improvement of the score for a change of guidance [s]."""
 
 _NEARBY, _LEVER = 0.1, 0.3
-"""Pose error up to which no path is searched immediately [m], and the weight of
-the angle in it [m/rad]."""
+"""If the pose error is at most the first number [m], no path is searched
+immediately. The second number is the weight of the angle in this error
+[m/rad]."""
 
 
 def advance_selection(

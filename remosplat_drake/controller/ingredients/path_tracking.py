@@ -32,14 +32,14 @@ _SHORTEST_PURSUIT = 0.2
 points, the heading would oscillate."""
 
 _NEAR = 0.02
-"""Distance within which a point of the path with zero speed counts as reached,
-in radians and metres alike. Within it, the speed is proportional to the
+"""Distance within which a point of the path with zero speed counts as reached;
+a radian counts like a metre. Within it, the speed is proportional to the
 distance, so the robot does not stop before that point."""
 
 CREEP = 0.3
-"""Least speed along a path to which rows scale down the tracked velocity, in
-radians and metres alike [1/s]. At this speed a row changes the direction of the
-command instead, so the robot slides past a near obstacle."""
+"""Least tracked speed along a path [1/s]; a radian counts like a metre. Rows
+that allow only a lower speed change the direction of the command instead, so
+that the robot slides past a near obstacle."""
 
 
 @dc.dataclass
@@ -48,7 +48,7 @@ class PathTrackingConfig(Config):
 
     # Weight of the squared deviation from the velocity along the path.
     weight: Annotated[float, Interval(gt=0, le=1000)] = 1.0
-    # Least look-ahead distance on the path, in radians and metres alike.
+    # Least look-ahead distance on the path; a radian counts like a metre.
     look_ahead: Annotated[float, Interval(gt=0, le=2)] = 0.05
     # Proportional gain on the remaining length of a path without speeds, and of
     # a path with speeds where its speed is zero [1/s].

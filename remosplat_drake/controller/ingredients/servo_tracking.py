@@ -33,8 +33,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
-"""Remaining length of a planned path below which the servo is active again, in
-radians and metres alike. `LAST_STRETCH` is small, since the servo is slower
+"""Remaining length of a planned path below which the servo is active again; a
+radian counts like a metre. `LAST_STRETCH` is small, since the servo is slower
 than path tracking. `LAST_DRIVE` is for differential bases: they cannot slip
 sideways, and end slightly beside the path."""
 

@@ -41,7 +41,7 @@ class VelocityLimitsConfig(Config):
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
     def is_parked(self, n_base: int) -> bool:
-        """Returns whether no command may move the base.
+        """Returns whether the bounds allow no motion of the base.
 
         Args:
             n_base: Number of the base's commands.

@@ -159,7 +159,8 @@ class FreeSpace:
     def calls(self) -> AbstractContextManager[int]:
         """Context in which kernels can query a map that is computed in Python.
 
-        Its `with` statement returns the number by which kernels find the map.
+        Its `with` statement returns an identifier, by which kernels find the
+        map.
         """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)

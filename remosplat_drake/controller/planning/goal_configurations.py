@@ -25,8 +25,8 @@ _COMPARED = 100
 none of them keeps all distances."""
 
 _ENOUGH = 0.06
-"""Excess of the least clearance over the required one above which the cost of a
-goal does not decrease further [m]."""
+"""If the least clearance of a goal exceeds the required one by this amount or
+more, its cost does not decrease further [m]."""
 
 _GROUP = 4
 """Number of random configurations in a group. The one nearest to the target is

@@ -8,7 +8,7 @@ from remosplat_drake.signals.aim import Aim
 
 
 def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
-    """Returns why an aim is out of reach; empty if that is not proved.
+    """Returns why an aim is out of reach; empty if it may be within reach.
 
     Args:
         robot: The robot.

@@ -43,6 +43,6 @@ class PlanningConfig(Config):
     # Factor on the gain of the collision damper on a path; it may exceed 1,
     # since paths slow down early.
     approach_scale: Annotated[float, Interval(gt=0, le=10)] = 4.0
-    # Largest distance from a corner of a path to the ends of its blend, in
-    # radians and metres alike; 0 keeps the corners.
+    # Largest distance in q from a corner of a path to the ends of its blend; a
+    # radian counts like a metre. 0 keeps the corners.
     blend: Annotated[float, Interval(ge=0, le=10)] = 1.0

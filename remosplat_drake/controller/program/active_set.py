@@ -15,7 +15,7 @@ from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
 """Statuses of `solve_dense`: u is the optimum; no u satisfies all rows; or
-rounding errors leave that undecided, and the caller uses another solver."""
+rounding errors prevent a decision, so that the caller uses another solver."""
 
 _TOLERANCE = 1e-10
 """Largest violation that counts as zero, of a row scaled to unit length."""

@@ -40,7 +40,7 @@ class DrakeProgram:
 
 
 class KeptProgram:
-    """A reusable `MathematicalProgram` of fixed size, filled with each program.
+    """A reusable `MathematicalProgram` of fixed size, filled at each tick.
 
     Drake takes longer to make variables and bindings than to fill in values, so
     a solver reuses it at each tick.

@@ -9,7 +9,7 @@ import numpy as np
 class Path:
     """A sequence of straight stretches through configurations.
 
-    Lengths are counted in radians and metres alike.
+    In lengths, a radian counts like a metre.
 
     Attributes:
         q: The corners, shape (k, n_q) [rad, m].

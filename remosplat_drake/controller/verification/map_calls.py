@@ -60,7 +60,8 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 class MapCalls:
     """Context in which Python answers the map queries of kernels.
 
-    Its `with` statement returns the number that kernels must be given:
+    Its `with` statement returns the identifier that kernels take as an
+    argument:
 
         with MapCalls(robot, field) as line:
             kernel(..., line)

@@ -55,9 +55,10 @@ class Monitoring:
     ) -> "Monitoring":
         """Makes the monitoring of a command that is held for a tick.
 
-        Then a ramp scales the command down to zero in n equal steps, one in
-        each tick. The ramp takes n - 1 ticks. During the ramp, the robot moves
-        as far as the full command would move it in half that time.
+        After that tick, a ramp scales the command down to zero in n equal
+        steps, one in each tick. The ramp takes n - 1 ticks. During the ramp,
+        the robot moves as far as the full command would move it in half that
+        time.
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].

@@ -95,9 +95,9 @@ class SelfClearance:
     def bend(self) -> np.ndarray:
         """Bounds on accelerations of the second link, seen from the first.
 
-        For each two entries of the command and each pair of links, and for zero
-        or more pairs that do not exist, so that kernels may read eight at a
-        time, shape (n_u, n_u, m).
+        There is a bound for each two entries of the command and each pair of
+        links, shape (n_u, n_u, m). The array is padded with pairs that do not
+        exist, so that kernels can read eight at a time.
         """
         bound = hessian_bound(
             self.rate, self.robot.screw_turns, self.lever >= 0.0

@@ -3,11 +3,11 @@
 The program's damper rows are linear in u, and hold only at the configuration
 where the tick starts. So before a command is applied, its path is checked: one
 tick of the command, and its braking ramp to a standstill, up to the place where
-a station stops that receives no further command. The supervisor uses the same
-ramp.
+a station comes to rest if it receives no further command. The supervisor uses
+the same ramp.
 
 The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
-of the scene, or the distance of two of the robot's convex shapes. Let d_s be
+from the scene, or the distance of two of the robot's convex shapes. Let d_s be
 the smallest stopping distance used. Then
 
 - at the end of every tick the distance is at least min(d_s, d_0),
@@ -37,8 +37,8 @@ from that mover. A sphere at rest may be touched. There is no guarantee that
 perception detects a mover, or distinguishes it from the robot's own parts, so
 no conformity to a standard is claimed. The distance to keep has the same parts
 as the protective separation distance of ISO/TS 15066: the motion of the mover
-and of the robot until it stands, their uncertainties, and the separation
-itself.
+and of the robot until the robot is at rest, their uncertainties, and the
+separation itself.
 
 Proof: when a command is applied, its path has been checked at a level of at
 least min(d_s, d_0). The next tick either finds another command whose path

@@ -24,7 +24,8 @@ class DeviceClusters:
     Attributes:
         device: The device: torch's current one at construction.
         multiprocessors: Number of its multiprocessors.
-        records: Copy of `Clusters.records`; likewise the other arrays.
+        records: Copy of `Clusters.records`. The other arrays of `Clusters` are
+            copied to attributes of the same names.
         argument: The argument of kernels.
     """
 

@@ -38,8 +38,8 @@ class CudaSphereToEllipsoidField(DistanceField):
     """`SphereToEllipsoidField`, computed on a CUDA device.
 
     Computation is in single precision: distances differ from the CPU's by a
-    relative error of about 10^-7, and of two equally near splats, it may return
-    another one than the CPU.
+    relative error of about 10^-7. If two splats are equally near, the GPU and
+    the CPU may return different ones.
 
     Args:
         splat_W: The Gaussian splat, expressed in W.

@@ -293,9 +293,8 @@ def project(records, k, rules, p_WV, R_WV):
     """Expresses splat k in the ray coordinates of a view.
 
     Returns:
-        Fifteen numbers: for a disc the result of `meet_plane`; for an ellipsoid
-        the result of `whiten`, rows that whiten the ray and the whitened
-        centre.
+        Fifteen numbers: for a disc the result of `meet_plane`, for an ellipsoid
+        the result of `whiten`.
     """
     p = (
         records[k, 0] - p_WV[0],

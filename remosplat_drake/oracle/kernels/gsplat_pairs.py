@@ -77,7 +77,8 @@ class Pairs(NamedTuple):
     """P pairs of a disc and a view in which it may be visible.
 
     Attributes:
-        camera: 6 times the sphere plus the slot in `VIEWS`, shape (P,).
+        camera: 6 times the sphere's index, plus the view's index in `VIEWS`,
+            shape (P,).
         disc: Index of the disc, shape (P,).
         frames_V: Columns (a, b, p) of the disc in the view, (P, 3, 3).
     """

@@ -3,8 +3,9 @@
 A run holds the fragments of one splat in up to four neighbouring pixels of a
 row, so that a few instructions store it. A row's runs are a linked list.
 
-Pixel numbers run through all views: view times pixels of a view, plus the
-row-major index. Row numbers do, too: view times rows of a view, plus the row.
+Pixels are numbered through all views: a pixel's number is the index of its view
+times the number of pixels of a view, plus its row-major index in the view. Rows
+are numbered in the same way.
 """
 
 from typing import NamedTuple

@@ -41,7 +41,7 @@ class ConvexPiece:
         """Writes the polyhedron as an .obj in micrometres.
 
         Args:
-            comment: The first line.
+            comment: First line of the file.
         """
         rows = [f"# {comment}"]
         rows += ["v " + " ".join(f"{x:.6f}" for x in v) for v in self.vertices]

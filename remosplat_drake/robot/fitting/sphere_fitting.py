@@ -82,8 +82,8 @@ def make_link_surface(
     """Prepares the surface of a link for the fit.
 
     Args:
-        points: Points on the surface, shape (n, 3) [m], `POINTS_PER_VOXEL`
-            dense.
+        points: Points on the surface, `POINTS_PER_VOXEL` along a voxel's edge,
+            shape (n, 3) [m].
         weight: Weight of the link; with a larger one, its spheres protrude
             less.
         floor: Whether the link stands on the plane z = 0, see

@@ -65,7 +65,8 @@ def surface_distances(
         a: The first surface, in frame A.
         b: The second surface, in frame B.
         X_AB: Poses, shape (m, 4, 4).
-        within: Distances from which on the result is infinite, shape (m,) [m].
+        within: Distances at or beyond which the result is infinite, shape (m,)
+            [m].
         may_hold: Whether one surface may lie inside the other, shape (m,) bool.
 
     Returns:

@@ -91,10 +91,10 @@ class ImportRequest:
         source: The robot's file, in any format that `read_robot` reads.
         packages: Folders of ROS packages by name, which have precedence over
             found ones.
-        base: One of `BASES`; None guesses from wheels.
+        base: One of `BASES`; None: guessed from the robot's wheels.
         end_effectors: Names of the end effectors' links, by the end effectors'
-            names; empty guesses them.
-        srdf: The robot's SRDF; None looks for one beside the source.
+            names; empty: they are guessed.
+        srdf: The robot's SRDF; None: one beside the source, if there is one.
         arguments: Arguments of a xacro by name.
         tolerance: Distance by which spheres may protrude from links [m].
         made_by: Command line, for comments in the files.

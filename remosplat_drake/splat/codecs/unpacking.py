@@ -32,7 +32,8 @@ _ALWAYS_ALLOWED = 2**26
 pictures compress extremely well [bytes]."""
 
 _MAX_RATIO = 1000
-"""Largest compression ratio of larger files; real data do not reach it."""
+"""Largest compression ratio that is accepted beyond `_ALWAYS_ALLOWED`; real
+data do not reach it."""
 
 
 def read_whole(path: Path) -> bytes:

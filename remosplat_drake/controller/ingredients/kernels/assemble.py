@@ -240,7 +240,7 @@ def assemble_tick(
     """Builds the program of a tick for callers in Python.
 
     Args:
-        parts: See `assemble`, as for all arguments that refer to it.
+        parts: See `assemble`.
         near: See `assemble`.
         robot: See `assemble`.
         movers: The `MoverArrays` at their stamp.

@@ -32,8 +32,8 @@ def blended(space, line, corners, longest):
         line: Identifier of the `PythonCalls` of its map.
         corners: Corners of a free path, no two neighbours equal, shape
             (k, n_q) [rad, m].
-        longest: Largest distance from a corner to the ends of its blend, in
-            radians and metres alike.
+        longest: Largest distance in q from a corner to the ends of its blend; a
+            radian counts like a metre.
 
     Returns:
         Corners of the blended path, shape (m, n_q) [rad, m].

@@ -39,7 +39,8 @@ from remosplat_drake.robot.kinematics import (
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 
 _MOVER_LOOK = 0.02
-"""Motion of a sphere between two samples for standing movers [m]."""
+"""Motion of a sphere between two samples at which its distances from standing
+movers are checked [m]."""
 
 
 @kernel(returns=TRUTH)

@@ -58,7 +58,8 @@ class MapWork(NamedTuple):
         speed: Absolute values of the command, shape (n_u,).
         bend: Bounds on accelerations, -1 if not computed yet, shape (m,)
             [m/s^2].
-        p_WS: Centres at eight samples in W, shape (1, 3, 8), and a number [m].
+        p_WS: Centres of one ball or sphere at eight samples in W, and padding
+            of the same size, shape (2, 3, 8) [m].
         way: Bounds on the paths from each sample to the next, shape (m, 8) [m].
         either: Scratch memory, for one row of `way` with a number before it and
             one after it, shape (10,) [m].

@@ -30,7 +30,7 @@ PARTS = WIDTH - 1
 """Number of parts between the samples."""
 
 ALL_PARTS = 2**PARTS - 1
-"""All of them, as bits."""
+"""All parts between the samples, as a bit mask."""
 
 
 class MotionSamples(NamedTuple):
@@ -115,8 +115,8 @@ def open_parts(room, way):
     """Returns the parts in which distances may be too small, as bits.
 
     Args:
-        room: Rooms at the samples, in memory of 9 numbers or more; the ninth
-            has no effect [m].
+        room: Rooms at the eight samples, followed by at least one number
+            without effect, shape (9 or more,) [m].
         way: Bounds on the paths to the next sample, as lanes [m].
     """
     both = lanes_from(room, 0) + lanes_from(room, 1)

@@ -23,9 +23,9 @@ class SelfMotionWork(NamedTuple):
         p_WL: Centres of the links' boxes, the same.
         pose: Pose of a link in another one, shape (13, 8).
         room: Rooms between two links or shapes at the samples, shape (16,) [m].
-        n_A: For each pair of shapes, a unit vector in the frame A of the first
-            one's link: the direction from the first to the second in which they
-            were apart at last, zero at first, shape (k, 3).
+        n_A: For each pair of shapes, the latest direction that separated them,
+            from the first shape to the second: a unit vector in the frame A of
+            the first one's link, initially zero, shape (k, 3).
         bend: Bounds on the accelerations of links, shape (l or some more,)
             [m/s^2].
         parts: Parts of the motion, with pairs of links.

@@ -15,11 +15,11 @@ _DEPTH = 6
 """Largest number of times that a motion is divided."""
 
 _MOST = 1 + _DEPTH * (PARTS - 1)
-"""Number of parts that may wait."""
+"""Largest number of parts on the stack."""
 
 
 class PartStack(NamedTuple):
-    """Parts that wait, with at most m items each.
+    """A stack of parts to check, with at most m items each.
 
     Python allocates the memory, for the reason given in `own_work.py`.
 
@@ -28,8 +28,8 @@ class PartStack(NamedTuple):
         count: Number of its items, shape (n,).
         waiting: Its items, shape (n, m).
         item: The items of the part that is being checked, shape (m,).
-        open: For each, the parts between two samples that may not be free, as
-            bits, shape (m,).
+        open: For each item, the parts between two samples that are possibly not
+            free, as a bit mask, shape (m,).
         next_item: Items of the parts between two samples, shape (7, m).
         next_count: Number of these, shape (7,).
     """
@@ -96,7 +96,7 @@ def take_part(parts, top):
 
 @helper
 def push_parts(parts, top, start, step, count):
-    """Puts the parts between samples that may not be free on the stack.
+    """Puts the parts that are possibly not free on the stack.
 
     Args:
         parts: The `PartStack`.

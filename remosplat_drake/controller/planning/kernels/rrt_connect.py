@@ -26,7 +26,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.steering import wrapped
 
 _STEP = 2.5
-"""Longest step of a tree, radians and metres alike."""
+"""Longest step of a tree in q; a radian counts like a metre."""
 
 _THERE = 1e-9
 """Distance within which a tree has reached a configuration."""

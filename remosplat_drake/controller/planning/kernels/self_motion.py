@@ -3,8 +3,8 @@
 The motion is sampled at eight times, for each pair of links. Bounding boxes of
 links are compared first, then those of their shapes, and last the shapes
 themselves: a direction that separates them at one sample mostly does so at
-others, too. Each part between two samples that may not be free is sampled in
-the same way, with the links in question.
+others, too. Each part between two samples that is possibly not free is sampled
+in the same way, with the links in question.
 """
 
 import math

@@ -85,8 +85,8 @@ class Trees(NamedTuple):
 def nearest(trees, tree, q, n_base):
     """Returns the node of a tree that is nearest to a configuration.
 
-    Distances are Euclidean over q, in radians and metres alike, with the
-    difference of a base's yaw wrapped.
+    Distances are Euclidean over q: a radian counts like a metre, and the
+    difference of a base's yaw is wrapped.
 
     Args:
         trees: The `Trees`.

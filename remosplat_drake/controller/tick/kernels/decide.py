@@ -49,16 +49,17 @@ and verification rejects curved retreats."""
 
 _NOTABLE = 2e-3
 """An obstacle counts as too near if the demanded speed of retreat is at least
-this [m/s]. By default, it reaches this speed a millimetre inside the scene's
-stopping distance."""
+this [m/s]. With the default settings, this speed is demanded a millimetre
+inside the stopping distance of the scene."""
 
 _DEMANDED = 1e-8
-"""A robot whose command is rejected only retreats if the demanded speed of
-retreat is at least this [m/s]. The value is just above rounding errors."""
+"""If a command is rejected, and the demanded speed of retreat is at least this
+[m/s], the robot retreats instead of moving to its target. The value is just
+above rounding errors."""
 
 _CRAWL = 0.25
-"""A robot that is too near to an obstacle only retreats, instead of moving to
-its target, if the scale of its verified command is below this."""
+"""If a robot is too near to an obstacle, and verification scales its command by
+less than this factor, the robot retreats instead of moving to its target."""
 
 _SELF, _SCENE, _MOVERS, _JOINTS = map(
     PARTS.index,

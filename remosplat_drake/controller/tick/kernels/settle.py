@@ -230,8 +230,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
 
     Args:
         law: The `LawArrays`.
-        given: The `RobotArrays`; the map, its `Misplacement` and the number of
-            the `PythonCalls`; the `StateArrays`; the `RowArrays` of the
+        given: The `RobotArrays`; the map, its `Misplacement` and the identifier
+            of the `PythonCalls`; the `StateArrays`; the `RowArrays` of the
             clearances; the `MoverArrays` at their present age; and the
             `MotionArrays`.
         now: The time of the tick [s].
@@ -243,8 +243,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         guidance: The `GuidanceArrays`.
 
     Returns:
-        The `ProgramArrays`, the result of `decide` for them, and in tuples
-        those of `verified` and `nearest_inside`.
+        The `ProgramArrays`; the result of `decide`; and, as two tuples, the
+        results of `verified` and of `nearest_inside`.
     """
     robot, placed, state, rows, movers, motion = given
     if is_known:

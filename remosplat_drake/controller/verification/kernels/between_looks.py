@@ -146,8 +146,8 @@ def known_rooms(point, start, room, way, tolerance):
             samples, shape (n,) [m].
 
     Returns:
-        Lower bounds on the rooms, and the rooms with which the adjacent parts
-        of the paths are clear, shape (k, n) each [m].
+        Lower bounds on the rooms, and the least rooms that prove the adjacent
+        parts of the paths to be clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))

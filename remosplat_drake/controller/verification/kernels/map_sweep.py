@@ -41,7 +41,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     Args:
         robot: The `RobotArrays`.
         path: The `PathArrays`.
-        placed: The map, its `Misplacement`, and the number of the
+        placed: The map, its `Misplacement`, and the identifier of the
             `PythonCalls`; see `compiled_map.sphere_clearances`.
         p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
         clearance: Clearances of the spheres at the start, or lower bounds of

@@ -1,9 +1,9 @@
 """Checks that spheres keep away from movers, along a path to a standstill.
 
-A moving sphere must be clear of all positions that movers may have reached by
-that time, or move away from all of them. A sphere at rest may be touched, since
-the mover then causes the contact. So the whole path is checked, except for
-spheres that do not move along it.
+At each time, a moving sphere must be clear of all positions that movers may
+have reached by then, or move away from all of them. A sphere at rest may be
+touched, since the mover then causes the contact. So the whole path is checked,
+except for spheres that do not move along it.
 """
 
 import math

@@ -30,7 +30,8 @@ from remosplat_drake.robot.braking import (
 )
 
 _SETTLED = 6.0
-"""Number of time constants after which the rest of a lag is one last piece."""
+"""Number of time constants of a lag that are divided into pieces; the rest of
+the lag is one last piece."""
 
 _GROWTH = 1.5
 """Ratio of the durations of consecutive pieces while a lag settles."""

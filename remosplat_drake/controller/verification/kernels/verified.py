@@ -48,7 +48,7 @@ NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
 
 
 VERDICT = several(reals(1), REAL, WHOLE)
-"""Numba's type of what `verified` returns."""
+"""Numba's type of the result of `verified`."""
 
 
 class OwnArrays(NamedTuple):
@@ -120,9 +120,9 @@ def surroundings(
     """Finds the state and distances where a command begins to act.
 
     Clearances are known at the configuration from which the tick plans, which a
-    robot with delay reaches later. A sphere at the distance x from there has a
-    clearance smaller by at most x. If this bound is not sufficient, the map is
-    queried.
+    robot with delay reaches later. If a sphere is at the distance x from its
+    position in that configuration, its clearance is smaller by at most x. If
+    this bound is not sufficient, the map is queried.
 
     Args:
         robot: See `Around`.

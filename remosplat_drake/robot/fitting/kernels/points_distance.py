@@ -43,7 +43,8 @@ def points_distances(a, b, X_AB, enough, within):
         b: The second set, in frame B.
         X_AB: Poses, shape (m, 4, 4).
         enough: A distance up to this value need not be the least [m].
-        within: Distances from which on the result is infinite, shape (m,) [m].
+        within: Distances at or beyond which the result is infinite, shape (m,)
+            [m].
 
     Returns:
         The distances, infinite from `within` on, shape (m,) [m], and the index
