@@ -35,8 +35,8 @@ CHECKS_A_TICK = 5
 it and the next one."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""The robot counts as at rest if, in this last part of a run [s], its path is
-shorter than this length [m]."""
+"""Duration of the last part of a run [s], and length of the path in this part
+[m] below which the robot counts as at rest."""
 
 
 def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:

@@ -21,8 +21,8 @@ MOST_MOVERS = 5
 """Largest number of movers in a scene."""
 
 SLOWEST, FASTEST = 0.3, 1.0
-"""Greatest speed of movers that cross the robot's path, and of people's hands
-[m/s]."""
+"""Range from which the greatest speed of a mover that crosses the robot's path,
+or of a person's hand, is drawn [m/s]."""
 
 TOLD_SPEED, TOLD_ACCELERATION = 1.6, 4.0
 """Limits of crossing movers, as reported to the robot: walking speed (ISO

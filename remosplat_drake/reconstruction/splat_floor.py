@@ -32,9 +32,9 @@ _NEIGHBOURS = 200
 neighbours of the first point."""
 
 _INNER, _MARGIN = 0.9, 1.2
-"""The scene's radius is the distance from its middle within which this fraction
-of the splats is. Splats beyond this number of radii are ignored as
-background."""
+"""Fraction of the splats inside the scene's radius, which is measured from its
+middle; and distance from the middle, in radii, beyond which splats are ignored
+as background."""
 
 _THICKNESS = 0.01
 """Largest distance of a plane's points from the plane, in radii of the
@@ -48,8 +48,8 @@ _BENEATH = 4.0
 """Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
-"""Two planes count as one if the angle between them [rad] and their distance,
-in radii of the scene, are below these limits."""
+"""Largest angle [rad], and largest distance in radii of the scene, between two
+planes that count as one."""
 
 _RIVAL = 0.5
 """The floor is ambiguous if another plane has more than this fraction of its

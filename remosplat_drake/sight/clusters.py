@@ -11,11 +11,11 @@ in one cell are always connected, and there are fewer cells than points."""
 
 
 def clustered(p_W: np.ndarray, link: float) -> np.ndarray:
-    """Finds connected components of points, by steps up to a length.
+    """Finds clusters: points that are connected by steps of limited length.
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        link: Length of the longest step [m], up to the size of a cell.
+        link: Length of the longest step [m], accurate to the size of a cell.
 
     Returns:
         The number of each point's cluster, counted from 0, shape (n,).

@@ -44,8 +44,9 @@ class Thing:
     ) -> "Thing":
         """Encloses a cluster of points.
 
-        Points close to the robot count as points of the robot. So a thing that
-        is visible up to such points is assumed to touch the robot.
+        Points close to the robot count as points of the robot. So if the
+        visible part of a thing ends at such points, the thing is assumed to
+        touch the robot.
 
         Args:
             shown: The points, shape (n,).

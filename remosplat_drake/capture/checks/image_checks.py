@@ -50,8 +50,8 @@ correlation with that frame's depths exceeds r c + d, where c is their
 correlation with the depths of their own frame."""
 
 _PLANE, _ON_PLANE = 0.02, 0.95
-"""A capture shows only one plane if at least this fraction of its points
-(second number) is within this distance of a plane (first number [m])."""
+"""Distance from a plane [m], and least fraction of a capture's points within
+this distance, if the capture shows only one plane."""
 
 _MAX_EMPTY = 0.2
 """Largest fraction of empty depth images without a warning. A few are normal,

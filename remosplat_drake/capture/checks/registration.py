@@ -30,8 +30,8 @@ _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
 _TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
-"""Shifts up to this fraction of the image's width, or up to this number of
-pixels, are not significant."""
+"""Largest shift that is not significant: a fraction of the image's width, but
+not less than the second value [pixels]."""
 
 _MUCH_WORSE = 0.8
 """Colours are shifted if their correlation without a shift is below this

@@ -19,8 +19,8 @@ from remosplat_drake.capture.checks.overlap import (
 from remosplat_drake.capture.checks.wide_baselines import share_surfaces
 
 _GROUP, _PART = 5, 0.2
-"""A group has at least this number of frames, and at least this fraction of all
-frames that share surfaces."""
+"""Least size of a group: number of frames, and fraction of all frames that
+share surfaces."""
 
 _COARSE, _MIN_SHARED = 40, 0.1
 """Number of points of a view that are projected into other views, and the

@@ -76,8 +76,8 @@ _CAMERA_MODELS = (
 )
 _DEPTH_UNITS = (1e-9, 1e3)
 _FOCAL_LENGTHS, _FARTHEST = (1e-3, 1e7), 1e7
-"""Camera fields of a document: focal lengths, and the principal point from the
-image's corner [pixels]."""
+"""Valid camera fields of a document: range of the focal lengths, and largest
+coordinate of the principal point [pixels]."""
 _SUFFIXES = ("", ".png", ".jpg", ".jpeg")
 _MAX_STEPS = 65535
 

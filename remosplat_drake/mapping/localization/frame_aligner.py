@@ -41,8 +41,8 @@ _MOST_DEVIATIONS = 4.0
 rejected."""
 
 _TRUSTED, _USEFUL = 0.004, 0.015
-"""Largest standard deviation of the base's position for frames in a map, and
-for frames to which others are aligned [m]."""
+"""Largest standard deviations of the base's position [m]: for frames in a map,
+and for frames to which other frames are aligned."""
 
 _LEAST_SIDES = 6.0
 """The first frame must constrain each horizontal direction by at least this
@@ -135,7 +135,7 @@ def make_aligner(
         robot: The robot that carries the camera.
 
     Returns:
-        None if the base is fixed or its odometry is trusted.
+        The aligner; None if the base is fixed or its odometry is trusted.
     """
     if not robot.n_base or not config.corrects_base:
         return None
@@ -278,8 +278,8 @@ class FrameAligner:
                 move with the graph's reference keyframe.
 
         Returns:
-            Poses of the base in the map at the frames with a name, by name,
-            each of shape (3,) [m, rad].
+            Poses of the base in the map at all named frames, by the frames'
+            names, each of shape (3,) [m, rad].
         """
         assert self._latest is not None
         index = {id(kept): i for i, kept in enumerate(graph.kept)}

@@ -37,8 +37,8 @@ _LEAST_OVERLAP = 0.15
 frame's points."""
 
 _NEAR, _OLD = 5, 3
-"""A frame is compared with this number of views that show most of its points,
-and with this number of the oldest views."""
+"""Numbers of views that a frame is compared with: views that show most of its
+points, and the oldest views."""
 
 _CLOSE = 0.012
 """No search for a start is needed if the standard deviation of the prediction

@@ -15,8 +15,8 @@ DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Distances between two cameras that separate the rows of a table [m]."""
 
 GATE, LEAST_COSINE = 0.15, 0.7
-"""Points belong to one surface if they are at most this far apart [m], and the
-cosine between their normals is at least this."""
+"""Largest distance [m], and least cosine between the normals, of two points
+that belong to one surface."""
 
 _MOST = 0.02
 """Limit to which distances between surfaces are clipped when two solutions are

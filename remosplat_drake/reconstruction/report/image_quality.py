@@ -49,7 +49,7 @@ def structural_similarity(
         hidden: Pixels that do not count, shape (h, w), bool; None: all count.
 
     Returns:
-        At most 1, which equal images have; NaN if no pixel counts.
+        The mean, at most 1; 1 for equal images, NaN if no pixel counts.
 
     Raises:
         MissingExtraError: scikit-image is not installed.

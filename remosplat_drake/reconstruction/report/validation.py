@@ -78,8 +78,9 @@ _SWEEPS, _LEAST_DISCS = 4, 1000
 for evaluation."""
 
 _AROUND, _WITNESSES = 0.02, 3
-"""An error counts if this number of measured points within this distance [m]
-have it; a single one may be a flying pixel."""
+"""Distance [m] within which measured points confirm each other's errors, and
+least number of points with an error that counts. A single point may be a flying
+pixel."""
 
 
 _NOTHING = 1.0  # Distance by an oracle without a surface in range [m].

@@ -15,9 +15,9 @@ class CastSolids(NamedTuple):
 
     Attributes:
         is_box: Which are boxes, shape (k,).
-        half_extents: Half extents of boxes; radius, radius and half height of
-            cylinders, shape (k, 3) [m].
-        radius: Radii around these, shape (k,) [m].
+        half_extents: Half extents of each box; for a cylinder its radius, its
+            radius again, and its half height, shape (k, 3) [m].
+        radius: Radii by which these shapes are rounded, shape (k,) [m].
         R_WG: Orientations, shape (k, 3, 3).
         p_WG: Centres in W, shape (k, 3) [m].
         reach: Radii of bounding balls around their centres, shape (k,) [m].
