@@ -11,9 +11,9 @@ The user's module contains a function that makes a controller:
 `robot` is a `RobotModel` (kinematics, limits, spheres), `field` the map as a
 `DistanceField`, `X_WT` the target pose (4, 4) and `dt` the control period [s];
 q is a configuration (n_q,) and u the command (n_u,) for the next dt. On the
-command line, its name is MODULE:FUNCTION. MODULE:FUNCTION:METHOD takes oracle,
-control period and time limit from the shipped method METHOD instead of
-`sdf-hard`.
+command line, the controller's name is MODULE:FUNCTION. MODULE:FUNCTION:METHOD
+takes oracle, control period and time limit from the shipped method METHOD
+instead of `sdf-hard`.
 """
 
 import hashlib

@@ -4,9 +4,9 @@ Drake's `DifferentialInverseKinematicsSystem` supports neither splats nor a base
 that cannot move sideways. This module adapts it as follows, so that the
 comparison is fair:
 
-- It gets the scene's true solids, as the method `sdf-hard` does, so its results
-  are comparable with those of `sdf-hard`. Both have the same spheres, stopping
-  and influence distances, velocity limits and joint-limit margins. The desired
+- The baseline gets the scene's true solids, as the method `sdf-hard` does, so
+  the results of both are comparable. Both have the same spheres, stopping and
+  influence distances, velocity limits and joint-limit margins. The desired
   twist is that of the paper's servo with the paper's gains.
 - The plant's world frame is the robot's base frame B: the base's joints remain
   at zero, and the scene moves. Only the joints x and yaw of the base are

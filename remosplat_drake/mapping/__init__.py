@@ -7,7 +7,7 @@ process, `worker` takes pictures and builds maps according to its `MappingJob`;
 
 A map is made by `map_builder.build_map`: `changes` finds parts that the newest
 frames contradict, `carving` and `base_splat` remove vanished things and add new
-ones, `known_space` computes which part of space was seen.
+ones, and `known_space` computes which part of space was seen.
 
 `store` keeps frames and maps of a session on disk.
 """

@@ -23,9 +23,9 @@ from remosplat_drake.sight.sight_config import SightConfig
 class FollowedMap:
     """Follows the version of a session's map that a control loop names.
 
-    A newer version is read and prepared in a thread; until then, its additions
-    remain new. If the loop returns to an earlier version, or stops sending, the
-    scenario's own map is used at once, which contains less.
+    A newer version is read and prepared in a thread; until then, objects that
+    it adds still count as new. If the loop returns to an earlier version, or
+    stops sending, the scenario's own map, which contains less, is used at once.
 
     Args:
         folder: The session's folder.

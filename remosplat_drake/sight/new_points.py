@@ -48,10 +48,10 @@ def find_new(
 ) -> NewPoints:
     """Finds the new points in an image.
 
-    Excluded are points of the map, with a margin for the errors of depth and
-    camera pose; points of the robot, and those whose line of sight passes
-    through it; points of the floor; and pixels with depths unlike those of all
-    neighbours, as at the edges of things.
+    A point is not new if it is in the map, up to the errors of depth and camera
+    pose; if it is on the robot, or its line of sight passes through the robot;
+    if it is on the floor; or if its depth is unlike the depths of all
+    neighbouring pixels, as at the edges of things.
 
     Args:
         image: The depth image.

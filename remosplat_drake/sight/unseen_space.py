@@ -10,10 +10,10 @@ nothing.
 The places are the voxels of a grid that may contain the centre of a hidden ball
 of radius r. Such a ball contains everything within r - rho of the voxel's
 middle, with rho half the voxel's diagonal. If a camera has looked through that
-middle at most (r - rho) / v ago, with the speed v, then no such centre is in
-the voxel now. The same holds if the middle lies in the robot, in the map, or in
-the floor. A thing that is a union of balls of that radius lies within r of
-their centres.
+middle at most (r - rho) / v ago, with v the speed of hidden things, then no
+such centre is in the voxel now. The same holds if the middle lies in the robot,
+in the map, or in the floor. A thing that is a union of such balls lies within r
+of the voxels that may contain their centres.
 """
 
 import dataclasses as dc

@@ -7,7 +7,7 @@ Paths in the document may point outside the folder, since files are only read.
 
 Depth images are 16-bit or float. In nerfstudio's documents, `depth_file_path`
 is their path, and `depth_unit_scale_factor` their unit (by default a
-millimetre). In those of instant-ngp, these are `depth_path` and
+millimetre). Documents of instant-ngp call them `depth_path` and
 `integer_depth_scale`.
 
 The world frame is the file's. Positions are divided by `applied_scale`, so that

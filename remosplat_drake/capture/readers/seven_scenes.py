@@ -1,10 +1,10 @@
 """Captures in the layout of Microsoft's 7-Scenes and of 3DMatch.
 
 Files `frame-XXXXXX.color.png` (or .jpg), `.depth.png` and `.pose.txt` lie in
-one folder; `camera-intrinsics.txt` in that one or the one above. Poses are
-camera-to-world (OpenCV axes). Depth is in millimetres, and 0 or 65535 where
-unknown. It must be registered to colour, since both images use the one camera
-of the file.
+one folder; `camera-intrinsics.txt` in the same folder or in its parent. Poses
+are camera-to-world (OpenCV axes). Depth is in millimetres, and 0 or 65535 where
+unknown. Depth must be registered to colour, since the file describes only one
+camera for both images.
 """
 
 from collections.abc import Iterator, Sequence

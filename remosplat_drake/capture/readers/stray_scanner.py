@@ -1,11 +1,11 @@
 """Captures of the Stray Scanner app.
 
-`rgb.mp4` is the colour video, `depth/NNNNNN.png` are millimetres and
-`confidence/NNNNNN.png` ARKit's levels. `odometry.csv` has a row for each
-frame: time, number, position, quaternion and, in newer versions, the camera at
-the video's size (`fx, fy, cx, cy`); older ones have one `camera_matrix.csv`.
-The app writes poses with OpenCV axes into ARKit's world, whose y axis points
-up.
+`rgb.mp4` is the colour video, `depth/NNNNNN.png` contain depths in millimetres,
+and `confidence/NNNNNN.png` ARKit's levels of confidence. `odometry.csv` has a
+row for each frame: time, number, position, quaternion and, in newer versions,
+the camera at the video's size (`fx, fy, cx, cy`); older ones have one
+`camera_matrix.csv`. The app writes poses with OpenCV axes into ARKit's world,
+whose y axis points up.
 """
 
 import csv

@@ -8,14 +8,14 @@ depths, s = 1 + e_1. The residual e of the point is
     s e = n_W . (p_W - p_WB) - (d + n . B_B e),
     p_W = p_WA + R_WA (p + B_A e).
 
-It is divided by the scale s, since otherwise a smaller world would have smaller
-residuals. The error of a view's pose is a rotation vector theta_W about its
-centre and a translation t_W of the centre, so
+The residual is divided by the scale s, since otherwise a smaller world would
+have smaller residuals. The error of a view's pose is a rotation vector theta_W
+about its centre and a translation t_W of the centre, so
 
     s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
     s de/dtheta_B = -(p_W - p_WB) x n,
     de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
-    s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale:
+    s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale.
 
 A pair constrains only the relative pose of its views. So an equation has 6 + k
 numbers: the derivatives with respect to theta_A, t_A and the shared errors.

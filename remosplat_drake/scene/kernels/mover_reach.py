@@ -319,11 +319,14 @@ def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
 def is_retreat(depth, touching, ahead, aside) -> bool:
     """Returns whether a sphere moves away from all contacts with a mover.
 
-    The core may be anywhere within its reach of the predicted core, which is a
-    convex set. Let h be the distance of the sphere's centre from this set, and
-    n the direction to it. Then all points of the core are at least h away from
-    the centre, measured along n. A core point in contact is at most R away from
-    the centre, and so at most sqrt(R^2 - h^2) away perpendicular to n.
+    The core may be anywhere within its reach of the predicted core. These
+    places form a convex set. Let h be the distance of the sphere's centre from
+    this set, and n the direction to it. Then all points of the core are at
+    least h away from the centre, measured along n. A core point in contact is
+    at most R away from the centre, and so at most sqrt(R^2 - h^2) away
+    perpendicular to n. A motion of the sphere by -a along n and by b
+    perpendicular to n moves away from all such points if a h >= b sqrt(R^2 -
+    h^2).
 
     Args:
         depth: h [m].

@@ -34,9 +34,9 @@ def cylinder_distance(x, y, z, size):
     """Computes the signed distance to a cylinder along z, and its gradient.
 
     The cylinder is centred at the origin; `size` contains radius and half
-    height [m]. For a point inside that is equally near to mantle and end, the
-    closest point is on the mantle. For a point on the axis, the radial
-    direction is x.
+    height [m]. For a point inside that is equally near to the lateral surface
+    and to an end, the closest point is on the lateral surface. For a point on
+    the axis, the radial direction is x.
     """
     rho = np.sqrt(x * x + y * y)
     ux, uy = (x / rho, y / rho) if rho > 1e-12 else (1.0, 0.0)
