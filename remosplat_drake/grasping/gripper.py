@@ -218,8 +218,8 @@ class ParallelGripper:
         needed *= float(np.hypot(1.0, turning))
         if needed > self.max_force:
             raise RemoSplatError(
-                f"an object of {mass:g} kg needs a force of {needed:.0f} N of"
-                f" each finger, which has at most {self.max_force:g} N"
+                f"an object of {mass:g} kg needs a force of {needed:.0f} N from"
+                f" each finger; the hand has at most {self.max_force:g} N"
             )
         return needed
 

@@ -42,7 +42,7 @@ class Actuator(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields an error if both a lag and a ramp are given."""
         if self.time_constant and self.acceleration is not None:
-            yield "acceleration", "excludes a time_constant: give one of them"
+            yield "acceleration", "cannot be used with a time_constant"
 
     @property
     def parameters(self) -> tuple[float, float, float, float]:

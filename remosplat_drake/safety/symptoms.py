@@ -212,7 +212,7 @@ def _of_clearance(
     if mover:
         yield Symptom(
             CLEARANCE,
-            f"{mover} came nearer than {1e3 * least:.1f} mm:"
+            f"{mover} came nearer than {1e3 * least:.1f} mm, to"
             f" {1e3 * clearances.minimum():.1f} mm",
             law.config.clearance_dwell,
         )

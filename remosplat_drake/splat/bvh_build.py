@@ -21,8 +21,8 @@ from remosplat_drake.splat.bvh_splits import (
 )
 
 LEAF_STRIDE = 16
-"""Factor by which the link to a leaf contains the leaf's first place; see
-`leaf_range`."""
+"""The link to a leaf encodes the leaf's first place times this factor, plus the
+number of its boxes; see `leaf_range`."""
 
 PIECE = 1 << 17
 """Largest number of boxes of a piece, which is sorted by one thread."""

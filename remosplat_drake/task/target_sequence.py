@@ -193,7 +193,7 @@ class TargetSequence(LeafSystem):
         )
 
     def error(self, context: Context) -> PoseError:
-        """Returns the error to the present target; of several, the largest.
+        """Returns the pose error to the present target, the largest of several.
 
         Args:
             context: The system's own context.

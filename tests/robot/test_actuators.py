@@ -63,7 +63,7 @@ def test_a_dead_band_swallows_what_is_too_slow():
 
 
 def test_a_lag_and_a_ramp_exclude_each_other():
-    with pytest.raises(FieldError, match="excludes a time_constant"):
+    with pytest.raises(FieldError, match="cannot be used with a time_constant"):
         Actuator(time_constant=0.1, acceleration=1.0)
 
 

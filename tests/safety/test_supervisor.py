@@ -356,7 +356,10 @@ def test_nothing_is_set_going_beside_a_person():
 
 @pytest.mark.parametrize(
     ("away", "said"),
-    [(0.12, "Ada came nearer than 16.0 mm: 10.0 mm"), (0.3, "clearance 10.0")],
+    [
+        (0.12, "Ada came nearer than 16.0 mm, to 10.0 mm"),
+        (0.3, "clearance 10.0"),
+    ],
 )
 def test_who_came_too_near_is_told_from_a_wrong_map(running, away, said):
     """A live map shows her, too, and what it shows is where she stands."""

@@ -99,7 +99,7 @@ def test_values_that_no_splat_can_have(tmp_path, name):
 @pytest.mark.parametrize(
     ("header", "problem"),
     [
-        ((b"NOPE", 2, 1, 0, 12, 0, 0), "gzipped, but not of splats"),
+        ((b"NOPE", 2, 1, 0, 12, 0, 0), "gzipped, but without splats"),
         ((b"NGSP", 5, 1, 0, 12, 0, 0), "version 5"),
         ((b"NGSP", 4, 1, 0, 12, 0, 0), "version 4"),
         ((b"NGSP", 2, 0, 0, 12, 0, 0), "holds no splats"),

@@ -103,7 +103,7 @@ class CollisionSettings(NamedTuple):
 
 @helper
 def approach_speed(own, scale, stopping, margin):
-    """Computes the law's greatest speed of approach [m/s].
+    """Computes the greatest speed of approach that the damper permits [m/s].
 
     Args:
         own: The `CollisionSettings`, or the configuration.

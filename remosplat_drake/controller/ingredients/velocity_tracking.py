@@ -19,7 +19,7 @@ class VelocityTracking:
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the cost sum_i w_i (u_i - u*_i)^2 / 2; see `Ingredient`.
 
-        The weights w compensate for the axes' different bounds.
+        u* is `Aim.u`. The weights w compensate for the axes' different bounds.
         """
         u = np.zeros(program.n_u) if tick.aim.u is None else tick.aim.u
         weights = 1.0 / tick.robot.velocity_limit**2

@@ -141,7 +141,7 @@ class PlantUrdf:
         if any(True for _ in self._shapes(world)):
             findings.guess(
                 "left out",
-                "shapes of the world itself; a scenario's scene has them",
+                "shapes of the world itself; add them to a scenario's scene",
             )
         return root
 

@@ -69,7 +69,7 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
         raise urdf.fail(
             "--end-effector",
             f"needed once or several times: {len(ends)} chains are equally"
-            f" long, to {listed([end.child for end in ends])}",
+            f" long; they end at {listed([end.child for end in ends])}",
         )
     if not ends:
         return [Tool(urdf.base, "nothing moves", False)]

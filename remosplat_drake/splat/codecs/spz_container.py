@@ -106,7 +106,7 @@ def _parse_header(
         raise FileError(path, "truncated: it ends within the header")
     magic, *fields = _COMMON.unpack_from(data)
     if magic != SPZ_MAGIC:
-        raise FileError(path, "not an SPZ file: gzipped, but not of splats")
+        raise FileError(path, "not an SPZ file: gzipped, but without splats")
     header = SpzHeader(*fields)
     if header.version not in versions:
         raise FileError(

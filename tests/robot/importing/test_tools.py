@@ -146,6 +146,6 @@ def test_three_arms_are_asked_for_in_one_line():
     with pytest.raises(
         FieldError,
         match=r"--end-effector: needed once or several times: 3 chains are"
-        r" equally long, to a_link_6, b_link_6, c_link_6",
+        r" equally long; they end at a_link_6, b_link_6, c_link_6",
     ):
         find_tools(urdf, Srdf())
