@@ -165,7 +165,7 @@ def test_the_force_carries_the_weight_and_more(gripper):
     # 10 mm beside the axis, three times the arm at which a patch of 5 mm turns.
     lever = gripper.force(0.2, 0.5, lever=0.01)
     np.testing.assert_allclose(lever, 4.905 * 10**0.5)
-    with pytest.raises(RemoSplatError, match="which has at most 70 N"):
+    with pytest.raises(RemoSplatError, match="the hand has at most 70 N"):
         gripper.force(4.0, 0.5)
 
 
