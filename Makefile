@@ -8,6 +8,10 @@ DEV := $(VENV)/.dev
 DOCS := $(VENV)/.docs
 SOURCES := remosplat_drake apps tests docs/hooks
 
+# The tests start hundreds of processes. Where this variable is set, as in many
+# containers, each of them would compile all of the project's modules again.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: run test test-all smoke browser fuzz check lint format types docs \
   bench kernels wheel clean help
 

@@ -4,6 +4,7 @@ The size of a file, its nesting and the expansion of its aliases are limited, so
 that reading any file ends after a short time.
 """
 
+import functools
 import re
 import typing
 from pathlib import Path
@@ -73,8 +74,12 @@ class _Loader(yaml.SafeLoader):
         return node
 
 
+@functools.lru_cache(maxsize=64)
 def compose(text: str, where: str) -> yaml.Node:
     """Parses YAML into the root node of its document.
+
+    The latest documents are kept, since a scenario's name is looked up in all
+    shipped files. Callers must not change the nodes.
 
     Args:
         text: YAML text.
