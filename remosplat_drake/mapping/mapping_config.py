@@ -27,7 +27,7 @@ class MappingConfig(Config):
     # Lower corner, in the world frame W, of the box in which seen space is
     # recorded [m]; space outside counts as unseen.
     volume_lower: Position = dc.field(default_factory=lambda: [-2.5, -2.5, 0.0])
-    # Upper corner of that box, in W [m].
+    # Upper corner, in W, of the box in which seen space is recorded [m].
     volume_upper: Position = dc.field(default_factory=lambda: [2.5, 2.5, 2.5])
     # Distance around the robot, at each frame, within which space counts as
     # seen [m]; it should exceed the distance that the controller keeps.
@@ -43,17 +43,17 @@ class MappingConfig(Config):
     discs: Annotated[int, Interval(ge=1, le=10_000_000)] = 40_000
     # Largest distance of mapped surfaces from the camera [m].
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 3.0
-    # Largest number of frames of a map. Of two from nearly the same pose, the
-    # older one is removed first, and then the oldest ones.
+    # Largest number of frames of a map. Older frames from nearly the same poses
+    # are removed first, then the oldest frames.
     max_frames: Annotated[int, Interval(ge=1, le=10_000)] = 80
-    # Standard deviation of the drift rate of the base's odometry [m/s]; 0 with
-    # `odometry_turn: 0`: measured poses are used unchanged. Otherwise frames
-    # are aligned to each other, and the base to the map.
+    # Standard deviation of the drift rate of the base's odometry [m/s]. If this
+    # and `odometry_turn` are 0, measured poses are used unchanged. Otherwise
+    # frames are aligned to each other, and the base to the map.
     odometry_drift: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
-    # The same for its heading [rad/s].
+    # Standard deviation of the drift rate of the odometry's heading [rad/s].
     odometry_turn: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
-    # Greatest speed at which the base's pose is corrected [m/s]; its heading
-    # follows at as many rad/s.
+    # Greatest speed at which the base's position is corrected [m/s]; the
+    # heading is corrected by at most the same number of rad/s.
     correction_speed: Annotated[float, Interval(gt=0, le=0.5)] = 0.05
     # Exact time after which a map takes effect in simulations that run faster
     # than real time [s]; absent: as soon as it is built.

@@ -96,7 +96,7 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
 
 
 def _unpack(path: Path, packed: np.ndarray, shape: list[int]) -> np.ndarray:
-    """The states (nx, ny, nz) of packed and deflated ones."""
+    """Unpacks deflated states to an array (nx, ny, nz)."""
     size = 2 * math.prod(shape)
     damaged = FileError(path, "is damaged: its number of voxels is wrong")
     try:

@@ -18,30 +18,33 @@ from remosplat_drake.robot.robot_model import RobotModel
 class SightCameraConfig(Config):
     """A depth camera, fixed in the world or on the robot."""
 
-    # Its display name; `remosplat camera-sim --camera NAME` simulates it.
+    # Display name of the camera; `remosplat camera-sim --camera NAME` simulates
+    # it.
     name: Annotated[str, Len(1, 40)] = "room"
-    # LCM channel of its images, lcmt_image_array; empty: its name in capitals
-    # with the suffix _CAMERA.
+    # LCM channel of the images (lcmt_image_array); empty: the camera's name in
+    # capitals with the suffix _CAMERA.
     channel: Annotated[str, Len(0, 63)] = ""
-    # Name of the robot model's frame that carries it; empty: it is fixed in W.
+    # Name of the robot model's frame that carries the camera; empty: the camera
+    # is fixed in W.
     frame: str = ""
-    # Position of the camera, in W or in that frame [m].
+    # Position of the camera in `frame`, or else in W [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw of its axes, x right in the image, y down, z ahead
-    # (OpenCV); absent: none, or `look_at` [deg].
+    # Roll, pitch and yaw [deg] of the camera's axes: x right in the image, y
+    # down, z ahead (OpenCV). If absent, `look_at` determines them; without it,
+    # they are 0.
     rpy_deg: RollPitchYawDeg | None = None
-    # A point in W at which a fixed camera points, upright, in place of
-    # `rpy_deg` [m].
+    # Point in W at which a fixed, upright camera points [m], in place of
+    # `rpy_deg`.
     look_at: Position | None = None
-    # Width of its images [pixels].
+    # Width of the images [pixels].
     width: Annotated[int, Interval(ge=16, le=4096)] = 640
-    # Height of its images [pixels].
+    # Height of the images [pixels].
     height: Annotated[int, Interval(ge=16, le=4096)] = 480
     # Vertical field of view [deg].
     fov_y_deg: Annotated[float, Interval(gt=0, lt=180)] = 58.0
-    # Least depth that it measures [m].
+    # Least depth that the camera measures [m].
     min_depth: Annotated[float, Interval(gt=0, le=10)] = 0.28
-    # Greatest depth that it measures [m].
+    # Greatest depth that the camera measures [m].
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 4.0
     # Images per second, in simulation.
     rate: Annotated[float, Interval(gt=0, le=200)] = 30.0

@@ -20,18 +20,18 @@ class SightConfig(Config):
 
     # Lower corner, in W, of the box in which movers are detected [m].
     lower: Position = dc.field(default_factory=lambda: [-3.0, -3.0, -0.2])
-    # Upper corner of that box [m].
+    # Upper corner, in W, of the box in which movers are detected [m].
     upper: Position = dc.field(default_factory=lambda: [4.0, 3.0, 2.4])
     # Height in W below which everything is the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=1)] = 0.03
-    # Largest number of examined pixels in a row; of wider images, every second,
-    # third, ... is examined.
+    # Largest number of examined pixels in a row; of wider images, only every
+    # n-th pixel is examined.
     columns: Annotated[int, Interval(ge=16, le=1280)] = 160
     # Depths beyond this are ignored [m].
     range: Annotated[float, Interval(gt=0, le=20)] = 4.0
     # Standard deviation of a depth at the camera itself [m].
     depth_error: Annotated[float, Interval(ge=0, le=0.1)] = 0.002
-    # Growth of that standard deviation with the squared depth [1/m].
+    # Growth of the depth's standard deviation with the squared depth [1/m].
     depth_growth: Annotated[float, Interval(ge=0, le=0.1)] = 0.0038
     # Number of standard deviations in the bound of a measurement error.
     sigmas: Annotated[float, Interval(ge=1, le=10)] = 3.0
@@ -42,7 +42,7 @@ class SightConfig(Config):
     robot_margin: Annotated[float, Interval(ge=0, le=0.5)] = 0.04
     # Largest distance between neighbouring points of one thing [m].
     link: Annotated[float, Interval(ge=0.02, le=1)] = 0.12
-    # Fewest points of a thing, in one image.
+    # Least number of points of a thing, in one image.
     least_points: Annotated[int, Interval(ge=1, le=1000)] = 5
     # Assumed depth of a thing behind its visible face, unless another camera
     # looks through [m].

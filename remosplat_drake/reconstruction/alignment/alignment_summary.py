@@ -49,9 +49,10 @@ class CameraError(Config):
     value: _SIGNED = 0.0
     # Its standard deviation [unit].
     deviation: _SIZE = 0.0
-    # Unit of both; empty for a plain number.
+    # Unit of size and deviation; empty for a plain number.
     unit: str = ""
-    # Whether the capture was corrected; insignificant errors are not.
+    # Whether the error was corrected in the capture; insignificant errors are
+    # not corrected.
     undone: bool = False
 
     def __str__(self) -> str:
@@ -97,7 +98,7 @@ class AlignmentSummary(Config):
     position_std: _SIZE = 0.0
     # Number of groups of views that share no surface.
     groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
-    # Residuals before and after, by the distance of the views.
+    # Residuals before and after the refinement, by the cameras' distance.
     rows: list[ResidualRow] = dc.field(default_factory=list)
     # Errors that all images share; none in reports of older versions.
     camera: list[CameraError] = dc.field(default_factory=list)

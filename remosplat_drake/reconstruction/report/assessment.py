@@ -161,7 +161,7 @@ def assess(
 
 
 def _judged(report: QualityReport, own: float) -> QualityReport:
-    """The report with the numbers and the words that follow from its own."""
+    """Returns the report with the values and the verdict from its data."""
     best = reference_of(report)
     over = max(d.over for d in report.distances if d.reference == best)
     report.uncertainty = own

@@ -102,6 +102,6 @@ def score_pictures(
 
 
 def _mean(scores: list[float]) -> float:
-    """Over the views that show anything; 0 if none does."""
+    """Mean over the views that have a value; 0 if none has one."""
     known = [score for score in scores if np.isfinite(score)]
     return float(np.mean(known)) if known else 0.0

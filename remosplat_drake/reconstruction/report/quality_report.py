@@ -58,8 +58,8 @@ class DistanceErrors(Config):
     # Over-estimates after subtraction of the splats' uncertainty [m]; None: not
     # measured.
     remaining: Length | None = None
-    # Fraction of the points at which no distance is too large after this
-    # subtraction.
+    # Fraction of the points at which no distance is too large after subtraction
+    # of the uncertainty.
     covered: Share = 0.0
 
 
@@ -69,7 +69,7 @@ class ImageScores(Config):
 
     # Number of views.
     views: Count = 0
-    # Whether these views were not trained on.
+    # Whether these views were not used for training.
     held_out: bool = True
     # Mean peak signal-to-noise ratio of the views [dB].
     psnr: Annotated[float, Interval(ge=-1000, le=1000)] = 0.0

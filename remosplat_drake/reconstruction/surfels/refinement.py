@@ -66,8 +66,8 @@ class RefinementConfig:
     sweeps: int = 8
     # Sweeps end when 99 % of the surfels move by less than this [m].
     converged: float = 2e-4
-    # Heights over a surface that belong to it independent of noise, in the
-    # first sweep and in the last [m]; each sweep halves it.
+    # Height up to which points belong to a surface, independent of noise, in
+    # the first sweep and in the last one [m]. Each sweep halves it.
     tolerance: tuple[float, float] = (0.012, 0.0015)
     # Radius of the window around a surfel, as a multiple of its spacing.
     window: float = 1.6
@@ -77,12 +77,12 @@ class RefinementConfig:
     # [m], and its growth with z^2 [1/m]. A common factor of both is then
     # estimated from the capture.
     noise: tuple[float, float] = (1e-3, 2e-3)
-    # Views that see a surfel more slantingly than this cosine are ignored.
+    # Least cosine of the angle of incidence at which a view sees a surfel.
     min_cosine: float = 0.1
     # Standard deviation of a disc as a multiple of its surfel's spacing.
     scale: float = 0.62
-    # Surfels nearer to a better known one than this fraction of their spacing
-    # are dropped.
+    # A surfel is dropped if a better known surfel is nearer than this fraction
+    # of its spacing.
     crowding: float = 0.35
     # Opacity of a disc that many views confirm.
     opacity: float = 0.95

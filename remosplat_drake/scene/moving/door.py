@@ -46,15 +46,15 @@ class SwingingDoor(Config):
     height: Side = 2.0
     # Thickness [m].
     thickness: Annotated[float, Interval(gt=0, le=1)] = 0.04
-    # Its angles over time; with a single one it does not move.
+    # Angles of the door over time; with a single angle, it does not move.
     angles: Annotated[list[DoorAngle], Len(1, 1000)] = dc.field(
         default_factory=lambda: [DoorAngle()]
     )
-    # Speed limit of all its points, as reported to the robot; absent: its
-    # largest actual speed [m/s].
+    # Speed limit of all points of the door, as reported to the robot [m/s];
+    # absent: the largest actual speed.
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # Acceleration limit of all its points, as reported to the robot; absent:
-    # its largest actual acceleration [m/s^2].
+    # Acceleration limit of all points of the door, as reported to the robot
+    # [m/s^2]; absent: the largest actual acceleration.
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -78,7 +78,7 @@ class Step(Config):
 class Reach(Config):
     """A point for which a person reaches with the right hand."""
 
-    # When the hand begins to leave the side [s].
+    # Time at which the hand begins to leave the person's side [s].
     time: Time = 0.0
     # Time for which the hand stays at the point [s].
     duration: Annotated[float, Interval(ge=0, le=1000)] = 1.0

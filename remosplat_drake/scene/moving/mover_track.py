@@ -54,22 +54,22 @@ class MoverConfig(Config):
 
     # Its display name.
     name: str = "mover"
-    # Half side lengths of its core, a box; three zeros make a sphere, two a
-    # capsule along the third axis [m].
+    # Half side lengths of the mover's core, a box [m]; three zeros make a
+    # sphere, two a capsule along the third axis.
     half_extents: Annotated[list[Size], Len(3, 3)] = dc.field(
         default_factory=lambda: [0.0] * 3
     )
     # Radius around the core [m].
     radius: Annotated[float, Interval(ge=0, le=10)] = 0.1
-    # Its poses over time; with a single one it does not move.
+    # Poses of the mover over time; with a single pose, it does not move.
     waypoints: Annotated[list[WaypointConfig], Len(1, 1000)] = dc.field(
         default_factory=lambda: [WaypointConfig()]
     )
-    # Speed limit of all points of its core, as reported to the robot; absent:
-    # the track's largest speed [m/s].
+    # Speed limit of all points of the core, as reported to the robot [m/s];
+    # absent: the track's largest speed.
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # Acceleration limit of all points of its core, as reported to the robot;
-    # absent: the track's largest acceleration [m/s^2].
+    # Acceleration limit of all points of the core, as reported to the robot
+    # [m/s^2]; absent: the track's largest acceleration.
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -23,10 +23,10 @@ class Person(Config):
 
     # Display name of the person.
     name: str = "person"
-    # From the floor to the top of the head [m].
+    # Height, from the floor to the top of the head [m].
     height: Annotated[float, Interval(ge=1.0, le=2.2)] = 1.75
-    # Positions of the person over time; with a single one the person stands
-    # there.
+    # Positions of the person over time; with a single position, the person
+    # stands there.
     walk: Annotated[list[Step], Len(1, 1000)] = dc.field(
         default_factory=lambda: [Step()]
     )
@@ -34,11 +34,11 @@ class Person(Config):
     reaches: Annotated[list[Reach], Len(0, 100)] = dc.field(
         default_factory=list
     )
-    # Speed limit of all parts, as reported to the robot; absent: the largest
-    # actual speed of each [m/s].
+    # Speed limit of all parts, as reported to the robot [m/s]; absent: the
+    # largest actual speed of each part.
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # Acceleration limit of all parts, as reported to the robot; absent: the
-    # largest actual acceleration of each [m/s^2].
+    # Acceleration limit of all parts, as reported to the robot [m/s^2]; absent:
+    # the largest actual acceleration of each part.
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
