@@ -24,9 +24,9 @@ from remosplat_drake.signals.thing import Thing
 class UncertainPlacement(DistanceField):
     """A distance field for a robot with an uncertain base pose.
 
-    Distances are those of the map minus the margin w of the sphere, divided by
-    1 + t, with the largest heading error t, since w changes by t per metre. So
-    the field stays 1-Lipschitz and conservative.
+    The margin w of a sphere is subtracted from its distance to the map. The
+    result is divided by 1 + t, with the largest heading error t, since w
+    changes by t per metre. So the field stays 1-Lipschitz and conservative.
     """
 
     def __init__(

@@ -45,7 +45,7 @@ class Symptom:
         name: Name of the rule that found it.
         message: What is wrong, in words for a person.
         dwell: Time that it may last before the robot must stop [s].
-        axis: Index in u of the axis that it is about; None if about none.
+        axis: Index in u of the axis that it concerns; None for none.
     """
 
     name: str

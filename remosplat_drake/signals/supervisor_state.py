@@ -47,8 +47,8 @@ class SupervisorState:
         reason: Why the supervisor stopped the robot, or the missing condition
             for a start; empty while running.
         symptom: Name of the rule that stopped the robot; empty while none has.
-        axis: Index in u of the axis that the reason is about; None if it is
-            about none.
+        axis: Index in u of the axis that the reason concerns; None if it
+            concerns none.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].

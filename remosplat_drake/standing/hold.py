@@ -135,10 +135,11 @@ def find_hold(
 def beside_mover(
     hold: Hold, robot: RobotModel, q: np.ndarray, movers: Movers, time: float
 ) -> Hold:
-    """Adds the point of a mover that is nearest to the link that waits for it.
+    """Adds the point of the mover that is nearest to the waiting link.
 
     Args:
-        hold: The cause; one that is not a mover is returned unchanged.
+        hold: The cause that holds the robot. If it is no mover, it is returned
+            unchanged.
         robot: The robot.
         q: Its configuration, shape (n_q,) [m, rad].
         movers: The movers.
@@ -239,7 +240,7 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
 def scene_hold(
     report: TickReport, robot: RobotModel, name: Naming, i: int
 ) -> Hold:
-    """Returns the hold by the obstacle of a row of the clearances.
+    """Returns the hold by the obstacle that a row of the clearances describes.
 
     Args:
         report: The latest tick.

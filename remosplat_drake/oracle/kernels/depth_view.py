@@ -211,8 +211,8 @@ def views_beyond(limit, distance, seen):
 def children_on_ray(splats, node, views, ray_W, rules):
     """Returns the children that a ray meets between `near` and `far`, as bits.
 
-    Boxes are enlarged by the spread of the low-pass filter, and may lie behind
-    `far` by the uncertainty of their splats.
+    Boxes are enlarged by the spread of the low-pass filter. A box also counts
+    if it is behind `far` by at most the uncertainty of its splats.
     """
     at = ROWS * WIDTH * node
     slack = in_all(0.0)
