@@ -1,9 +1,9 @@
 """Checks that a moving robot may change to a new map or a new pose.
 
-A command was verified in the map at the time of its computation. While it is
-executed, a new map may replace that map if the rest of the command and its
-braking ramp are also allowed in the new map. Then the next tick starts with a
-ramp that is verified in the new map.
+Each command was verified in the map that was in use when it was computed. While
+it is executed, a new map may replace that map if the rest of the command and
+its braking ramp are also allowed in the new map. Then the next tick starts with
+a ramp that is verified in the new map.
 """
 
 import numpy as np

@@ -5,10 +5,11 @@ from the definition in `DepthSensor`:
 
 - *order*: gsplat sorts a disc by one depth for all pixels of a view, so that
   overlapping discs that are not parallel may swap. This causes nearly all of
-  the difference: of the views of a trained scene with a surface within 0.5 m, a
-  quarter to a half differ by more than a millimetre, and 1 % by more than 7 to
-  14 mm. The distance of spheres that touch nothing is over-estimated by at most
-  6 mm; by 37 mm with a floor of coarse discs, which swap most.
+  the difference: of the views with a surface within 0.5 m, a quarter to a half
+  differ by more than a millimetre, and 1 % by more than 7 to 14 mm, depending
+  on the trained scene. The distance of spheres that touch nothing is
+  over-estimated by at most 6 mm; by 37 mm with a floor of coarse discs, which
+  swap most.
 - *outline*: discs end where their alpha falls below 1/255 (3.3 standard
   deviations of an opaque one), not at `n_sigma`.
 - *planes*: fragments before the near or behind the far plane still absorb

@@ -35,8 +35,8 @@ class SphereToEllipsoidField(DistanceField):
     nearest surface point. A 2DGS splat is a flat, filled disc, which has no
     inside: the distance of a sphere's centre is never negative, the direction
     flips when the centre crosses the disc, and for a centre exactly on the disc
-    it is the disc's normal R_WK[:, 2]. A sphere that intersects an ellipsoid or
-    a disc has a negative clearance.
+    the direction is the disc's normal R_WK[:, 2]. A sphere that intersects an
+    ellipsoid or a disc has a negative clearance.
 
     If splats have an uncertainty, the true surface may be that much in front of
     them. A sphere's clearance is then the least over all splats of distance

@@ -6,10 +6,10 @@ from one frame to the next, after a time t, as
     b' = b + (R(b_yaw - o_yaw) (o'_xy - o_xy), o'_yaw - o_yaw) + r v + noise,
     v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
 
-with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process of
-deviation sigma and correlation time tau, and the noise of b and v follows from
-the exact integral of this process (Bar-Shalom et al., "Estimation with
-applications to tracking and navigation", 2001, section 8.2.3).
+with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process with
+standard deviation sigma and correlation time tau, and the noise of b and v
+follows from the exact integral of this process (Bar-Shalom et al., "Estimation
+with applications to tracking and navigation", 2001, section 8.2.3).
 """
 
 import dataclasses as dc

@@ -43,12 +43,12 @@ class HandReading:
         return abs(self.rate) < STILL
 
     def is_narrower(self, held: float) -> bool:
-        """Returns whether the hand is too narrow to hold something.
+        """Returns whether the fingers are too close to hold the object.
 
         Only the width counts, since many hands measure no force.
 
         Args:
-            held: The hand's width around the object [m].
+            held: Width of the hand when it holds the object [m].
         """
         return self.width < held - SLIP
 

@@ -45,8 +45,8 @@ def without_thickness(splat: GaussianSplat) -> GaussianSplat:
 def with_thickness(splat: GaussianSplat) -> GaussianSplat:
     """Turns discs into ellipsoids as thin as `THICKNESS`; keeps ellipsoids.
 
-    If a scale of a disc is below `THICKNESS`, the ellipsoid's shortest axis is
-    another one than the disc's normal.
+    If a scale of a disc is below `THICKNESS`, the disc's normal is not the
+    shortest axis of the ellipsoid.
     """
     if not splat.is_surfel:
         return splat

@@ -193,10 +193,10 @@ def _of_row(
 
 
 def pressures(binding: Binding) -> np.ndarray:
-    """Computes the pressure on each active row, which measures its effect.
+    """Computes the pressure on each active row, a measure of its effect.
 
-    These are the multipliers of the program's optimum, each times the length
-    of its row, shape (k,).
+    The pressure on a row is its multiplier at the program's optimum, times the
+    length of the row. The result has the shape (k,).
 
     Args:
         binding: The rows that hold with equality.

@@ -85,7 +85,7 @@ def advance_selection(
     interrupted: Callable[[], bool] = lambda: False,
     threads: int = 1,
 ) -> Selection:
-    """Advances rollouts by at most `budget` steps, and decides if possible.
+    """Advances rollouts by up to `budget` steps; selects if enough is known.
 
     A new target or a new map starts a new round. The candidates of a tier (a
     stopping distance) start from the robot's state when the tier begins. So a

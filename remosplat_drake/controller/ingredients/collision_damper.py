@@ -134,11 +134,12 @@ def add_collision_damper(own, k, tick, program):
     would soon be at its stopping distance, where the curvature of its path
     alone brings it nearer, and verification rejects every command. In addition,
     a steep law limits the approach to sqrt(a (d - d_s)), where a is the
-    sphere's greatest deceleration within the acceleration limits; half of a
-    suffices to stop. Neither limit applies on a planned path, which keeps away
-    from obstacles and slows down early. Finally, no row of a steep law demands
-    a deceleration beyond the acceleration limits, since no command could
-    satisfy it. Verification then still rejects commands that are not safe.
+    sphere's greatest deceleration within the acceleration limits; to stop from
+    this speed, half of a suffices. Neither limit applies on a planned path,
+    which keeps away from obstacles and slows down early. Finally, no row of a
+    steep law demands a deceleration beyond the acceleration limits, since no
+    command could satisfy it. Verification then still rejects commands that are
+    not safe.
 
     The tube bounds the deviation of a sphere from its path [m]; it is zero for
     a robot without delay. Verification subtracts the tube, too. If the program

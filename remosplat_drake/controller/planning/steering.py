@@ -1,9 +1,10 @@
 """Steering: the motion between two configurations, with piecewise constant u.
 
 An arm moves on a straight line in joint space. A differential base cannot slip
-sideways: it turns towards the goal, drives there, and turns. An omnidirectional
-base drives and turns simultaneously, on arcs so short that they stay near the
-straight line. The arm's joints move uniformly during the base's motion.
+sideways: it turns towards the goal, drives there, and turns again. An
+omnidirectional base drives and turns simultaneously, on arcs so short that they
+stay near the straight line. The arm's joints move uniformly during the base's
+motion.
 """
 
 import math

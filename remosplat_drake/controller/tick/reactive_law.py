@@ -71,8 +71,8 @@ class ReactiveLaw:
 
         law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
 
-    For other steps, in rollouts for example, derive the law with `with_step`,
-    which keeps all ingredients.
+    For another period, in rollouts for example, derive the law with
+    `with_step`, which keeps all ingredients.
 
     Attributes:
         robot: The robot.

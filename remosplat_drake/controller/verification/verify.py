@@ -12,7 +12,8 @@ the smallest stopping distance used. Then
 
 - at the end of every tick the distance is at least min(d_s, d_0),
 - at all times it is at least min(d_s, d_0) - `TOLERANCE`, and
-- no joint is ever beyond its limits, or farther than it was at the start,
+- no joint is ever beyond its limits or, if it started beyond them, farther
+  beyond them than at the start,
 
 if
 

@@ -31,8 +31,8 @@ _AIM = 4e-3
 postures keep `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
-"""Distance of a protruding point from the surface below which a piece is not
-cut [m]. Sampled points of the surface are about as far from each other."""
+"""A piece is not cut at points that protrude from the surface by less than this
+[m]: sampled points of the surface are about as far from each other."""
 
 _SEARCHES = 3
 """Number of searches for larger errors. After the first, a search covers only

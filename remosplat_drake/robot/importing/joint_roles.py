@@ -108,8 +108,8 @@ def has_wheels(urdf: Urdf) -> bool:
 def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
     """Returns whether a joint opens or closes a hand.
 
-    If a joint follows another joint on the same link, both are fingers, with
-    any names.
+    If a joint follows another joint on the same link, both are fingers,
+    regardless of their names.
 
     Args:
         urdf: The robot.

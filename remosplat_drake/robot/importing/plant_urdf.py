@@ -1,4 +1,4 @@
-"""Converts a plant that Drake has parsed to a URDF.
+"""Converts a plant, as parsed by Drake, to a URDF.
 
 So all formats are processed in the same way. Frames of links are preserved. If
 a joint's axis does not pass through the origin of its child link, an additional

@@ -70,7 +70,7 @@ def joint_element(
 def transmission_element(joint: str) -> Element:
     """Returns the <transmission> of a motor that drives a joint directly.
 
-    Drake makes a joint's actuator of it, with the joint's effort limit.
+    From it, Drake makes the joint's actuator, with the joint's effort limit.
 
     Args:
         joint: Name of the joint.

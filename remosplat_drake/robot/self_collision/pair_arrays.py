@@ -10,7 +10,8 @@ from remosplat_drake.base.lanes import WIDTH
 def vertex_blocks(vertices: np.ndarray) -> np.ndarray:
     """Arranges the vertices of a hull in blocks of eight, by coordinate.
 
-    Kernels read eight of them at a time. The last vertex fills the last block.
+    Kernels read eight vertices at a time. The last block is padded with the
+    last vertex.
 
     Args:
         vertices: The vertices, shape (n, 3) [m].

@@ -145,7 +145,7 @@ def look(space, line, at, wanted, room, least):
         line: Identifier of the `PythonCalls` of its map.
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
-        wanted: Rooms up to which results are exact, shape (n,) [m].
+        wanted: Rooms up to these values are computed exactly, shape (n,) [m].
         room: Input: lower bounds on the rooms; output: queried rooms, shape
             (n,) [m].
         least: Least permitted room [m].

@@ -19,8 +19,9 @@ class MapQueries(NamedTuple):
         p_WS: Its centre in W, shape (n, 3) [m].
         R_WL: Orientation of its link, which only maps in Python use, shape (n,
             3, 3).
-        wanted: Rooms up to which results are exact, shape (n,) [m].
-        reach: Clearances up to which results are exact, shape (n,) [m].
+        wanted: Rooms up to these values are computed exactly, shape (n,) [m].
+        reach: Clearances up to these values are computed exactly, shape (n,)
+            [m].
         room: Output: rooms, which are clearances minus required ones, shape
             (n,) [m].
     """

@@ -1,7 +1,7 @@
 """`MotionSamples`: a part of a motion at eight equidistant times.
 
 Both ends of the part are among them. SIMD lanes hold the values of the eight
-samples, so these take little longer than one.
+samples, so that eight samples take little longer than one.
 
 Let r_k be the excess of a distance over the required one at a sample, and s_k a
 bound on the path of the moving point from there to the next sample. If r_k +
