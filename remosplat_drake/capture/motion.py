@@ -7,8 +7,8 @@ LONGEST_STEP = 0.2
 """Longest time between neighbouring frames for a known velocity [s]."""
 
 ACCELERATION_SPAN = 0.1
-"""Time before and after a frame at which the velocities are taken whose
-difference gives its acceleration [s]."""
+"""A frame's acceleration is computed from the velocities this long before and
+after the frame [s]."""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:

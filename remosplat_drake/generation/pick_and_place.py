@@ -109,8 +109,8 @@ def pick_and_place(
 ) -> PickAndPlace:
     """Generates a problem of picking and placing.
 
-    - `table`: a Panda before a table, which is as high as its foot or up to
-      0.15 higher; the goal is another place on it.
+    - `table`: a Panda before a table, whose top is as high as the Panda's foot
+      or up to 0.15 m higher; the goal is another place on the table.
     - `shelf`: as `table`, but the goal is in a bay beside the robot.
     - `room`: Frankie drives through a doorway to a table (family `room` of the
       scenes), and puts the target elsewhere on it.

@@ -59,8 +59,9 @@ def frames_to_keep(
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
         most: Greatest number of frames to keep.
-        hides: Returns whether the first of two frames from nearly the same
-            pose, by index, masks surfaces of the second, older one.
+        hides: Function of the indices of two frames from nearly the same pose.
+            It returns whether the first, newer frame masks surfaces of the
+            second one.
 
     Returns:
         Indices of the frames to keep, ascending.

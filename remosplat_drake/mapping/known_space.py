@@ -53,8 +53,8 @@ def known_space(
     Args:
         capture: The frames that may mark space as free, without their outdated
             parts.
-        come: Pixels of the frames that show things that were not in older ones,
-            shape (n, h, w) bool.
+        come: Pixels that show things that were not in older frames, shape (n,
+            h, w) bool.
         measured: Voxels that contain measured points, see `measured_in_box`.
         splat_W: All surfaces, in W.
         robot_free: The robot's spheres at the poses at which frames were taken;

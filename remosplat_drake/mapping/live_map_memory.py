@@ -32,7 +32,7 @@ class LiveMapMemory:
             answered by then, and whether the answer is a map.
         correction: The newest correction of the base's odometry.
         tracked: Time of the latest localisation of the base [s].
-        candidate: A map that does not have effect yet, and the pose of the
+        candidate: A map that has not taken effect yet, and the pose of the
             odometry in it; None for none.
         hold: Reason why the candidate must not take effect and the robot is
             stopped; empty for none.

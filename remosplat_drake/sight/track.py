@@ -14,7 +14,8 @@ TRUSTED = 2
 """Number of images that must show a small thing before it is reported."""
 
 _PLAIN = 40
-"""Least number of points of a thing that is reported after its first image."""
+"""A thing with at least this number of points is reported after its first
+image."""
 
 _HIDDEN_PARTS = 2
 """Largest number of boxes around the hidden part of a thing."""

@@ -245,9 +245,9 @@ def best_start(
     """Finds a start for the refinement of the last keyframe's pose.
 
     From a poor start, the refinement would match upright surfaces with those of
-    other objects. So among many positions around the prediction, the one is
-    chosen at which the most points of the keyframe are on surfaces of the
-    others.
+    other objects. So many positions around the prediction are tried. The one
+    with the largest number of the keyframe's points on surfaces of other
+    keyframes is chosen.
 
     Args:
         keyframes: The keyframes.

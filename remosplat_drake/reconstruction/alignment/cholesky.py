@@ -4,10 +4,10 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""Values that are added, one after the other, to the diagonal of the matrix,
-which is first scaled to ones, until the matrix can be factorised. Exact images
-need a value above 0, since they make some directions 1e15 times as certain as
-others."""
+"""The matrix is scaled to a diagonal of ones. Then these values are added to
+the diagonal, one after the other, until the matrix can be factorised. Exact
+images need a value above 0, since they make some directions 1e15 times as
+certain as others."""
 
 
 def lower_factor(H: np.ndarray) -> np.ndarray:

@@ -163,7 +163,7 @@ def page_path(splat: Path) -> Path:
 
 
 def pose_path(splat: Path) -> Path:
-    """Returns the path of the file with the pose of the capture in the splat.
+    """Returns the path of the file with the capture's pose in the splat.
 
     There is no such file if the two frames are the same.
     """

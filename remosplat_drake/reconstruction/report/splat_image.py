@@ -1,7 +1,8 @@
 """Colour and depth images of a splat through any pinhole camera (numba).
 
-So neither a GPU nor a training framework is needed to view a reconstruction.
-The images equal those of `splat_image_reference.render`, pixel for pixel.
+The images are computed on the CPU, so neither a GPU nor a training framework is
+needed to view a reconstruction. The images equal those of
+`splat_image_reference.render`, pixel for pixel.
 """
 
 import dataclasses as dc

@@ -16,7 +16,8 @@ def uncrowded(
     """Selects the most certain of crowded surfels (non-maximum suppression).
 
     A faint surfel, about which views contain little information, is removed if
-    a well-known surfel is within its spacing, since its normal is unreliable.
+    a well-known surfel is within its spacing, since the normal of the faint
+    surfel is unreliable.
 
     Args:
         surfels: The n surfels.

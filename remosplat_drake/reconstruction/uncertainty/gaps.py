@@ -48,11 +48,11 @@ degrees."""
 def gaps(
     splat_W: GaussianSplat, measured: MeasuredVoxels
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measures the distances of measured points from a splat, without noise.
+    """Measures the distances of measured points from a splat, less noise.
 
-    Noise displaces a point along its ray. So the result is the least distance
-    from the splat of all positions on the ray within `_SIGNIFICANT` standard
-    deviations of the point.
+    Noise displaces a point along its ray. So the result for a point is the
+    least distance between the splat and any position on the ray within
+    `_SIGNIFICANT` standard deviations of the point.
 
     Args:
         splat_W: Discs, in W.
