@@ -71,8 +71,8 @@ class RecordedRun:
         """Reads every version of the map that the run used.
 
         Returns:
-            The maps by version, and a message for each unreadable one, which is
-            replaced by an empty map.
+            The maps, keyed by version, and a message for each unreadable map,
+            which is replaced by an empty map.
         """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():

@@ -80,7 +80,8 @@ def as_number(where: object, field: str, value: object) -> float:
     """Checks that a value of a document is a finite number.
 
     Raises:
-        FieldError: The value is not one; the error names `where` and `field`.
+        FieldError: The value is something else; the error names `where` and
+            `field`.
     """
     if (
         isinstance(value, bool)
@@ -99,7 +100,8 @@ def as_whole_number(
     """Checks that a value of a document is a whole number in [least, most].
 
     Raises:
-        FieldError: The value is not one; the error names `where` and `field`.
+        FieldError: The value is something else; the error names `where` and
+            `field`.
     """
     if (
         isinstance(value, bool)

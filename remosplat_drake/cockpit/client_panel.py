@@ -43,7 +43,7 @@ class Crew(Protocol):
     """The functions of the page that a client's panel calls."""
 
     def stop(self) -> None:
-        """Stops the robot; every client may."""
+        """Stops the robot; every client may do so."""
         ...
 
     def admit(self, panel: "ClientPanel", code: str) -> str:

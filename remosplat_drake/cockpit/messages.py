@@ -98,7 +98,7 @@ class Look:
         held_link: Name of the link that is held, or that a stop concerns; empty
             if there is none.
         cause: The cause that holds the robot, one of `standing.CAUSES`; empty
-            if none does.
+            if nothing holds it.
         p_WHeld: Point at which the robot is held, or that a stop concerns,
             shape (3,) [m]; None if there is none.
         target: The target's state, in words.

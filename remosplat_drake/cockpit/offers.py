@@ -81,7 +81,7 @@ class Trouble:
         p_WHome: Position of the end effector if the arm were at home and the
             base did not move, shape (3,) [m].
         p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
-            None if something else is.
+            None if another obstacle is in the way.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without one.
         is_cut_off: Whether no path leads to the target. If so, targets beside

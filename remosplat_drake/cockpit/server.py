@@ -205,7 +205,7 @@ class Page:
                 self._send(CodeIssued(self._authority.code, why))
 
     def stop(self) -> None:
-        """Stops the robot; every client may."""
+        """Stops the robot; every client may do so."""
         self._desk.stop()
 
     def show_unseen(self, shown: bool) -> None:

@@ -122,7 +122,7 @@ def drive(
 
 
 def log_is_whole(application: Application, console: Console) -> bool:
-    """Prints which files of a run are incomplete; returns whether none is.
+    """Prints which files of a run are incomplete.
 
     Args:
         application: The diagram that ran; its log is closed.

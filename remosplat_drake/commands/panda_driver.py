@@ -67,8 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulated",
         action="store_true",
         help=(
-            "drive a simulated arm (hardware-sim), which aborts as a real "
-            "one does"
+            "drive a simulated arm (hardware-sim), which aborts like a real "
+            "arm"
         ),
     )
     parser.add_argument(

@@ -257,7 +257,7 @@ def _suggest(
         path.unlink(missing_ok=True)
         console.print(
             f"no scenario: {prepared.placement.words} (--up capture: z is up"
-            " and z = 0 the floor)",
+            " and z = 0 is the floor)",
             soft_wrap=True,
         )
         return

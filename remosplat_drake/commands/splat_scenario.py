@@ -100,7 +100,7 @@ def load_given(
 
 
 def _splat_of(spec: str) -> Path | None:
-    """Returns the splat file that a command line names; None if a scenario."""
+    """Returns the splat file that a command line names, if any."""
     if split_spec(spec) is not None or spec in shipped_scenarios():
         return None
     path = expand(spec)

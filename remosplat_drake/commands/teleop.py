@@ -192,8 +192,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     log = application.log
     assert log is not None
-    # With a page, a stopped robot waits for its release there. A real robot
-    # waits for a person who arms it, unless the run has a fixed duration.
+    # With a page, a stopped robot waits for its release on the page. A real
+    # robot waits for a person who arms it, unless the run has a fixed duration.
     waits = arguments.hardware and math.isinf(arguments.duration)
     try:
         console.print(

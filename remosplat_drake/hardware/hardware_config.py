@@ -132,7 +132,8 @@ class HardwareConfig(Config):
     # is scaled by one factor.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
     # Longest time from a command to the base until its odometry shows the
-    # motion [s]. The robot is stopped if the base has not followed by then.
+    # motion [s]. The robot is stopped if the base has not followed within this
+    # time.
     base_delay: Annotated[float, Interval(ge=0, le=1)] = 0.25
     # Permitted difference of the base's motion from its commands and from its
     # measured speeds, as a fraction of the distance, since wheels slip. Beyond

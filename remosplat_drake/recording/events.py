@@ -32,7 +32,7 @@ class Event:
         kind: `SUPERVISOR`, `STANDING`, `MAP`, `TARGET`, `REQUEST` or
             `TROUBLE`.
         text: Description of the event, for display.
-        version: Version of the map, in events that are about one.
+        version: Version of the map, in events about a map.
         link: Name of the link that is held from now on; empty if none.
         place: Point in W at which the link was first held [m]; None if there is
             none.

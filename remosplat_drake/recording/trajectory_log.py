@@ -132,7 +132,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """What is missing in the files, as a sentence; empty if nothing is."""
+        """What is missing in the files, as a sentence; empty if complete."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 

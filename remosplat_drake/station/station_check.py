@@ -1,4 +1,4 @@
-"""Checks that a station has the ports that every station has."""
+"""Checks that a station has the ports that controllers require."""
 
 from collections.abc import Iterator
 

@@ -97,7 +97,7 @@ def gamepad_velocity(
 
 
 def _beyond_dead_zone(axes: Sequence[float], i: int, zone: float) -> float:
-    """Returns a stick's position, zero in the dead zone and continuous."""
+    """Returns a stick's position, zero in the dead zone and then continuous."""
     value = _value(axes, i, -1.0)
     return float(np.sign(value) * max(abs(value) - zone, 0.0) / (1.0 - zone))
 

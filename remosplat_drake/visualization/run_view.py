@@ -154,5 +154,5 @@ def draw_targets(diagram: Diagram, aim: Aim) -> None:
 
 
 def _named(path: str, effector: str) -> str:
-    """Returns the scene path of an item that each end effector has."""
+    """Returns the path in the scene tree of an end effector's item."""
     return f"{path}_{effector}" if effector else path

@@ -77,7 +77,7 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
 def robot_stop(
     reading: Reading, robot: RobotModel, config: HardwareConfig
 ) -> str:
-    """Returns the reason why the robot may not move; empty if it may.
+    """Returns why the robot may not move; empty if it may move.
 
     Args:
         reading: The latest states of its drivers.

@@ -67,7 +67,7 @@ def AddController(
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
         rest: Condition under which a robot at a reached target stands still;
-            None if it never does.
+            None: the robot never stands still.
     """
     return ReactiveController.AddToBuilder(
         builder,

@@ -303,7 +303,7 @@ class VariantCache:
         self._kernel = kernel
 
     def load_overload(self, arguments: Types, target_context: Any) -> Any:
-        """Returns a variant's compile result from disk; None if not there."""
+        """Returns a variant's compile result from disk; None if absent."""
         variant = self._kernel.variant(tuple(arguments))
         target_context.refresh()  # It links Numba's runtime.
         compiled = variant.load(target_context)

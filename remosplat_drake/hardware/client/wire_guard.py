@@ -166,7 +166,8 @@ class Watch:
 
         Args:
             now: Our wall clock [s].
-            listens_only: Whether we send no commands, so that others may.
+            listens_only: Whether we send no commands, so that other programs
+                may send commands.
         """
         if not listens_only:
             channels: Mapping = {**self._commands, SESSION_LEASE: self._claims}

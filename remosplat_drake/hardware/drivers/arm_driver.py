@@ -26,7 +26,7 @@ AT_REST = 1e-3
 
 COMMAND_PERIOD = 0.008
 """Shortest time between two commands to an arm [s]. A Universal Robots
-controller takes some milliseconds for each."""
+controller takes some milliseconds for each command."""
 
 
 @dc.dataclass(frozen=True, eq=False)

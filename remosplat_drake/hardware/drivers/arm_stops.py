@@ -21,7 +21,7 @@ class ArmHold(NamedTuple):
 
     Attributes:
         mode: The arm's mode, a value of lcmt_panda_status.robot_mode.
-        reason: Why the arm must not move; empty if it may.
+        reason: Why the arm must not move; empty if it may move.
     """
 
     mode: int = lcmt_panda_status.kMove

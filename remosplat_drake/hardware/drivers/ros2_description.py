@@ -26,7 +26,7 @@ class Ros2Description:
         self._problem = "nothing came yet"
 
     def problem(self) -> str:
-        """Returns why the robot must not move; empty if it may."""
+        """Returns why the robot must not move; empty if it may move."""
         for sample in taken(self._reader):
             self._take(sample.data)
         return f"{self._topic}: {self._problem}" if self._problem else ""

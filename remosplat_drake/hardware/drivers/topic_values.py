@@ -42,7 +42,7 @@ class TopicValues(Generic[Value]):
         }
 
     def silence(self, name: str, t: float) -> float:
-        """Returns how long a topic has been silent [s]; inf if it always was.
+        """Returns how long a topic has been silent [s]; inf if always.
 
         Args:
             name: Name of the topic.

@@ -39,7 +39,7 @@ FAULTS = {
     "base-status-delay": "the base's statuses come VALUE seconds late"
     " (default 0.05)",
     "panda-py": "the arm lags as with panda-py's IntegratedVelocity",
-    "base-mute": "the base's statuses report no stops, as ROS odometry does",
+    "base-mute": "the base's statuses report no stops, like ROS odometry",
     "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
     "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
     "base-drift": "the base's odometry drifts by VALUE m/s (default 0.02)",

@@ -306,7 +306,7 @@ class HardwareSim:
 
 
 def _make_arm(robot: RobotModel) -> SimulatedArm:
-    """Makes the arm's driver: libfranka's law for a Panda, otherwise ramps."""
+    """Makes the arm's driver; that of a Panda has libfranka's law."""
     arm = slice(robot.n_q - len(robot.home), robot.n_q)
     rates = slice(robot.n_base, robot.n_u)
     limits = ArmLimits(

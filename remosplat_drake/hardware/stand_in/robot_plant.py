@@ -120,8 +120,8 @@ class RobotPlant:
     ) -> None:
         """Advances the robot to time t.
 
-        If a step of the bodies ends by then, this command is used for the whole
-        step.
+        If a step of the bodies ends by time t, this command is used for the
+        whole step.
 
         Args:
             t: Time at the end of the step [s].

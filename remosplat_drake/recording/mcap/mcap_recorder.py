@@ -97,7 +97,7 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """What is missing in the file, as a sentence; empty if nothing is."""
+        """What is missing in the file, as a sentence; empty if complete."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
