@@ -67,8 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulated",
         action="store_true",
         help=(
-            "drive a simulated arm (hardware-sim), which aborts like a real "
-            "arm"
+            "drive a simulated arm (hardware-sim), which aborts like a real arm"
         ),
     )
     parser.add_argument(
