@@ -51,7 +51,7 @@ class DelayedRun:
 
 
 class DelayedRobot:
-    """A robot that moves by a model of its actuators.
+    """A robot whose motion follows a model of its actuators.
 
     Attributes:
         q: The true configurations so far, one per step, (n_q,) [m, rad].

@@ -1,4 +1,4 @@
-"""Finds classes of other packages, which files name `package.module:Class`.
+"""Finds classes of other packages, named `package.module:Class` in files.
 
 A field accepts such a class if its annotation contains a `Protocol`:
 

@@ -228,7 +228,7 @@ def trouble_of(
         robot: The robot, with one end effector.
         q: Its configuration, shape (n_q,) [rad, m].
         X_EC: Pose of its wrist camera in the end effector's frame, shape (4,
-            4); None if no frame of it can be added to the map.
+            4); None if no frame of this camera can be added to the map.
 
     Returns:
         The situation; None if other targets would not help, for example while

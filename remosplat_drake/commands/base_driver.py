@@ -138,7 +138,7 @@ def _arcl(
 
 
 def _password(arguments: argparse.Namespace) -> str:
-    """Reads ARCL's password from a file, since command lines are public."""
+    """Reads ARCL's password from a file: other users can see command lines."""
     path = arguments.arcl_password_file
     if path is None:
         raise FieldError("--arcl", arguments.arcl, "needs --arcl-password-file")

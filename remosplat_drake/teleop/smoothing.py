@@ -20,8 +20,8 @@ the rotation by more than this angle [rad]."""
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:
     """Returns the largest speed from which braking takes a given distance.
 
-    A speed of n + f steps of acceleration * dt, with f in [0, 1), brakes
-    over (n (n + 1) / 2 + (n + 1) f) * acceleration * dt^2; this is the
+    A speed of n + f steps of acceleration * dt, with f in [0, 1), brakes over
+    (n (n + 1) / 2 + (n + 1) f) * acceleration * dt^2; this function is the
     inverse.
 
     Args:

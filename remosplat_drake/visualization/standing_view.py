@@ -41,10 +41,11 @@ class StandingView(LeafSystem):
 
     `configuration` takes the measured q, `standing` the `Standing`. If an
     obstacle or a limit holds the robot before its target, or the supervisor
-    stops it, the affected link glows, and a ring marks the affected point of
-    scene, mover or joint, if there is one. A replay shows both, too. In a run
-    without a supervisor, this view also shows the sentence about the robot's
-    state in the page's bar; otherwise the `SafetyPanel` shows it.
+    stops it, the affected link glows, and a ring marks the point of the scene,
+    the mover or the joint that is the cause, if there is one. A replay shows
+    both, too. In a run without a supervisor, this view also shows the sentence
+    about the robot's state in the page's bar; otherwise the `SafetyPanel` shows
+    it.
 
     Args:
         page: The page to draw on.

@@ -182,7 +182,7 @@ def with_odometry(
 
 
 def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
-    """Returns the filter after a jump of the odometry: its P is larger.
+    """Returns the filter, with a larger P, after a jump of the odometry.
 
     Args:
         known: The filter after the odometry message that jumped.

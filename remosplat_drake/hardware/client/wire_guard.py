@@ -44,7 +44,7 @@ _MOST_NAMES = 100
 
 @dc.dataclass
 class Senders:
-    """The senders of one channel, by address.
+    """The senders of one channel, keyed by address.
 
     Attributes:
         heard: Time of each sender's last packet [s].

@@ -94,7 +94,7 @@ class Mesh(IdlStruct, typename="shape_msgs::msg::dds_::Mesh_"):
 @dc.dataclass
 @final
 class Plane(IdlStruct, typename="shape_msgs::msg::dds_::Plane_"):
-    """shape_msgs/Plane: a plane by its equation."""
+    """shape_msgs/Plane: a plane, given by its equation."""
 
     coef: array[float64, 4] = dc.field(default_factory=lambda: [0.0] * 4)
 
