@@ -83,8 +83,9 @@ class MapSummary:
 def least_opacity(oracle: OracleMaker) -> float:
     """Returns the opacity below which an oracle ignores a splat.
 
-    Depth views have no such threshold; there a splat counts if `LAYERS` of its
-    kind make a surface. For other oracles it is unknown.
+    Depth views have no such threshold. For them, it is the opacity of which
+    `LAYERS` splats, one behind the other, are opaque. For other oracles it is
+    unknown, and 0 is returned.
     """
     if isinstance(oracle, SphereToEllipsoid):
         return oracle.min_opacity

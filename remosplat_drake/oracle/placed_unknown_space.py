@@ -85,7 +85,8 @@ class PlacedUnknownSpace(DistanceField):
         """Measures the clearances of all spheres; see `DistanceField`.
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         if self._is_upright:
             floor = spheres.ignore_below - self._p_WG[2]

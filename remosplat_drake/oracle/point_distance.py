@@ -57,13 +57,17 @@ class PointDistanceField(DistanceField):
             max_distance: Rows at or beyond this distance are left out [m].
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         floors = np.asarray(spheres.ignore_below, float)
         bound = spheres.radius + max_distance
         finite = np.isfinite(spheres.p_WS).all()
         if not finite or np.isnan(bound).any() or np.isnan(floors).any():
-            raise ValueError("a sphere's centre, radius or floor is undefined")
+            raise ValueError(
+                "a sphere's centre is not finite, or its radius or"
+                " ignore_below is NaN"
+            )
         offset = np.full(len(spheres), np.inf)
         p_WC = np.zeros((len(spheres), 3))
         for floor in np.unique(floors):

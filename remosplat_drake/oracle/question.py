@@ -9,7 +9,9 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, clearance_rows
 from remosplat_drake.signals.distance_field import Clearances
 
-UNDEFINED = "a sphere's centre, radius or floor is undefined"
+UNDEFINED = (
+    "a sphere's centre is not finite, or its radius or ignore_below is NaN"
+)
 """Error for undefined spheres. Comparisons with NaN are false, so such a sphere
 would count as free."""
 
@@ -26,7 +28,8 @@ def asked_in_one(
         revision: Name of the maps' content.
 
     Raises:
-        ValueError: A centre is not finite, or a radius or floor is NaN.
+        ValueError: A centre is not finite, or a radius or `ignore_below` is
+            NaN.
     """
     sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
         maps,
@@ -55,7 +58,8 @@ def question(spheres: Spheres, max_distance: float) -> np.ndarray:
         (n, 6).
 
     Raises:
-        ValueError: A centre is not finite, or a radius or floor is NaN.
+        ValueError: A centre is not finite, or a radius or `ignore_below` is
+            NaN.
     """
     asked = np.empty((len(spheres), 6))
     asked[:, :3] = spheres.p_WS

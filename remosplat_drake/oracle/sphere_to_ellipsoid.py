@@ -163,7 +163,8 @@ class SphereToEllipsoidField(DistanceField):
             At most one row per sphere.
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         if self._num_threads == 1:
             maps = self.compiled_rows

@@ -109,7 +109,8 @@ class UnknownSpaceField(DistanceField):
             max_distance: Rows at or beyond this distance are left out [m].
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         asked = question(spheres, max_distance)
         answer = np.empty((len(spheres), 8))

@@ -156,7 +156,7 @@ def load_sphere_model(path: Path) -> SphereModel:
     Raises:
         FileError: The file cannot be read, or holds no spheres.
         FieldError: A sphere is not four finite numbers with radius > 0, or
-            `include` names no such file.
+            `include` names a file that is missing or invalid.
     """
     spheres = load_link_table(SphereFile, path, "spheres")
     links = [link for link, rows in spheres.items() for _ in rows or []]

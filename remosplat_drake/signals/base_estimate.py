@@ -84,7 +84,7 @@ class BaseEstimate:
         return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
 
     def certain(self) -> "BaseEstimate":
-        """Returns the estimate with an exact pose, which defines W."""
+        """Returns this estimate with its pose, which defines W, as exact."""
         P = np.zeros((6, 6))
         P[:3, :3] = np.diag(_WHITE**2)
         P[3:, 3:] = self.covariance[3:, 3:]

@@ -162,7 +162,7 @@ class Target:
 
     @property
     def asks_for_all_of_place(self) -> bool:
-        """Whether no direction of the position is free."""
+        """Whether all translations have a weight."""
         return not set(self.free) & {"x", "y", "z"}
 
     @property

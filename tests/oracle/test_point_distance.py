@@ -69,7 +69,7 @@ def test_refuses_what_is_no_cloud(points):
 
 def test_refuses_an_undefined_sphere():
     dut = PointDistanceField(np.zeros((1, 3)))
-    with pytest.raises(ValueError, match="undefined"):
+    with pytest.raises(ValueError, match="not finite"):
         dut.clearances(Spheres.at([[np.nan, 0, 0]]))
 
 

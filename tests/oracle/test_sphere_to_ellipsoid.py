@@ -454,7 +454,7 @@ def test_rejects_undefined_spheres(name):
     field = SphereToEllipsoidField(make_splat([0, 0, 0], [1.0, 1.0]))
     spheres = Spheres.at(np.zeros((2, 3)))
     getattr(spheres, name)[1] = np.nan
-    with pytest.raises(ValueError, match="undefined"):
+    with pytest.raises(ValueError, match="not finite"):
         field.clearances(spheres)
 
 

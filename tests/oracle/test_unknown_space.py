@@ -109,7 +109,7 @@ def test_a_grid_must_be_one_and_hold_something_seen():
 
 def test_an_undefined_sphere_is_refused():
     dut = with_one(7, 5, 5)
-    with pytest.raises(ValueError, match="undefined"):
+    with pytest.raises(ValueError, match="not finite"):
         dut.clearances(Spheres.at([np.nan, 0, 0]))
 
 

@@ -68,7 +68,7 @@ def unpack_rule(packed: PackedRule) -> SelectionRule:
         packed: The rule as bytes.
 
     Raises:
-        TransferError: A part, which the text names, cannot be loaded here.
+        TransferError: A part cannot be loaded here; the text names it.
     """
     try:
         return pickle.loads(packed.whole, buffers=packed.arrays)

@@ -85,7 +85,7 @@ def added(
 
     Raises:
         TermError: A term cannot be used; the text names it and its ingredient.
-        NameTakenError: Two terms of a kind have one name.
+        NameTakenError: Two terms of one kind have the same name.
         IngredientError: An ingredient raises.
     """
     program = ReactiveProgram.within(bounds, taken)

@@ -17,7 +17,7 @@ class TermError(RemoSplatError, ValueError):
 
 
 class NameTakenError(RemoSplatError, ValueError):
-    """Two terms of a kind have one name: an error in the law's definition."""
+    """The law is defined wrongly: two terms of one kind have the same name."""
 
 
 @dc.dataclass(frozen=True)

@@ -22,7 +22,7 @@ def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
 
     Raises:
         TermError: A term cannot be used; the text names it and its ingredient.
-        NameTakenError: Two terms of a kind have one name.
+        NameTakenError: Two terms of one kind have the same name.
         IngredientError: An ingredient raises.
     """
     # Copies, since Numba compiles for writable arrays.

@@ -204,7 +204,7 @@ class ReactiveLaw:
         Raises:
             TermError: A term cannot be used; the text names it and its
                 ingredient.
-            NameTakenError: Two terms of a kind have one name.
+            NameTakenError: Two terms of one kind have the same name.
             IngredientError: An ingredient raises.
         """
         return program_of(self.compiled, tick)

@@ -91,7 +91,7 @@ def run_tick(
         the braking ramp.
 
     Raises:
-        NameTakenError: Two terms of a kind have one name.
+        NameTakenError: Two terms of one kind have the same name.
         IngredientError: An ingredient from outside raises.
     """
     start = perf_counter()

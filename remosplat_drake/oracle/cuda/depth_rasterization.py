@@ -159,7 +159,8 @@ class CudaDepthField(DistanceField):
             Up to six rows per sphere, sorted by sphere, then by view.
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         asked = question(spheres, max_distance)
         reach = self._bound(asked[:, 3])

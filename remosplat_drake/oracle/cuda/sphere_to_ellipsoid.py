@@ -107,7 +107,8 @@ class CudaSphereToEllipsoidField(DistanceField):
             At most one row per sphere.
 
         Raises:
-            ValueError: A centre is not finite, or a radius or floor is NaN.
+            ValueError: A centre is not finite, or a radius or `ignore_below` is
+                NaN.
         """
         asked = question(spheres, max_distance)
         rows = sphere_rows(asked[:, :3], asked[:, 3], asked[:, 4])

@@ -42,7 +42,8 @@ _SIDES = 32
 """Number of sides of the prism around a cylinder, which is 0.5 % wider."""
 
 _DIRECTIONS = 300
-"""Number of corners of the polyhedron around an ellipsoid, 2 % larger."""
+"""Number of corners of the polyhedron around an ellipsoid, which is 2 %
+larger."""
 
 _CORNERS = np.array(
     [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float

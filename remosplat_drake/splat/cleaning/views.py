@@ -89,8 +89,8 @@ class Views:
 def read_views(path: Path) -> Views:
     """Reads the cameras of a `transforms.json`.
 
-    Poses are used unchanged, in unit and frame of a splat that was trained from
-    them. Lens distortion is ignored.
+    Poses are used unchanged: they have the unit and the frame of a splat that
+    was trained from them. Lens distortion is ignored.
 
     Args:
         path: The file.
@@ -117,7 +117,7 @@ def _view(
         raise FieldError(str(path), name, "expected an object")
 
     def number(key: str, default: float | None = None) -> float:
-        """A positive number of the frame, or else of the document."""
+        """A positive number from the frame, or else from the document."""
         value = frame.get(key, document.get(key, default))
         field = f"{name}.{key}" if key in frame else key
         value = as_number(path, field, value)

@@ -26,8 +26,7 @@ class SelfMotionWork(NamedTuple):
         n_A: For each pair of shapes, the latest direction that separated them,
             from the first shape to the second: a unit vector in the frame A of
             the first one's link, initially zero, shape (k, 3).
-        bend: Bounds on the accelerations of links, shape (l or some more,)
-            [m/s^2].
+        bend: Bounds on the accelerations of links, shape (l,), padded [m/s^2].
         parts: Parts of the motion, with pairs of links.
         X_WA: Pose of a link, shape (4, 4).
         X_WB: Pose of another, shape (4, 4).

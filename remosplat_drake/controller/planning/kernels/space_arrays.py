@@ -39,7 +39,7 @@ class SpaceArrays(NamedTuple):
             links keeps, shape (l,) [m].
         own_bend: Bounds on the accelerations of points on one link as seen from
             the other, for each two entries of the command and each pair of
-            links, shape (n_u, n_u, l or some more).
+            links, shape (n_u, n_u, l), padded in the last dimension.
         own_work: Working memory for checks of these pairs.
         movers: Standing movers as further obstacles, enlarged by the distance
             to keep.
