@@ -296,6 +296,23 @@ def body_poses(tree, q):
     return X_WB, X_WF
 
 
+@kernel
+def body_poses_at(tree, states):
+    """Computes the poses of all bodies in W at several configurations.
+
+    Args:
+        tree: The `TreeArrays`, packed.
+        states: Configurations, shape (m, n_q) [rad, m].
+
+    Returns:
+        The poses, shape (m, b, 4, 4).
+    """
+    X_WBs = np.empty((len(states), len(tree.parent), 4, 4))
+    for i in range(len(states)):
+        X_WBs[i], _ = body_poses(tree, states[i])  # pyright: ignore
+    return X_WBs
+
+
 @kernel(linked=True)
 def compose(X_AB, X_BC, X_AC):
     """Writes the product of two poses, shape (4, 4) each, into an array."""

@@ -42,7 +42,7 @@ def test_points_are_as_far_apart_as_the_nearest_two(seed, n_a, n_b):
     a, b = point_tree(p_A), point_tree(p_B)
     X_AB = np.array([pose(rng) for _ in range(5)])
     within = rng.uniform(0.2, 1.5, 5)
-    found, at_a, at_b = points_distances(a, b, X_AB, 0.0, within)
+    found, at_a, at_b = points_distances(a, b, X_AB, np.zeros(5), within)
     for i, X in enumerate(X_AB):
         placed = p_B @ X[:3, :3].T + X[:3, 3]
         least = KDTree(p_A).query(placed)[0].min()
@@ -59,7 +59,9 @@ def test_points_are_as_far_apart_as_the_nearest_two(seed, n_a, n_b):
 def test_the_least_distance_does_not_matter_where_another_is_small_enough():
     p = np.random.default_rng(3).uniform(0, 1, (500, 3))
     tree, X_AB = point_tree(p), np.eye(4)[None]
-    found, _, _ = points_distances(tree, tree, X_AB, 0.05, np.ones(1))
+    found, _, _ = points_distances(
+        tree, tree, X_AB, np.array([0.05]), np.ones(1)
+    )
     assert found[0] <= 0.05
 
 

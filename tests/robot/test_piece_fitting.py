@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from remosplat_drake.robot.fitting.convex_pieces import convex_piece
-from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
+from remosplat_drake.robot.fitting.enclosing_piece import (
+    Enclosed,
+    enclosing_piece,
+)
 from remosplat_drake.robot.fitting.enclosure import in_four
 from remosplat_drake.robot.fitting.kernels.winding import is_inside
-from remosplat_drake.robot.fitting.mesh_truth import MeshTruth
+from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, PairError
 from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
 from remosplat_drake.robot.fitting.simplified import clustered
 from remosplat_drake.robot.robot_model import load_robot
@@ -61,11 +64,17 @@ def truth(upper_arm) -> MeshTruth:
     return truth_in(np.vstack([BENT, drawn]), upper_arm)
 
 
+def worst_errors(
+    truth: MeshTruth, shapes: CollisionShapes, least: float
+) -> tuple[PairError, ...]:
+    return truth.errors(shapes, {LINKS: None}, least)[LINKS].worst
+
+
 def test_a_hull_over_a_bend_is_wrong_by_what_it_bridges(upper_arm):
     hull = enclosing_piece(upper_arm)
     truth = truth_in(BENT[None], upper_arm)
     shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
-    error = truth.errors(shapes, [LINKS], ACCURACY)[LINKS][0]
+    error = worst_errors(truth, shapes, ACCURACY)[0]
     assert error.shapes == (0, 1)
     # The nearest samples of two surfaces are a little farther apart.
     assert error.distance == pytest.approx(BESIDE, abs=1e-3)
@@ -80,7 +89,7 @@ def test_true_shapes_have_no_error(upper_arm, truth):
     shapes = CollisionShapes(
         ("upper_arm", *LINKS), (*map(ConvexShape, corners), BALL)
     )
-    assert not truth.errors(shapes, [LINKS], 2e-3)
+    assert not truth.errors(shapes, {LINKS: None}, 2e-3)
 
 
 def test_postures_in_which_meshes_cut_each_other_hide_no_other(upper_arm):
@@ -90,7 +99,7 @@ def test_postures_in_which_meshes_cut_each_other_hide_no_other(upper_arm):
     truth = truth_in(np.vstack([cutting, BENT]), upper_arm)
     hull = enclosing_piece(upper_arm)
     shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
-    (error,) = truth.errors(shapes, [LINKS], ACCURACY)[LINKS]
+    (error,) = worst_errors(truth, shapes, ACCURACY)
     assert error.distance == pytest.approx(BESIDE, abs=1e-3)
 
 
@@ -100,9 +109,9 @@ def test_worse_postures_are_found_from_a_bad_one(upper_arm):
     truth = truth_in(edge, upper_arm)
     hull = enclosing_piece(upper_arm)
     shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
-    (before,) = truth.errors(shapes, [LINKS], 0.0)[LINKS]
+    (before,) = worst_errors(truth, shapes, 0.0)
     assert truth.add_worst(shapes, [LINKS], before.error) == [LINKS]
-    after = truth.errors(shapes, [LINKS], 0.0)[LINKS][0]
+    after = worst_errors(truth, shapes, 0.0)[0]
     assert after.error > before.error + 5e-3
     # The shoulder does not move one against the other.
     np.testing.assert_array_equal(truth.states[:, 0], 0.0)
@@ -111,7 +120,8 @@ def test_worse_postures_are_found_from_a_bad_one(upper_arm):
 
 def test_only_what_is_wrong_is_cut(upper_arm, truth):
     """Nothing comes near the forearm, whose bend stays filled."""
-    meshes = {"upper_arm": [upper_arm], "forearm": [upper_arm]}
+    mesh = Enclosed.make(upper_arm)
+    meshes = {"upper_arm": [mesh], "forearm": [mesh]}
     primitives = CollisionShapes(("wrist",), (BALL,))
     fitted = fit_pieces(meshes, primitives, truth)
     assert not fitted.errors
@@ -123,7 +133,9 @@ def test_what_cannot_be_mended_is_named(truth):
     """A box that has come from elsewhere cannot be cut truer than it is."""
     wrong = box((0, -0.03, -0.36), (0.3, 0.03, 0.03))
     fitted = fit_pieces(
-        {"upper_arm": [wrong]}, CollisionShapes(("wrist",), (BALL,)), truth
+        {"upper_arm": [Enclosed.make(wrong)]},
+        CollisionShapes(("wrist",), (BALL,)),
+        truth,
     )
     (error,) = fitted.errors
     assert error.links == LINKS

@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.enclosing_piece import Enclosed
 from remosplat_drake.robot.fitting.kernels.winding import is_inside
 from remosplat_drake.robot.fitting.mesh_truth import NEAR
 from remosplat_drake.robot.importing.findings import Findings
@@ -125,7 +126,7 @@ def _bvh(fcl: ModuleType, triangles: np.ndarray) -> object:
 
 
 def _joined(
-    urdf: Urdf, meshes: dict[str, list[np.ndarray]], links: Collection[str]
+    urdf: Urdf, meshes: dict[str, list[Enclosed]], links: Collection[str]
 ) -> dict[str, np.ndarray]:
     """The triangles of all shapes of the links that a robot has."""
     parts: dict[str, list[np.ndarray]] = {}
@@ -133,9 +134,10 @@ def _joined(
         carrier, X_CL = _carrier(urdf, name, links)
         if carrier is None:
             continue
+        surfaces = [mesh.surface for mesh in meshes.get(name, [])]
         own = [
             _moved(triangles, X_CL)
-            for triangles in (*meshes.get(name, []), *_primitives(link))
+            for triangles in (*surfaces, *_primitives(link))
         ]
         if own:
             parts.setdefault(carrier, []).extend(own)

@@ -1,5 +1,6 @@
 """One convex piece with few corners around a part of a mesh."""
 
+import dataclasses as dc
 from itertools import product
 
 import numpy as np
@@ -26,6 +27,28 @@ micrometres, and `standing_out` has a finite resolution."""
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
 """The corners of the cube around the unit ball."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Enclosed:
+    """A surface, and the convex piece that encloses it.
+
+    Attributes:
+        surface: Triangles, shape (t, 3, 3) [m].
+        piece: The piece, from `enclosing_piece`.
+    """
+
+    surface: np.ndarray
+    piece: ConvexPiece
+
+    @staticmethod
+    def make(surface: np.ndarray) -> "Enclosed":
+        """Encloses a surface.
+
+        Args:
+            surface: Triangles, shape (t, 3, 3) [m].
+        """
+        return Enclosed(surface, enclosing_piece(surface))
 
 
 def enclosing_piece(surface: np.ndarray) -> ConvexPiece:

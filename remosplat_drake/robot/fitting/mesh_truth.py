@@ -11,7 +11,7 @@ repeats this with smaller changes.
 """
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from remosplat_drake.robot.fitting.surface_points import (
     SurfacePoints,
     surface_distances,
 )
+from remosplat_drake.robot.kinematics import body_poses_at
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sampling import position_ranges
 from remosplat_drake.robot.self_collision.kernels.nearest_shapes import (
@@ -36,6 +37,9 @@ NEAR = 0.05
 
 _WORST = 8
 """Largest number of reported errors of a pair of links."""
+
+_BATCH = 32
+"""Number of postures whose meshes are measured together."""
 
 _RISING = 5e-4
 """Least error of a posture from which the search starts [m]."""
@@ -72,31 +76,55 @@ class PairError:
 
 
 @dc.dataclass(frozen=True, eq=False)
+class PairErrors:
+    """The errors of two links' distances.
+
+    Attributes:
+        worst: The largest errors, the largest first.
+        postures: Indices of all postures that may have an error, shape (n,).
+    """
+
+    worst: tuple[PairError, ...]
+    postures: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
 class _Looks:
     """Nearest points of two links' pieces, in n postures.
 
     Attributes:
+        links: Names of the links.
         posture: Index of the posture, shape (n,).
         ends: Indices of the two shapes, shape (n, 2).
         distance: Their distance, shape (n,) [m].
         points: Their nearest points in the frames of their links, shape (n, 2,
-            3) [m].
-        off: Distances of these points from the surfaces, shape (n, 2) [m].
+            3) [m]; those of round shapes are on their cores.
+        radius: The radii of the two shapes, shape (n, 2) [m].
         X_AB: Pose of the second link in the first, shape (n, 4, 4).
+        true: Distances of the links' meshes, shape (n,) [m]; NaN where they
+            have not been measured.
+        bound: Upper bounds on these distances, shape (n,) [m].
     """
 
+    links: LinkPair
     posture: np.ndarray
     ends: np.ndarray
     distance: np.ndarray
     points: np.ndarray
-    off: np.ndarray
+    radius: np.ndarray
     X_AB: np.ndarray
+    true: np.ndarray
+    bound: np.ndarray
 
     @property
-    def most(self) -> np.ndarray:
-        """Upper bound on the error of the pieces' distance, shape (n,) [m]."""
-        off = self.off.sum(axis=1)
-        return off + np.abs(self.distance) - self.distance
+    def error(self) -> np.ndarray:
+        """Errors of the distances, shape (n,) [m].
+
+        An error is minus infinity if the surfaces are far from each other or
+        intersect, or if their distance has not been measured.
+        """
+        counts = (self.true > TOUCHING) & (self.true < NEAR)
+        return np.where(counts, self.true - self.distance, -np.inf)
 
 
 class MeshTruth:
@@ -122,7 +150,7 @@ class MeshTruth:
             states: Configurations to examine, shape (p, n_q) [m, rad].
         """
         self.robot, self.states = robot, states
-        self._poses = _poses(robot, states)
+        self._poses = body_poses_at(robot.tree.arrays, states)
         self._rng = np.random.default_rng(0)
         self._surfaces = {
             link: SurfacePoints(surface, self._rng)
@@ -131,36 +159,43 @@ class MeshTruth:
         self._known: dict[LinkPair, np.ndarray] = {}
 
     def errors(
-        self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
-    ) -> dict[LinkPair, list[PairError]]:
+        self,
+        shapes: CollisionShapes,
+        among: Mapping[LinkPair, np.ndarray | None],
+        least: float,
+    ) -> dict[LinkPair, PairErrors]:
         """Finds the postures with the largest errors of the links' distances.
 
         Args:
             shapes: The convex shapes of the links.
-            pairs: Names of pairs of links.
+            among: Indices of the postures to examine, by the names of two
+                links; None for all postures.
             least: Errors up to this value are ignored [m].
 
         Returns:
-            The errors of each pair of links that has any, the largest first.
+            The errors of each pair of links that has any.
         """
-        shape_pairs = ShapePairs.make(self.robot, shapes, pairs)
+        pairs = ShapePairs.make(self.robot, shapes, list(among))
         found = {}
-        for links in pairs:
-            looks = self._looks(shape_pairs, links, self._poses)
-            error, true = self._measured(links, looks, least, self._of(links))
-            errors = [
+        for links, postures in among.items():
+            looks = self._looks(pairs, links, postures)
+            may_have = looks.posture[self._measure(looks, least, _WORST)]
+            self._known[links][:, looks.posture] = looks.true, looks.bound
+            chosen = _largest(looks.error, least, _WORST)
+            off = self._off(looks, chosen)
+            worst = tuple(
                 PairError(
                     links,
-                    float(error[i]),
-                    float(true[i]),
+                    float(looks.error[i]),
+                    float(looks.true[i]),
                     tuple(looks.ends[i].tolist()),
                     tuple(looks.points[i]),
-                    tuple(looks.off[i].tolist()),
+                    tuple(away),
                 )
-                for i in _largest(error, _WORST)
-            ]
-            if errors:
-                found[links] = errors
+                for i, away in zip(chosen, off.tolist(), strict=True)
+            )
+            if worst:
+                found[links] = PairErrors(worst, may_have)
         return found
 
     def add_worst(
@@ -182,8 +217,9 @@ class MeshTruth:
         }
         added = [states for states in worst.values() if len(states)]
         self.states = np.vstack([self.states, *added])
+        tree = self.robot.tree.arrays
         self._poses = np.concatenate(
-            [self._poses, *(_poses(self.robot, states) for states in added)]
+            [self._poses, *(body_poses_at(tree, states) for states in added)]
         )
         return [links for links, states in worst.items() if len(states)]
 
@@ -191,10 +227,11 @@ class MeshTruth:
         self, shape_pairs: ShapePairs, links: LinkPair, least: float
     ) -> np.ndarray:
         """Returns new postures with large errors of two links, (n, n_q)."""
-        looks = self._looks(shape_pairs, links, self._poses)
-        error, _ = self._measured(links, looks, _RISING, self._of(links))
-        chosen = _largest(error, _PARENTS)
-        states, error = self.states[looks.posture[chosen]], error[chosen]
+        looks = self._looks(shape_pairs, links)
+        self._measure(looks, _RISING, _PARENTS)
+        self._known[links][:, looks.posture] = looks.true, looks.bound
+        chosen = _largest(looks.error, _RISING, _PARENTS)
+        states, error = self.states[looks.posture[chosen]], looks.error[chosen]
         is_new = np.zeros(len(states), bool)
         lower, upper = position_ranges(self.robot)
         step = _STEP * (upper - lower) * self._between(links)
@@ -202,12 +239,13 @@ class MeshTruth:
             drawn = np.repeat(states, _CHILDREN, axis=0)
             drawn += step * self._rng.standard_normal(drawn.shape)
             drawn = np.clip(drawn, lower, upper)
-            looks = self._looks(shape_pairs, links, _poses(self.robot, drawn))
-            theirs, _ = self._measured(links, looks, _RISING)
+            poses = body_poses_at(self.robot.tree.arrays, drawn)
+            looks = self._looks_at(shape_pairs, links, poses)
+            self._measure(looks, _RISING, _PARENTS, error.tolist())
             states = np.vstack([states, drawn[looks.posture]])
-            error = np.concatenate([error, theirs])
-            is_new = np.append(is_new, np.ones(len(theirs), bool))
-            chosen = _largest(error, _PARENTS)
+            error = np.concatenate([error, looks.error])
+            is_new = np.append(is_new, np.ones(len(looks.error), bool))
+            chosen = _largest(error, _RISING, _PARENTS)
             states, error = states[chosen], error[chosen]
             is_new, step = is_new[chosen], 0.5 * step
         return states[is_new & (error > least)]
@@ -220,23 +258,34 @@ class MeshTruth:
         moving[[i for i in tree.position[list(a ^ b)] if i >= 0]] = True
         return moving
 
-    def _of(self, links: LinkPair) -> np.ndarray:
-        """Returns the measured distances of two links' meshes, shape (p,) [m].
-
-        They are NaN where they have not been measured yet.
-        """
-        known = self._known.get(links, np.zeros(0))
-        missing = np.full(len(self.states) - len(known), np.nan)
-        self._known[links] = np.concatenate([known, missing])
-        return self._known[links]
-
     def _looks(
+        self,
+        pairs: ShapePairs,
+        links: LinkPair,
+        postures: np.ndarray | None = None,
+    ) -> _Looks:
+        """Returns the nearest points of two links' shapes in some postures."""
+        poses = self._poses if postures is None else self._poses[postures]
+        looks = self._looks_at(pairs, links, poses)
+        posture = looks.posture
+        if postures is not None:
+            posture = postures[posture]
+        known = self._known.get(links, np.zeros((2, 0)))
+        missing = np.full((2, len(self.states) - known.shape[1]), np.inf)
+        missing[0] = np.nan
+        known = self._known[links] = np.hstack([known, missing])
+        true, bound = known[:, posture]
+        return dc.replace(looks, posture=posture, true=true, bound=bound)
+
+    def _looks_at(
         self, pairs: ShapePairs, links: LinkPair, poses: np.ndarray
     ) -> _Looks:
-        """Returns the nearest points of two links' shapes, in all postures."""
-        arrays = pairs.arrays(np.zeros(len(pairs)))
+        """Returns the nearest points of two links' shapes, given all poses."""
         posture, row, distance, p_A = nearest_shapes(
-            arrays, pairs.links.index(links), poses, NEAR
+            pairs.arrays(np.zeros(len(pairs))),
+            pairs.links.index(links),
+            poses,
+            NEAR,
         )
         body_a, body_b = (self.robot.tree.index(link) for link in links)
         X_WA, X_WB = poses[posture, body_a], poses[posture, body_b]
@@ -246,67 +295,88 @@ class MeshTruth:
         points[:, 1] = (X_BA[:, :3, :3] @ p_A[:, 1, :, None])[:, :, 0]
         points[:, 1] += X_BA[:, :3, 3]
         ends = np.stack([pairs.first[row], pairs.second[row]], axis=1)
-        # Points of round shapes are on their cores, a radius inside the shapes.
-        away = [
-            self._surfaces[link].tree.query(points[:, side])[0]
-            for side, link in enumerate(links)
-        ]
-        off = np.abs(np.stack(away, axis=1) - pairs.shapes.radius[ends])
-        return _Looks(posture, ends, distance, points, off, X_AB)
+        return _Looks(
+            links,
+            posture,
+            ends,
+            distance,
+            points,
+            pairs.shapes.radius[ends],
+            X_AB,
+            np.full(len(posture), np.nan),
+            np.full(len(posture), np.inf),
+        )
 
-    def _measured(
+    def _off(self, looks: _Looks, rows: np.ndarray) -> np.ndarray:
+        """Returns the distances of nearest points from the surfaces, (n, 2)."""
+        away = [
+            self._surfaces[link].tree.query(looks.points[rows, side])[0]
+            for side, link in enumerate(looks.links)
+        ]
+        # Points of round shapes are on their cores, a radius inside the shapes.
+        return np.abs(np.stack(away, axis=1) - looks.radius[rows])
+
+    def _measure(
         self,
-        links: LinkPair,
         looks: _Looks,
         least: float,
-        known: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Returns errors of two links' distances, and the true distances [m].
+        count: int,
+        others: Sequence[float] = (),
+    ) -> np.ndarray:
+        """Measures distances of meshes until the largest errors are known.
 
-        An error is minus infinity if it is at most `least`, or if the surfaces
-        are far from each other or intersect.
+        The points' distances from the surfaces bound the error. Postures are
+        measured in the order of this bound, until none of the others can have
+        one of the largest errors. A measurement ends when the error of its
+        posture cannot be one of the largest.
 
         Args:
-            links: Names of the links.
-            looks: The links' nearest points in n postures.
+            looks: Nearest points in n postures; measured distances are added.
             least: Errors up to this value are ignored [m].
-            known: The measured distances in all postures, shape (p,) [m], to
-                which new ones are added; None for none.
+            count: Number of errors that must be known.
+            others: Errors in other postures, among which the largest errors may
+                be [m].
 
         Returns:
-            Errors and true distances, shape (n,) each [m].
+            Indices of the postures that may have larger errors than `least`.
         """
-        true = np.full(len(looks.distance), np.nan)
-        if known is not None:
-            true = known[looks.posture]
-        most = looks.most
-        new = np.flatnonzero((most > least) & np.isnan(true))
-        a, b = (self._surfaces[link] for link in links)
-        true[new] = surface_distances(
-            a,
-            b,
-            looks.X_AB[new],
-            np.minimum(NEAR, (looks.distance + most)[new] + 1e-6),
-            looks.distance[new] < 0.0,
-        )
-        if known is not None:
-            known[looks.posture] = true
-        counts = (most > least) & (true > TOUCHING) & (true < NEAR)
-        error = np.where(counts, true - looks.distance, -np.inf)
-        return np.where(error > least, error, -np.inf), true
+        new = np.flatnonzero(np.isnan(looks.true))
+        overlap = np.abs(looks.distance) - looks.distance
+        most = np.full(len(looks.true), -np.inf)
+        most[new] = self._off(looks, new).sum(axis=1) + overlap[new]
+        most = np.minimum(most, looks.bound - looks.distance)
+        new = new[np.argsort(-most[new])]
+        a, b = (self._surfaces[link] for link in looks.links)
+        for done in range(0, len(new), _BATCH):
+            errors = np.concatenate([looks.error, others])
+            chosen = _largest(errors, least, count)
+            limit = errors[chosen[-1]] if len(chosen) == count else least
+            rows = new[done : done + _BATCH]
+            rows = rows[most[rows] > limit]
+            if not len(rows):
+                break
+            distance = looks.distance[rows]
+            within = np.minimum(NEAR, distance + most[rows] + 1e-6)
+            enough = np.clip(distance + limit, TOUCHING, within - 1e-9)
+            found = surface_distances(
+                a,
+                b,
+                looks.X_AB[rows],
+                enough,
+                within,
+                distance < 0.0,
+            )
+            is_exact = (found > enough) | (found <= TOUCHING)
+            looks.true[rows] = np.where(is_exact, found, np.nan)
+            looks.bound[rows] = found
+            most[rows] = np.where(is_exact, -np.inf, found - distance)
+        return np.flatnonzero(np.maximum(looks.error, most) > least)
 
 
-def _poses(robot: RobotModel, states: np.ndarray) -> np.ndarray:
-    """Poses of all bodies in some configurations, shape (p, b, 4, 4)."""
-    return np.array([robot.body_poses(q) for q in states]).reshape(
-        len(states), len(robot.tree.names), 4, 4
-    )
-
-
-def _largest(error: np.ndarray, count: int) -> np.ndarray:
-    """Returns the indices of the largest finite errors."""
+def _largest(error: np.ndarray, least: float, count: int) -> np.ndarray:
+    """Returns the indices of the largest errors above a value."""
     chosen = np.argsort(-error)[:count]
-    return chosen[error[chosen] > -np.inf]
+    return chosen[error[chosen] > least]
 
 
 def _inverse(X: np.ndarray) -> np.ndarray:

@@ -8,12 +8,13 @@ which keeps ticks fast.
 """
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
-from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
+from remosplat_drake.robot.fitting.enclosing_piece import Enclosed
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, PairError
 from remosplat_drake.robot.fitting.plane_cuts import cut_in_two
 from remosplat_drake.robot.self_collision.link_pairs import possible_pairs
@@ -44,13 +45,15 @@ MOST_PIECES = 40
 
 @dc.dataclass(eq=False)
 class _Part:
-    """A part of a mesh, and the convex piece that represents it."""
+    """A part of a mesh, and the convex piece that represents it.
 
-    surface: np.ndarray
+    Attributes:
+        of: Surface and piece.
+        done: Whether no cut improves it.
+    """
+
+    of: Enclosed
     done: bool = False
-
-    def __post_init__(self) -> None:
-        self.piece = enclosing_piece(self.surface)
 
 
 @dc.dataclass(eq=False)
@@ -70,12 +73,12 @@ class _Mesh:
         """
         halves = None
         if len(self.parts) < MOST_PIECES:
-            halves = cut_in_two(part.surface, p, off)
+            halves = cut_in_two(part.of.surface, p, off)
         if halves is None:
             part.done = True
             return False
         i = self.parts.index(part)
-        self.parts[i : i + 1] = [_Part(half) for half in halves]
+        self.parts[i : i + 1] = [_Part(Enclosed.make(x)) for x in halves]
         return True
 
 
@@ -119,8 +122,19 @@ class _Blame:
         return None
 
 
+class _Wrong(NamedTuple):
+    """The largest errors of two links, and all postures that may have some.
+
+    Cuts never increase an error, apart from the slack of the pieces. So only
+    these postures are examined again after a cut.
+    """
+
+    blames: list[_Blame]
+    postures: np.ndarray
+
+
 def fit_pieces(
-    meshes: dict[str, list[np.ndarray]],
+    meshes: dict[str, list[Enclosed]],
     primitives: CollisionShapes,
     truth: MeshTruth,
     on_progress: Callable[[int, int], None] = lambda i, n: None,
@@ -128,8 +142,7 @@ def fit_pieces(
     """Covers meshes with convex pieces that preserve the links' distances.
 
     Args:
-        meshes: Triangles of the meshes of each link, in its frame, shape
-            (t, 3, 3) each [m].
+        meshes: The meshes of each link, in its frame.
         primitives: The other shapes of the links.
         truth: The surfaces of meshes and primitives, in some postures.
         on_progress: Called with the number of finished links, and the number of
@@ -142,25 +155,31 @@ def fit_pieces(
     ]
     links = [*primitives.links, *meshes]
     pairs, _ = possible_pairs(truth.robot, links)
-    wrong: dict[LinkPair, list[_Blame]] = {}
-    again, searched = pairs, pairs
+    wrong: dict[LinkPair, _Wrong] = {}
+    searched = pairs
     for search in range(_SEARCHES + 1):
-        while again:
-            wrong = {
-                pair: own for pair, own in wrong.items() if pair not in again
-            }
-            wrong |= _errors(cut, primitives, truth, again)
-            changed = _cut_blamed(cut, wrong)
-            again = [pair for pair in pairs if changed & set(pair)]
-            on_progress(len(meshes) - len(changed), len(meshes))
-        if search < _SEARCHES:
+        if search:
             shapes, _ = _shapes(cut, primitives)
-            again = searched = truth.add_worst(shapes, searched, _AIM)
+            searched = truth.add_worst(shapes, searched, _AIM)
+        # Finally, all pairs are examined once more in all postures.
+        last = search == _SEARCHES
+        again: dict[LinkPair, np.ndarray | None]
+        again = dict.fromkeys(pairs if last else searched)
+        while again:
+            kept = {k: own for k, own in wrong.items() if k not in again}
+            wrong = kept | _errors(cut, primitives, truth, again)
+            changed = _cut_blamed(cut, wrong)
+            again = {
+                pair: own.postures
+                for pair, own in wrong.items()
+                if changed & set(pair)
+            }
+            on_progress(len(meshes) - len(changed), len(meshes))
     pieces: dict[str, list[ConvexPiece]] = {}
     for mesh in cut:
         own = pieces.setdefault(mesh.link, [])
-        own += [part.piece for part in mesh.parts]
-    worst = [own[0].error for own in wrong.values()]
+        own += [part.of.piece for part in mesh.parts]
+    worst = [own.blames[0].error for own in wrong.values()]
     missed = [error for error in worst if error.error > ACCURACY]
     missed.sort(key=lambda error: -error.error)
     return FittedPieces(pieces, tuple(missed))
@@ -170,14 +189,16 @@ def _errors(
     meshes: list[_Mesh],
     primitives: CollisionShapes,
     truth: MeshTruth,
-    pairs: list[LinkPair],
-) -> dict[LinkPair, list[_Blame]]:
-    """Returns the errors of pairs of links, the largest first."""
+    among: Mapping[LinkPair, np.ndarray | None],
+) -> dict[LinkPair, _Wrong]:
+    """Returns the errors of pairs of links, in the given postures."""
     shapes, parts = _shapes(meshes, primitives)
-    found = truth.errors(shapes, pairs, _AIM)
     return {
-        pair: [_Blame(x, tuple(parts[i] for i in x.shapes)) for x in errors]
-        for pair, errors in found.items()
+        pair: _Wrong(
+            [_Blame(x, tuple(parts[i] for i in x.shapes)) for x in found.worst],
+            found.postures,
+        )
+        for pair, found in truth.errors(shapes, among, _AIM).items()
     }
 
 
@@ -191,13 +212,11 @@ def _shapes(
         for part in mesh.parts:
             parts.append(part)
             links.append(mesh.link)
-            shapes.append(ConvexShape(part.piece.vertices))
+            shapes.append(ConvexShape(part.of.piece.vertices))
     return CollisionShapes(tuple(links), tuple(shapes)), parts
 
 
-def _cut_blamed(
-    meshes: list[_Mesh], wrong: dict[LinkPair, list[_Blame]]
-) -> set[str]:
+def _cut_blamed(meshes: list[_Mesh], wrong: dict[LinkPair, _Wrong]) -> set[str]:
     """Cuts the parts that cause errors; returns which links have changed."""
     changed: set[str] = set()
     # If no part can be cut, the other parts of the pairs are tried.
@@ -211,11 +230,11 @@ def _cut_blamed(
 
 
 def _suspects(
-    wrong: dict[LinkPair, list[_Blame]],
+    wrong: dict[LinkPair, _Wrong],
 ) -> dict[_Part, list[tuple[np.ndarray, float]]]:
     """Returns the parts to cut, and the points where their pieces protrude."""
     suspects: dict[_Part, list[tuple[np.ndarray, float]]] = {}
-    for blame in (blame for own in wrong.values() for blame in own):
+    for blame in (blame for own in wrong.values() for blame in own.blames):
         if (suspect := blame.suspect()) is not None:
             part, p, off = suspect
             suspects.setdefault(part, []).append((p, off))

@@ -11,7 +11,7 @@ import numpy as np
 
 from remosplat_drake.robot.fitting.convex_pieces import below
 from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
-from remosplat_drake.robot.fitting.simplified import welded
+from remosplat_drake.robot.fitting.simplified import grid_cells, welded
 
 _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
 """Positions of planes along the main axes, as a fraction of the extent."""
@@ -26,6 +26,10 @@ _THROUGH = 4
 _FACES = 8
 """Number of triangles nearest to a protruding point whose planes are tried: a
 cut along one side of a pocket frees the whole pocket."""
+
+_SAME = 4e-3
+"""Edge of the cells of a grid in each of which one protruding point, the
+farthest out, is used to compare planes [m]."""
 
 _MOST_TRIANGLES = 1500
 """Largest number of a part's triangles that are used to compare planes."""
@@ -49,11 +53,15 @@ def cut_in_two(
         The triangles of both halves; None if no plane increases the distance of
         any of the points from the hulls.
     """
+    farthest = np.argsort(-off)
+    p, off = p[farthest], off[farthest]
+    one = np.sort(np.unique(grid_cells(p, _SAME), return_index=True)[1])
+    p, off = p[one], off[one]
     # A sample of a fine mesh suffices to choose a plane.
     vertices, triangles = welded(part[:: -(-len(part) // _MOST_TRIANGLES)])
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges = np.unique(np.sort(ends, axis=1), axis=0)
-    planes = _planes(vertices[triangles], p[np.argsort(-off)[:_THROUGH]])
+    planes = _planes(vertices[triangles], p[:_THROUGH])
     free = freed_points(vertices, edges, planes, p)
     gain = (np.minimum(free, off) * off).sum(axis=1)
     gain[free.max(axis=1) <= _LEAST] = 0.0

@@ -56,6 +56,7 @@ def surface_distances(
     a: SurfacePoints,
     b: SurfacePoints,
     X_AB: np.ndarray,
+    enough: np.ndarray,
     within: np.ndarray,
     may_hold: np.ndarray,
 ) -> np.ndarray:
@@ -65,6 +66,8 @@ def surface_distances(
         a: The first surface, in frame A.
         b: The second surface, in frame B.
         X_AB: Poses, shape (m, 4, 4).
+        enough: Distances up to which the result may be too large, shape (m,)
+            [m]; at least `TOUCHING`.
         within: Distances at or beyond which the result is infinite, shape (m,)
             [m].
         may_hold: Whether one surface may lie inside the other, shape (m,) bool.
@@ -74,9 +77,9 @@ def surface_distances(
         to `TOUCHING`, and zero if one surface is inside the other.
     """
     distance, at_a, at_b = points_distances(
-        a.balls, b.balls, X_AB, TOUCHING, within
+        a.balls, b.balls, X_AB, enough, within
     )
-    apart = (distance > TOUCHING) & (distance < np.inf)
+    apart = (distance > enough) & (distance < np.inf)
     for i in np.flatnonzero(apart & may_hold):
         R_AB, p_AB = X_AB[i, :3, :3], X_AB[i, :3, 3]
         p_BP = (a.balls.values.points[at_a[i]] - p_AB) @ R_AB

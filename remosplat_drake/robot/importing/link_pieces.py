@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.robot.fitting.convex_pieces import convex_piece
+from remosplat_drake.robot.fitting.enclosing_piece import Enclosed
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth
 from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
 from remosplat_drake.robot.importing.findings import Findings
@@ -30,7 +31,7 @@ POSTURES = 2000
 def fit_link_pieces(
     urdf: Urdf,
     description: RobotDescription,
-    meshes: dict[str, list[np.ndarray]],
+    meshes: dict[str, list[Enclosed]],
     states: Mapping[str, Mapping[str, float]],
     findings: Findings,
     on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
@@ -84,10 +85,12 @@ def fit_link_pieces(
 
 
 def _surfaces(
-    meshes: dict[str, list[np.ndarray]], primitives: CollisionShapes
+    meshes: dict[str, list[Enclosed]], primitives: CollisionShapes
 ) -> dict[str, np.ndarray]:
     """Returns the triangles of all meshes and primitives of each link."""
-    parts = {link: list(own) for link, own in meshes.items()}
+    parts = {
+        link: [mesh.surface for mesh in own] for link, own in meshes.items()
+    }
     for link, shape in zip(primitives.links, primitives.shapes, strict=True):
         around = shape.radius * spread_directions(_DIRECTIONS)
         corners = (shape.vertices[:, None] + around).reshape(-1, 3)

@@ -18,7 +18,7 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
-from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
+from remosplat_drake.robot.fitting.enclosing_piece import Enclosed
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.mesh_files import load_mesh
 from remosplat_drake.robot.importing.packages import Packages
@@ -44,7 +44,7 @@ def convert_shapes(
     folder: Path,
     findings: Findings,
     on_mesh: Callable[[], None] = lambda: None,
-) -> dict[str, list[np.ndarray]]:
+) -> dict[str, list[Enclosed]]:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
     Links without collision meshes get the convex hulls of their visual meshes,
@@ -59,9 +59,8 @@ def convert_shapes(
         on_mesh: Called after each mesh.
 
     Returns:
-        The triangles of the collision meshes, by link name, in the link's
-        frame, shape (t, 3, 3) each [m]; links without collision meshes are
-        omitted.
+        The collision meshes by link name, in the link's frame; links without
+        collision meshes are omitted.
 
     Raises:
         FieldError: A mesh is missing, flat, unreadable or has an unusable
@@ -89,10 +88,11 @@ def convert_shapes(
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
                 converter.convert(name, element, i)
-    hulls = {
-        name: [enclosing_piece(mesh) for mesh in meshes]
-        for name, meshes in converter.surfaces.items()
+    meshes = {
+        name: [Enclosed.make(surface) for surface in surfaces]
+        for name, surfaces in converter.surfaces.items()
     }
+    hulls = {name: [x.piece for x in own] for name, own in meshes.items()}
     write_pieces(urdf, folder, hulls)
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
@@ -102,7 +102,7 @@ def convert_shapes(
             "convex hulls of visual meshes, besides primitives, of"
             f" {listed(covered)}",
         )
-    return converter.surfaces
+    return meshes
 
 
 def write_pieces(
@@ -150,7 +150,8 @@ class _Converter:
     """Converts meshes, each file once.
 
     Attributes:
-        surfaces: The result of `convert_shapes`.
+        surfaces: Triangles of the collision meshes by link name, in the link's
+            frame, shape (t, 3, 3) each [m].
     """
 
     def __init__(

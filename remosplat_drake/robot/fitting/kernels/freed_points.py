@@ -38,7 +38,7 @@ def freed_points(vertices, edges, planes, p):
     work = np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3)
     before = np.empty(len(p))
     for i in range(len(p)):
-        before[i] = _distance(vertices, p[i], work)
+        before[i] = _distance(vertices, p[i], np.inf, work)
     for k in range(len(planes)):
         count = _divide(vertices, edges, planes[k], height, sides)
         if count[0] == 0 or count[1] == 0:
@@ -48,7 +48,7 @@ def freed_points(vertices, edges, planes, p):
             for side in range(2):
                 if least > before[i]:
                     half = sides[side, : count[side]]
-                    least = min(least, _distance(half, p[i], work))
+                    least = min(least, _distance(half, p[i], least, work))
             free[k, i] = max(least - before[i], 0.0)
     return free
 
@@ -85,7 +85,7 @@ def _divide(vertices, edges, plane, height, sides):
 
 
 @helper
-def _distance(points, p, work):
+def _distance(points, p, enough, work):
     """Computes the distance of a point from the hull of points [m], by GJK.
 
     It is zero within the hull.
@@ -93,6 +93,8 @@ def _distance(points, p, work):
     Args:
         points: Points, shape (n, 3) [m].
         p: The point, shape (3,) [m].
+        enough: If the distance proves to be at least this, a lower bound is
+            returned [m].
         work: Arrays of shape (3, 4, 3), (4,) and (3,).
     """
     simplex, weights, v = work
@@ -111,7 +113,7 @@ def _distance(points, p, work):
                 lowest, row = along, i
         bound = lowest - v[0] * p[0] - v[1] * p[1] - v[2] * p[2]
         best = max(best, bound / norm)
-        if norm - best < _EXACT:
+        if norm - best < _EXACT or best >= enough:
             return best
         for c in range(3):
             simplex[0, size, c] = points[row, c] - p[c]

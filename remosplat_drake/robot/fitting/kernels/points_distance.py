@@ -42,7 +42,8 @@ def points_distances(a, b, X_AB, enough, within):
         a: The first set of points, a packed `PointTree` in frame A.
         b: The second set, in frame B.
         X_AB: Poses, shape (m, 4, 4).
-        enough: A distance up to this value need not be the least [m].
+        enough: Distances up to which the result need not be the least, shape
+            (m,) [m].
         within: Distances at or beyond which the result is infinite, shape (m,)
             [m].
 
@@ -61,21 +62,23 @@ def points_distances(a, b, X_AB, enough, within):
         X, best = X_AB[row], within[row]
         count, todo[0, 0], todo[0, 1] = 1, 0, 0
         bound[0] = _apart(a, b, X, 0, 0)
-        while count and best > enough:
+        while count and best > enough[row]:
             count -= 1
             i, j = todo[count]
             if bound[count] >= best:
                 continue
             if a.right[i] < 0 and b.right[j] < 0:
+                square = best * best
                 for q in range(b.first[j], b.last[j]):
                     point_to_world(X, b.points[q], p_AQ)
                     for k in range(a.first[i], a.last[i]):
                         x = a.points[k, 0] - p_AQ[0]
                         y = a.points[k, 1] - p_AQ[1]
                         z = a.points[k, 2] - p_AQ[2]
-                        found = math.sqrt(x * x + y * y + z * z)
-                        if found < best:
-                            best = distance[row] = found
+                        found = x * x + y * y + z * z
+                        if found < square:
+                            square = found
+                            best = distance[row] = math.sqrt(found)
                             nearest_a[row], nearest_b[row] = k, q
                 continue
             splits_a = b.right[j] < 0 or (

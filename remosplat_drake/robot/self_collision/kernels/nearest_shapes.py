@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
-    centers_in_world,
     least_distance,
     shape_distance,
 )
@@ -35,17 +34,23 @@ def nearest_shapes(pairs, link, X_WLs, within):
     which, nearest = np.empty(m, np.int64), np.empty(m, np.int64)
     distance, points = np.empty(m), np.empty((m, 2, 3))
     least, guess_W = np.empty(n), np.empty(3)
+    p_WC, p_WL = np.empty((len(body), 3)), np.empty((len(link_boxes.body), 3))
+    a, b = pairs.boxes[link]
     work = make_work()
     count = 0
     for row in range(m):
         X_WL = X_WLs[row]
-        p_WL = centers_in_world(link_boxes, X_WL)
-        a, b = pairs.boxes[link]
+        _place_center(link_boxes, X_WL, a, p_WL)
+        _place_center(link_boxes, X_WL, b, p_WL)
         if least_distance(link_boxes, X_WL, p_WL, a, b) >= within:
             continue
-        p_WC = centers_in_world(shapes, X_WL)
         for i in range(n):
             k = start[link] + i
+            # Places each shape of the two links once.
+            if i == 0 or first[k] != first[k - 1]:
+                _place_center(shapes, X_WL, first[k], p_WC)
+            if first[k] == first[start[link]]:
+                _place_center(shapes, X_WL, second[k], p_WC)
             apart = least_distance(shapes, X_WL, p_WC, first[k], second[k])
             least[i] = apart + allowance[k]
         best = within
@@ -74,3 +79,13 @@ def nearest_shapes(pairs, link, X_WLs, within):
         if best < within:
             count += 1
     return which[:count], nearest[:count], distance[:count], points[:count]
+
+
+@helper
+def _place_center(shapes, X_WL, i, p_WC):
+    """Fills in the centre of one shape in W, in row i of shape (s, 3) [m]."""
+    X, center = X_WL[shapes.body[i]], shapes.center[i]
+    for r in range(3):
+        p_WC[i, r] = X[r, 3]
+        for c in range(3):
+            p_WC[i, r] += X[r, c] * center[c]
