@@ -53,6 +53,14 @@ def test_poses_by_hand(plant):
     np.testing.assert_allclose(X_W["plate"][:3, 0], [0, 1, 0], atol=1e-15)
 
 
+def test_many_configurations_have_the_poses_of_each(plant):
+    tree = kin.make_kinematic_tree(plant, ["slide", "turn"], {})
+    states = np.array([[0.5, 1.0], [-0.3, 0.2]])
+    X_WBs = kin.body_poses_at(tree.arrays, states)
+    for X_WB, q in zip(X_WBs, states, strict=True):
+        np.testing.assert_array_equal(X_WB, list(poses(tree, q).values()))
+
+
 def test_q_follows_the_given_joint_order(plant):
     forward = kin.make_kinematic_tree(plant, ["slide", "turn"], {})
     swapped = kin.make_kinematic_tree(plant, ["turn", "slide"], {})

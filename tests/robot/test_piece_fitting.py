@@ -103,6 +103,24 @@ def test_postures_in_which_meshes_cut_each_other_hide_no_other(upper_arm):
     assert error.distance == pytest.approx(BESIDE, abs=1e-3)
 
 
+def test_the_largest_errors_are_found_although_few_are_measured(upper_arm):
+    elbow = np.linspace(2.2, 2.6, 40)
+    states = np.column_stack([0 * elbow, elbow, 0 * elbow])
+    hull = enclosing_piece(upper_arm)
+    shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
+    alone = []
+    for state in states:
+        truth = truth_in(state[None], upper_arm)
+        found = truth.errors(shapes, {LINKS: None}, 1e-3)
+        alone += [found[LINKS].worst[0].error] if found else []
+    found = truth_in(states, upper_arm).errors(shapes, {LINKS: None}, 1e-3)
+    worst = [error.error for error in found[LINKS].worst]
+    assert len(alone) > len(worst)
+    np.testing.assert_allclose(worst, sorted(alone)[: -len(worst) - 1 : -1])
+    # None of the others is ruled out.
+    assert len(found[LINKS].postures) >= len(alone)
+
+
 def test_worse_postures_are_found_from_a_bad_one(upper_arm):
     """The wrist is at the edge of the bend, and can go farther into it."""
     edge = np.array([[0.0, 2.36, 0.0]])

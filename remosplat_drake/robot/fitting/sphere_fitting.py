@@ -24,8 +24,8 @@ from remosplat_drake.robot.fitting.solid_grid import SolidGrid, make_solid_grid
 
 _MAX_CANDIDATES = 3000
 _MAX_POINTS = 4000
-_CELLS, _MOST_CELLS = 80, 160
-_COARSEST = 0.005
+_CELLS, _FEWEST, _MOST_CELLS = 80, 20, 160
+_FINEST, _COARSEST = 0.001, 0.005
 _ROUNDS = 30
 
 POINTS_PER_VOXEL = 2.5
@@ -66,14 +66,16 @@ class LinkSurface:
 def voxel_pitch(extent: np.ndarray) -> float:
     """Returns the voxel edge for a link [m].
 
-    A larger link has more voxels, within limits.
+    A larger link has more voxels, within limits. Voxels of less than a
+    millimetre are used only for links of less than 20 of these: fingers have
+    many small links, which need no finer spheres than others.
 
     Args:
         extent: Edges of the link's bounding box, shape (3,) [m].
     """
     longest = float(np.max(extent))
     pitch = min(longest / _CELLS, _COARSEST)
-    return max(pitch, longest / _MOST_CELLS)
+    return max(pitch, longest / _MOST_CELLS, min(_FINEST, longest / _FEWEST))
 
 
 def make_link_surface(
