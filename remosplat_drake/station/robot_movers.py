@@ -101,8 +101,8 @@ def link_movers(
         q: Its configuration, shape (n_q,).
         u: Its commanded velocities, shape (n_u,) [m/s, rad/s].
         name: Display name of the robot.
-        max_speed: No point of a link is ever faster [m/s].
-        max_acceleration: No point of a link ever accelerates more [m/s^2].
+        max_speed: Speed that no point of a link exceeds [m/s].
+        max_acceleration: Acceleration that no point of a link exceeds [m/s^2].
     """
     before, now, after = (
         robot.body_poses(robot.advance(q, u, step) if step else q)
@@ -150,8 +150,8 @@ class RobotMovers(LeafSystem):
     Args:
         robot: The robot.
         name: Its display name.
-        max_speed: No point of a link is ever faster [m/s].
-        max_acceleration: No point of a link ever accelerates more [m/s^2].
+        max_speed: Speed that no point of a link exceeds [m/s].
+        max_acceleration: Acceleration that no point of a link exceeds [m/s^2].
     """
 
     def __init__(

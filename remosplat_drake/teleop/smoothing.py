@@ -63,7 +63,7 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """Returns the velocity nearest to the desired one after a bounded change.
+    """Returns the present velocity, changed towards a desired one.
 
     Args:
         before: The present velocity, shape (3,).

@@ -1,8 +1,8 @@
 """Measures how the axes of a part follow their commands.
 
 The description's model of the actuators predicts a motion from the commands.
-The measured motion is compared with it, for several delays in addition to the
-model's.
+The measured motion is compared with it, for several delays that are added to
+that of the model.
 """
 
 import dataclasses as dc

@@ -100,7 +100,7 @@ class Ros2ArmLink:
         """Returns the latest report of all joints; None if there is none.
 
         A message without one of the joints is ignored, since several
-        broadcasters may share a topic. An unusable one is reported.
+        broadcasters may share a topic. An unusable message is reported.
         """
         report, hold = None, self._hold()
         for sample in taken(self._reader):
