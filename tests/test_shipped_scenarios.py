@@ -41,6 +41,7 @@ LONG = {
     "PersonSeen",
     "RidgebackReach",
     "RoomReach",
+    "TableObjects",
     "TableTeleop",
     "TableTour",
     "TwoRobots",

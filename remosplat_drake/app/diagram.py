@@ -150,7 +150,8 @@ def build(
     log = None
     if teleoperation is not None or mcap is not None:
         folder = teleoperation and teleoperation.run
-        log = AddLog(builder, loop, folder, live_map, mcap)
+        target = operation and operation.target
+        log = AddLog(builder, loop, folder, live_map, target, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
         if not hardware:

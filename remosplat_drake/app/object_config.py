@@ -12,15 +12,18 @@ from remosplat_drake.app.object_map import OWN_MARGIN
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
-from remosplat_drake.base.ranges import Config, joined
+from remosplat_drake.base.ranges import Config, Position, joined
 from remosplat_drake.scene.objects.convex_hull import ConvexHull, read_hull
+from remosplat_drake.scene.objects.level_surface import find_level_surface
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.shortest_axes import shortest_axes
 
 Size = Annotated[float, Interval(gt=0, le=100)]
 """Type of an object's lengths, with their range [m]."""
 
-SHAPES = ("box", "cylinder", "hull")
+SHAPES = ("box", "cylinder", "hull", "surface")
 """Fields of `ObjectConfig` that define its shape; an object has one of them."""
 
 
@@ -45,6 +48,19 @@ class HullShape(Config):
 
 
 @dc.dataclass
+class SurfaceShape(Config):
+    """A level surface in the splat, on which objects are placed.
+
+    Its rectangle, along the axes x and y of W, becomes the top of a thin box.
+    """
+
+    # A point x, y, z in W at the surface [m].
+    near: Position = dc.field(default_factory=lambda: [0.0, 0.0, 0.0])
+    # Largest distance of the rectangle from this point, along x and y [m].
+    reach: Annotated[float, Interval(ge=0.05, le=5)] = 0.3
+
+
+@dc.dataclass
 class ObjectConfig(Config):
     """An object that a hand may grasp, or that supports other objects."""
 
@@ -58,6 +74,8 @@ class ObjectConfig(Config):
     box: Annotated[list[Size], Len(3, 3)] | None = None
     cylinder: CylinderShape | None = None
     hull: HullShape | None = None
+    # The place of a level surface in the splat, if it is one; it has no X_WO.
+    surface: SurfaceShape | None = None
     # Mass of the object [kg]; absent: unknown.
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
     # Whether the splat contains the object. If not, only its shape represents
@@ -69,7 +87,10 @@ class ObjectConfig(Config):
 
 
 def make_objects(
-    configs: Sequence[ObjectConfig], folder: Path, where: str
+    configs: Sequence[ObjectConfig],
+    folder: Path,
+    where: str,
+    splat_W: GaussianSplat | None = None,
 ) -> tuple[SceneObject, ...]:
     """Makes the objects of a scenario.
 
@@ -77,10 +98,12 @@ def make_objects(
         configs: The objects of the scenario.
         folder: Folder that relative file names refer to.
         where: File and name of the scenario, for errors.
+        splat_W: The scene's splat in W, in which surfaces are found; None
+            without one.
 
     Raises:
-        FieldError: A file is unusable, an object has no shape or several, or
-            two have the same name.
+        FieldError: A file is unusable, an object has no shape or several, two
+            have the same name, or the splat shows no level surface at a place.
     """
     objects: list[SceneObject] = []
     for i, config in enumerate(configs):
@@ -89,7 +112,7 @@ def make_objects(
             problem = f"two objects are named {config.name!r}"
             raise FieldError(where, joined(field, "name"), problem)
         try:
-            solid = _solid(config, folder, where, field)
+            solid = _solid(config, folder, where, field, splat_W)
         except FieldError:
             raise
         except RemoSplatError as error:
@@ -98,7 +121,13 @@ def make_objects(
     return tuple(objects)
 
 
-def _solid(config: ObjectConfig, folder: Path, where: str, field: str) -> Solid:
+def _solid(
+    config: ObjectConfig,
+    folder: Path,
+    where: str,
+    field: str,
+    splat_W: GaussianSplat | None,
+) -> Solid:
     X_WO = make_transform(config.X_WO, where, joined(field, "X_WO"))
     given = [shape for shape in SHAPES if getattr(config, shape) is not None]
     if len(given) != 1:
@@ -109,6 +138,26 @@ def _solid(config: ObjectConfig, folder: Path, where: str, field: str) -> Solid:
     if config.cylinder is not None:
         shape = config.cylinder
         return Cylinder(X_WO, shape.radius, shape.height / 2.0, config.name)
+    if config.surface is not None:
+        try:
+            return _surface(config.surface, config.name, splat_W)
+        except RemoSplatError as error:
+            place = joined(field, "surface.near")
+            raise FieldError(where, place, str(error)) from error
     assert config.hull is not None
     file = resources.resolve(config.hull.file, folder)
     return ConvexHull(X_WO, read_hull(file, config.hull.scale), config.name)
+
+
+def _surface(
+    config: SurfaceShape, name: str, splat_W: GaussianSplat | None
+) -> Box:
+    if splat_W is None or not len(splat_W):
+        raise RemoSplatError("needs a splat; set scene.splat, or give a box")
+    return find_level_surface(
+        np.asarray(splat_W.p_GK, float),
+        shortest_axes(splat_W),
+        np.array(config.near),
+        config.reach,
+        name,
+    )

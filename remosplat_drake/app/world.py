@@ -111,9 +111,9 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     where = scenario.source
     check_ranges(scenario, where)
     robot = load_scenario_robot(scenario)
-    objects = make_objects(scenario.objects, scenario.folder, where)
-    truth = with_solids(_true_scene(scenario, "truth"), objects)
     splat_W, cropped_W = load_splat(scenario)
+    objects = make_objects(scenario.objects, scenario.folder, where, splat_W)
+    truth = with_solids(_true_scene(scenario, "truth"), objects)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
     scene_field = _scene_field(scenario, objects, splat_W, truth)

@@ -10,6 +10,7 @@ from remosplat_drake.cockpit.authority import is_whole
 from remosplat_drake.cockpit.client_channel import ClientChannel
 from remosplat_drake.cockpit.messages import Look
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
+from remosplat_drake.cockpit.task_list import task_html
 from remosplat_drake.cockpit.viewpoints import (
     FOLLOW,
     SCENE,
@@ -94,6 +95,7 @@ class ClientPanel:
         self._channel = ClientChannel(client, crew.age, self._lead)
         self._stop = gui.add_button("STOP", color="red", order=0.0)
         self._status = gui.add_html("", order=1.0)
+        self._task = gui.add_html("", order=12.0, visible=False)
         self._add_stop()
         self._add_code(gui)
         self._add_views(gui, shows_unseen)
@@ -177,6 +179,9 @@ class ClientPanel:
         if status != self._status.content:
             self._status.content = status
             self._stop.disabled = pages.STOP not in look.state.buttons
+        task = task_html(look.outline)
+        if task != self._task.content:
+            self._task.content, self._task.visible = task, bool(task)
         if self.operator is not None:
             self.operator.show(look)
         if self._follows:

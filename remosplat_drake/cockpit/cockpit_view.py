@@ -1,5 +1,7 @@
 """`CockpitView`: sends the robot's state to the cockpit."""
 
+import dataclasses as dc
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -27,6 +29,7 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.signals.thing import UNSEEN, UNSEEN_SPACE
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.object_view import at_present
 from remosplat_drake.visualization.page_state import (
     supervised,
     unsupervised,
@@ -50,12 +53,15 @@ class CockpitView(LeafSystem):
         - target_state
         - supervision (optional)
         - map_status (optional)
+        - outline (optional)
+        - objects (optional)
 
     `configuration` takes the measured q, `standing` the `Standing`,
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
-    `map_status` the `MapStatus` of a live map, and `report` the controller's
-    `TickReport`. The plots include the report of every tick. The view itself
-    draws nothing, and does not wait for the cockpit.
+    `map_status` the `MapStatus` of a live map, `outline` the `TaskOutline` of
+    an operator's jobs, `objects` the `SceneObject`s of these jobs, and `report`
+    the controller's `TickReport`. The plots include the report of every tick.
+    The view itself draws nothing, and does not wait for the cockpit.
 
     Args:
         process: The cockpit.
@@ -93,7 +99,8 @@ class CockpitView(LeafSystem):
             ("supervision", SupervisorState(np.zeros(robot.n_u))),
         ):
             self.DeclareAbstractInputPort(name, Value(value))
-        self.DeclareAbstractInputPort("map_status", Value[object]())
+        for name in ("map_status", "outline", "objects"):
+            self.DeclareAbstractInputPort(name, Value[object]())
         self.DeclarePeriodicPublishEvent(period, 0.0, self._sample)
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
 
@@ -127,18 +134,23 @@ class CockpitView(LeafSystem):
         if status is not None and status.scene_map is not self._map:
             self._map = status.scene_map
             self._process.show_map(picture_of(self._map, self._show_unseen))
-        self._process.show(
-            look_at(
-                context.get_time(),
-                q,
-                self._robot,
-                self._input(context, "standing"),
-                self._input(context, "target_state"),
-                self._input(context, "supervision"),
-                status,
-                self._worst,
-            )
+        look = look_at(
+            context.get_time(),
+            q,
+            self._robot,
+            self._input(context, "standing"),
+            self._input(context, "target_state"),
+            self._input(context, "supervision"),
+            status,
+            self._worst,
         )
+        outline = self._input(context, "outline")
+        if outline is not None:
+            payload = self._input(context, "report").payload
+            objects = self._input(context, "objects")
+            objects = at_present(objects, payload, self._robot, q)
+            look = dc.replace(look, outline=outline, objects=objects)
+        self._process.show(look)
         self._worst = None
 
 

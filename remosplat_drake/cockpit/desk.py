@@ -100,6 +100,20 @@ class Desk:
         """Requests the saved pose with a name."""
         self._count("command", "poses", pose=pose)
 
+    def take(self, thing: str) -> None:
+        """Requests to take an object, by its name."""
+        self._count("command", "takes", thing=thing)
+
+    def place(self, support: str, p_WNear: np.ndarray | None) -> None:
+        """Requests to place the carried object.
+
+        Args:
+            support: Name of the object on which it shall stand.
+            p_WNear: Point near which it shall stand, shape (3,) [m]; None for
+                below the hand.
+        """
+        self._count("command", "places", support=support, p_WNear=p_WNear)
+
     def request(self, name: str) -> None:
         """Counts a press of a button for the map.
 

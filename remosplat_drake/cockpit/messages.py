@@ -9,12 +9,14 @@ from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.signals.task_outline import TaskOutline
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 from remosplat_drake.visualization.page_state import WAITING, PageState
@@ -109,6 +111,8 @@ class Look:
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
             None if the robot has only one end effector.
+        outline: The operator's jobs with objects.
+        objects: The objects at their present poses.
     """
 
     time: float
@@ -129,6 +133,8 @@ class Look:
     worst: WorstTick | None = None
     effector: int = 0
     X_WTs: np.ndarray | None = None
+    outline: TaskOutline = dc.field(default_factory=TaskOutline)
+    objects: tuple[SceneObject, ...] = ()
 
     def after(self, earlier: "Look | None") -> "Look":
         """Returns this content, merged with the worst tick of a skipped one.

@@ -10,6 +10,7 @@ import viser
 from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.ghost import COLOURS, Ghost
 from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.object_controls import ObjectControls
 from remosplat_drake.cockpit.offers import LABELS, Offer
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
@@ -106,6 +107,11 @@ class OperatorPanel:
         self._add_target()
         if job.mapping:
             self._add_map()
+        self._objects: ObjectControls | None = None
+        if look.objects:
+            names = [each.name for each in look.objects]
+            self._objects = ObjectControls(client.gui, names, desk)
+            self._parts.append(self._objects.folder)
         self._parts.append(
             self._button(client.gui, "Hand over", hand_over, order=90.0)
         )
@@ -367,6 +373,16 @@ class OperatorPanel:
         self._place(X_WT)
         self._go.visible = self._discard.visible = True
 
+    def point_at(self, name: str, p_W: np.ndarray) -> None:
+        """Chooses an object that the operator has clicked.
+
+        Args:
+            name: Its name.
+            p_W: The clicked point, shape (3,) [m].
+        """
+        if self._objects is not None:
+            self._objects.choose(name, p_W)
+
     def _go_there(self) -> None:
         if self._proposal is not None:
             X_WT = self._proposal
@@ -421,6 +437,8 @@ class OperatorPanel:
         if self._let_go.visible and (is_late or not can_release):
             self._let_go.visible = False
         is_stopped = look.state.phase == STOPPED
+        if self._objects is not None:
+            self._objects.show(look.outline, is_stopped=is_stopped)
         for button in self._motions:
             if button.disabled != is_stopped:
                 button.disabled = is_stopped

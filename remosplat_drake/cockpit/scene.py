@@ -6,6 +6,9 @@ import viser
 
 from remosplat_drake.cockpit.messages import CockpitJob, Look, MapPicture
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
+from remosplat_drake.robot.self_collision.shapes import convex_core
+from remosplat_drake.scene.objects.drake_shapes import drake_shape
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.splat_view import opaque
@@ -19,6 +22,8 @@ MOST_GAUSSIANS = 1_000_000
 """Largest number of Gaussians that are drawn; the largest ones are chosen."""
 
 _AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
+_OBJECT = (140, 89, 191)
+"""Colour of objects, as on the page of a run."""
 _THIN = 1e-3
 """Standard deviation of a surfel along its normal, for the renderer [m]."""
 _JPEG = 70
@@ -40,6 +45,7 @@ class CockpitScene:
         self._server = server
         self._robot = job.robot
         self._veil: viser.MeshHandle | None = None
+        self._objects: dict[str, viser.FrameHandle] = {}
         self._frustum: viser.CameraFrustumHandle | None = None
         scene = server.scene
         scene.set_up_direction("+z")
@@ -119,6 +125,14 @@ class CockpitScene:
             X_WTs = [look.X_WT] if look.X_WTs is None else look.X_WTs
             for frame, X_WT in zip(self._targets, X_WTs, strict=False):
                 frame.wxyz, frame.position = wxyz_position(X_WT)
+            for thing in look.objects:
+                if thing.name not in self._objects:
+                    self._objects[thing.name] = _draw_object(
+                        self._server.scene, thing
+                    )
+                node = self._objects[thing.name]
+                X_WO = thing.X_WO.GetAsMatrix4()
+                node.wxyz, node.position = wxyz_position(X_WO)
         for name, glow in self._glow.items():
             if glow.visible != (name == look.held_link):
                 glow.visible = name == look.held_link
@@ -213,6 +227,26 @@ def _draw_glow(
             visible=False,
         )
     return glow
+
+
+def _draw_object(
+    scene: viser.SceneApi, thing: SceneObject
+) -> viser.FrameHandle:
+    """Draws an object's shape; returns its frame."""
+    core = convex_core(drake_shape(thing.solid))
+    assert core is not None
+    mesh = trimesh.convex.convex_hull(core.vertices)
+    frame = scene.add_frame(f"/objects/{thing.name}", show_axes=False)
+    scene.add_mesh_simple(
+        f"/objects/{thing.name}/mesh",
+        mesh.vertices,
+        mesh.faces,
+        color=_OBJECT,
+        opacity=0.6,
+        flat_shading=True,
+        cast_shadow=False,
+    )
+    return frame
 
 
 def _draw_solids(scene: viser.SceneApi, truth: PrimitiveScene) -> None:

@@ -40,7 +40,11 @@ from remosplat_drake.cockpit.reach import (
 )
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
-from remosplat_drake.cockpit.surface_point import find_surface, target_before
+from remosplat_drake.cockpit.surface_point import (
+    clicked_object,
+    find_surface,
+    target_before,
+)
 from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
@@ -260,7 +264,16 @@ class Page:
     def _propose(
         self, operator: OperatorPanel, event: viser.SceneClickEvent
     ) -> None:
-        """Proposes a target in front of a clicked point."""
+        """Proposes a target in front of a clicked point.
+
+        If the point is on an object, the object is chosen, too.
+        """
+        objects = self._look.objects
+        if objects:
+            ray = np.array(event.ray_origin), np.array(event.ray_direction)
+            clicked = clicked_object(self._picture.field, objects, *ray)
+            if clicked is not None:
+                operator.point_at(*clicked)
         surfaces = self._picture.field.surfaces
         if surfaces is None:
             return

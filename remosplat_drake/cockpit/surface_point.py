@@ -1,10 +1,13 @@
 """Points of surfaces that an operator clicks, and targets in front of them."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 
+from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.distance_field import DistanceField
 
 FARTHEST = 20.0
@@ -16,6 +19,10 @@ _CLOSE = 1e-3
 _STEPS = 200
 """Largest number of steps along a ray; a ray almost parallel to a surface takes
 many steps."""
+
+_BEHIND = 0.02
+"""An object this much behind the map's surface still counts as clicked [m],
+since a map shows objects with errors."""
 
 _SAFE = 0.98
 """Fraction of the distance that a step covers; below 1, since distances are
@@ -73,6 +80,45 @@ def find_surface(
             return None
         p_W = p_W + _SAFE * distance * along
     return None
+
+
+def clicked_object(
+    field: DistanceField,
+    objects: Sequence[SceneObject],
+    p_W: np.ndarray,
+    direction_W: np.ndarray,
+) -> tuple[str, np.ndarray] | None:
+    """Returns the object that a ray meets first, and the point on it.
+
+    Args:
+        field: The map.
+        objects: The objects at their present poses.
+        p_W: Start of the ray in W, shape (3,) [m].
+        direction_W: Direction of the ray in W, shape (3,), of any length.
+
+    Returns:
+        Name and point, shape (3,) [m]; None if the ray meets no object, or the
+        map before.
+    """
+    found = find_surface(ObjectField(objects), p_W, direction_W)
+    if found is None:
+        return None
+    distances = {
+        each.name: abs(
+            ObjectField([each]).clearances(Spheres.at(found.p_W)).minimum()
+        )
+        for each in objects
+    }
+    ahead = None
+    if field.surfaces is not None:
+        ahead = find_surface(field.surfaces, p_W, direction_W)
+    if ahead is not None:
+        way, way_ahead = (
+            float(np.linalg.norm(p - p_W)) for p in (found.p_W, ahead.p_W)
+        )
+        if way_ahead < way - _BEHIND:
+            return None
+    return min(distances, key=distances.__getitem__), found.p_W
 
 
 def target_before(

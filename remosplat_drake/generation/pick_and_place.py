@@ -16,16 +16,15 @@ from remosplat_drake.generation.room import room
 from remosplat_drake.generation.scene_families import box
 from remosplat_drake.grasping.grasps import Grasp, plan_grasps
 from remosplat_drake.grasping.gripper import ParallelGripper
+from remosplat_drake.grasping.hand_spheres import HandSpheres
 from remosplat_drake.grasping.surface import Surface, surface_of_solid
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
 from remosplat_drake.scene.objects.drake_shapes import object_inertia
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.distance_field import DistanceField
 
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
 """Names of the object to grasp, and of its supports before and after the
@@ -240,44 +239,6 @@ def _grasps(
         if len(suiting) == GRASPS:
             break
     return suiting
-
-
-@dc.dataclass(frozen=True, eq=False)
-class HandSpheres:
-    """The spheres of an open hand in its end effector's frame E.
-
-    Attributes:
-        p_ES: Their centres, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
-    """
-
-    p_ES: np.ndarray
-    radius: np.ndarray
-
-    @staticmethod
-    def of(gripper: ParallelGripper) -> "HandSpheres":
-        """Reads the spheres of a fully open gripper."""
-        robot = gripper.robot.with_hand_width(gripper.max_width)
-        hand = robot.leading_spheres
-        spheres = robot.spheres_at(robot.q_home).select(hand)
-        X_WE = robot.end_effector_pose(robot.q_home)
-        p_ES = (spheres.p_WS - X_WE[:3, 3]) @ X_WE[:3, :3]
-        return HandSpheres(p_ES, spheres.radius)
-
-    def keeps(
-        self, field: DistanceField, X_WE: np.ndarray, distance: float
-    ) -> bool:
-        """Returns whether the hand keeps a distance from the map.
-
-        Args:
-            field: Distances to the map.
-            X_WE: Pose of the end effector, shape (4, 4).
-            distance: The distance [m].
-        """
-        p_WS = self.p_ES @ X_WE[:3, :3].T + X_WE[:3, 3]
-        spheres = Spheres.at(p_WS, self.radius)
-        found = field.clearances(spheres, distance + 0.01)
-        return bool(found.minimum() > distance)
 
 
 def points_near(solids: Sequence[Solid], X_WO: RigidTransform) -> np.ndarray:

@@ -10,7 +10,7 @@ from remosplat_drake.scene.box_surface import box_surface, cell_centers
 from remosplat_drake.scene.objects.scene_object import Solid
 from remosplat_drake.scene.primitive_scene import Box, Cylinder
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.quaternions import rotation_matrices
+from remosplat_drake.splat.shortest_axes import shortest_axes
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -98,11 +98,7 @@ def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
         spacing: Side of the grid's cells [m].
     """
     p_OK = np.asarray(splat.p_GK, float)
-    R_OK = rotation_matrices(np.asarray(splat.quaternions, float))
-    flat = np.full(len(p_OK), 2)
-    if not splat.is_surfel:
-        flat = np.argmin(splat.scales, axis=1)
-    normals = np.take_along_axis(R_OK, flat[:, None, None], axis=2)[:, :, 0]
+    normals = shortest_axes(splat)
     outward = np.einsum("ni,ni->n", normals, p_OK - np.median(p_OK, axis=0))
     normals = normals * np.where(outward < 0.0, -1.0, 1.0)[:, None]
     cells = np.floor(p_OK / spacing).astype(np.int64)

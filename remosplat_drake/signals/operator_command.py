@@ -12,8 +12,10 @@ class OperatorCommand:
     One-time events are counted, and an increased count is a request: no press
     is lost between two reads, and nothing needs a reset. Of several new
     requests, the first one in this order counts: hold, home, pose, scan,
-    velocity, moves. It applies to the end effector that was chosen last.
-    Requests to open or close the hand are independent of these.
+    velocity, moves. A request to hold also ends a job, and other requests are
+    ignored during a job. A request applies to the end effector that was chosen
+    last. Requests to open or close the hand are independent of these; if the
+    hand carries an object, a request to open it lets the object go.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
@@ -32,6 +34,14 @@ class OperatorCommand:
         scans: Number of requests of a scan.
         opens: Number of requests to open the hand.
         closes: Number of requests to close the hand.
+        thing: Name of the object that shall be taken; empty before the first
+            request.
+        takes: Number of requests to take an object.
+        support: Name of the object on which the carried one shall be placed;
+            empty before the first request.
+        p_WNear: Point near which it shall be placed, shape (3,) [m]; None for
+            below the hand.
+        places: Number of requests to place the carried object.
         effector: Name of the end effector chosen last; empty for the first or
             only one.
         choices: Number of times that an end effector was chosen.
@@ -49,6 +59,11 @@ class OperatorCommand:
     scans: int = 0
     opens: int = 0
     closes: int = 0
+    thing: str = ""
+    takes: int = 0
+    support: str = ""
+    p_WNear: np.ndarray | None = None
+    places: int = 0
     effector: str = ""
     choices: int = 0
     trouble: str = ""

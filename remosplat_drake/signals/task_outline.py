@@ -56,6 +56,11 @@ class TaskOutline:
     def __deepcopy__(self, memo) -> "TaskOutline":
         return self
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a step of the task is in progress."""
+        return any(line.state == PRESENT for line in self.lines)
+
     def document(self) -> dict:
         """Returns the outline as a JSON object."""
         return dc.asdict(self)

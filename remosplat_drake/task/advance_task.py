@@ -82,7 +82,7 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     """
     if state.outcome != RUNNING or not np.isfinite(now.q).all():
         return state
-    lost = _lost(state, now)
+    lost = loss(state, now)
     if lost:
         failures = (*state.failures, lost)
         return dc.replace(state, failures=failures, outcome=FAILED)
@@ -288,8 +288,13 @@ def _next_way(task: Task, state: TaskState) -> TaskState:
     return dc.replace(state, outcome=FAILED)
 
 
-def _lost(state: TaskState, now: Observation) -> str:
-    """Returns why the carried object may be lost; empty if it is held."""
+def loss(state: TaskState, now: Observation) -> str:
+    """Returns why the carried object may be lost; empty if it is held.
+
+    Args:
+        state: The state of the task.
+        now: The measurements of the robot.
+    """
     hand, name = now.hands.get(state.holder), state.held
     if not name or hand is None:
         return ""

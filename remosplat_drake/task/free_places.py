@@ -25,6 +25,10 @@ _LEAST_AREA = 1e-4
 MOST = 8
 """Largest number of places that are returned."""
 
+APART = 0.05
+"""Least distance of two places that are returned [m]. If a robot cannot reach
+one, it can rarely reach one that is nearer to it."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Surroundings:
@@ -63,7 +67,7 @@ def free_places(
             middle of the top.
 
     Returns:
-        Poses X_WO, the nearest first, `MOST` at most.
+        Poses X_WO, the nearest first, `MOST` at most, `APART` from each other.
 
     Raises:
         RemoSplatError: The top is tilted or too small, there is no free place,
@@ -97,7 +101,18 @@ def free_places(
             )
         p_WO = p_WO[far <= around.reach]
     rotation = thing.X_WO.rotation()
-    return [RigidTransform(rotation, p) for p in p_WO[:MOST]]
+    return [RigidTransform(rotation, p) for p in _spread(p_WO)]
+
+
+def _spread(p_WO: np.ndarray) -> np.ndarray:
+    """The first of the places that keep `APART` from those before."""
+    chosen: list[np.ndarray] = []
+    for p in p_WO:
+        if all(np.linalg.norm(p - other) >= APART for other in chosen):
+            chosen.append(p)
+        if len(chosen) == MOST:
+            break
+    return np.array(chosen)
 
 
 def level_top(support: SceneObject) -> tuple[np.ndarray, float]:

@@ -47,19 +47,24 @@ def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
 
 
 def make_blocks(
-    configs: Sequence[cfg.AnyStep], shop: Workshop
+    configs: Sequence[cfg.AnyStep],
+    shop: Workshop,
+    held: str = "",
+    holder: int = 0,
 ) -> tuple[Block, ...]:
     """Makes the blocks of a task from a scenario's `tasks`.
 
     Args:
         configs: The steps, as the scenario has them.
         shop: Properties of the robot and the objects, to check the steps.
+        held: Name of the object that is carried before; empty for none.
+        holder: Index of the end effector that carries it.
 
     Raises:
         FieldError: A step names something that does not exist, exceeds the
             opening of the hand, or puts down an object that is not carried.
     """
-    held, holder, blocks = "", 0, []
+    blocks = []
     for i, config in enumerate(configs):
         maker = _Maker(config, shop, f"tasks[{i}]", held, holder)
         blocks.append(maker.block())

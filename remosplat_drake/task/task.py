@@ -1,4 +1,4 @@
-"""`Task`: jobs with objects; `TaskState`: the progress of a task."""
+"""`Task`: jobs with objects; `TaskState`: its progress; `Work`: both."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -147,3 +147,19 @@ class TaskState:
             each.at(pose) if each.name == name else each
             for each in self.objects
         )
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Work:
+    """A task and its progress; copying returns the object itself.
+
+    Attributes:
+        task: The task.
+        state: Its progress.
+    """
+
+    task: Task
+    state: TaskState
+
+    def __deepcopy__(self, memo):
+        return self

@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
     BasicVector,
     Context,
+    DependencyTicket,
     LeafSystem,
     State,
 )
@@ -26,7 +27,7 @@ from remosplat_drake.task.outline import outline
 from remosplat_drake.task.step import FORCE
 from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.target_sequence import TargetProgress
-from remosplat_drake.task.task import DONE, FAILED, Task, TaskState
+from remosplat_drake.task.task import DONE, FAILED, TaskState, Work
 from remosplat_drake.task.task_map import TaskMap
 
 
@@ -51,7 +52,6 @@ class TaskSystem(LeafSystem):
         - objects
         - hand_command
         - outline
-        - task
 
     `advance_task` computes the progress once a period. `aim`, `target` and
     `progress` are like those of a `TargetSequence`, except that `progress`
@@ -60,11 +60,13 @@ class TaskSystem(LeafSystem):
     `payload` the carried object, and `objects` all objects at their poses.
     `hold` is true if the arm must stand still: map and payload change only
     then. `hand_command` is the width and force of each hand [m, N],
-    `hand_state` the width, rate and force of each, `task` the `TaskState`, and
-    `outline` the `TaskOutline` for display.
+    `hand_state` the width, rate and force of each, and `outline` the
+    `TaskOutline` for display.
+
+    A subclass may change the task during the run, by `_advanced`.
 
     Args:
-        task: The task.
+        work: The task, and its state at the start.
         map: The map of the task.
         widths: Opening of each hand at the start, by end effector [m].
         period: Control period [s].
@@ -73,15 +75,15 @@ class TaskSystem(LeafSystem):
     def __init__(
         self,
         *,
-        task: Task,
+        work: Work,
         map: TaskMap,
         widths: Mapping[int, float],
         period: float,
     ):
         super().__init__()
         self.set_name("targets")
-        self._task, self._map, self._widths = task, map, widths
-        robot = task.robot
+        self._map, self._widths = map, widths
+        self._robot = robot = work.task.robot
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
@@ -94,11 +96,11 @@ class TaskSystem(LeafSystem):
         self._hand_input = self.DeclareVectorInputPort(
             "hand_state", 3 * len(widths)
         )
-        self._state_index = self.DeclareAbstractState(
-            Value(TaskState(task.objects, since=-np.inf))
-        )
-        present = {self.abstract_state_ticket(self._state_index)}
+        self._work_index = self.DeclareAbstractState(Value[object](work))
+        present = {self.abstract_state_ticket(self._work_index)}
         moving = present | {self._configuration_input.ticket()}
+        hands = set(present)
+        self._declare_inputs(moving, hands)
         for name, model, calc, tickets in (
             ("target", Value(RigidTransform()), self._calc_target, moving),
             ("aim", Value[object](), self._calc_aim, moving),
@@ -116,10 +118,19 @@ class TaskSystem(LeafSystem):
         ):
             self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
         self.DeclareVectorOutputPort(
-            "hand_command", 2 * len(widths), self._calc_hands, present
+            "hand_command", 2 * len(widths), self._calc_hands, hands
         )
-        self.DeclareStateOutputPort("task", self._state_index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
+
+    def _declare_inputs(
+        self, aim: set[DependencyTicket], hands: set[DependencyTicket]
+    ) -> None:
+        """Declares further inputs of a subclass.
+
+        Args:
+            aim: Tickets on which the aim depends; others may be added.
+            hands: Tickets on which the hand command depends.
+        """
 
     def state(self, context: Context) -> TaskState:
         """Returns the progress of the task in detail.
@@ -127,7 +138,10 @@ class TaskSystem(LeafSystem):
         Args:
             context: The system's own context.
         """
-        return context.get_abstract_state(int(self._state_index)).get_value()
+        return self._work(context).state
+
+    def _work(self, context: Context) -> Work:
+        return context.get_abstract_state(int(self._work_index)).get_value()
 
     def progress(self, context: Context) -> TargetProgress:
         """Returns the progress along the blocks of the task.
@@ -135,10 +149,11 @@ class TaskSystem(LeafSystem):
         Args:
             context: The system's own context.
         """
-        state, count = self.state(context), len(self._task.blocks)
+        work = self._work(context)
+        state, count = work.state, len(work.task.blocks)
         if state.outcome == DONE:
             return TargetProgress(count, count)
-        step = state.present(self._task)
+        step = state.present(work.task)
         failed = state.failures[-1] if state.outcome == FAILED else ""
         return TargetProgress(state.block, count, step.text, failed)
 
@@ -148,13 +163,13 @@ class TaskSystem(LeafSystem):
         Args:
             context: The system's own context.
         """
-        state = self.state(context)
+        task, state = self._work(context).task, self.state(context)
         q = self._configuration_input.Eval(context)
-        return error_to(self._task, state, state.present(self._task), q)
+        return error_to(task, state, state.present(task), q)
 
     def _aim(self, context: Context) -> Aim:
-        q = self._configuration_input.Eval(context)
-        return aim_of(self._task, self.state(context), q)
+        q, work = self._configuration_input.Eval(context), self._work(context)
+        return aim_of(work.task, work.state, q)
 
     def _calc_aim(self, context: Context, output: AbstractValue):
         output.set_value(self._aim(context))
@@ -175,35 +190,59 @@ class TaskSystem(LeafSystem):
         output.set_value(self.state(context).objects)
 
     def _calc_hold(self, context: Context, output: AbstractValue):
-        state = self.state(context)
-        moves = state.begun and state.present(self._task).goal is not None
-        output.set_value(not moves)
+        output.set_value(self._holds(context))
+
+    def _holds(self, context: Context) -> bool:
+        """Whether the arm must stand still."""
+        work = self._work(context)
+        moves = work.state.present(work.task).goal is not None
+        return not (work.state.begun and moves)
 
     def _calc_outline(self, context: Context, output: AbstractValue):
-        output.set_value(outline(self._task, self.state(context)))
+        work = self._work(context)
+        output.set_value(outline(work.task, work.state))
 
     def _calc_hands(self, context: Context, output: BasicVector):
+        commands = self._hands(context).values()
+        output.SetFromVector(np.ravel(list(commands)))
+
+    def _hands(self, context: Context) -> dict[int, tuple[float, float]]:
+        """Commanded opening and force of each hand [m, N]."""
         told = self.state(context).told
-        start = {i: (width, FORCE) for i, width in self._widths.items()}
-        commands = [told.get(i, start[i]) for i in start]
-        output.SetFromVector(np.ravel(commands))
+        return {
+            i: told.get(i, (width, FORCE)) for i, width in self._widths.items()
+        }
 
     def _judge(self, context: Context, state: State):
-        before = self.state(context)
+        before = self._work(context)
+        after = self._advanced(context, before, self._observed(context))
+        if after is not before:
+            cell = int(self._work_index)
+            state.get_mutable_abstract_state(cell).set_value(after)
+
+    def _observed(self, context: Context) -> Observation:
+        """The measurements of the robot."""
         hands = {}
         if self._hand_input.HasValue(context):
             readings = self._hand_input.Eval(context).reshape(-1, 3)
             hands = dict(
                 zip(self._widths, map(HandReading.of, readings), strict=True)
             )
-        now = Observation(
+        return Observation(
             context.get_time(),
             np.array(self._configuration_input.Eval(context)),
             np.array(self._velocity_input.Eval(context)),
             np.array(self._executed_input.Eval(context)),
             hands,
         )
-        after = advance_task(self._task, before, now)
-        if after is not before:
-            cell = int(self._state_index)
-            state.get_mutable_abstract_state(cell).set_value(after)
+
+    def _advanced(self, context: Context, work: Work, now: Observation) -> Work:
+        """The task and its state after a tick; `work` if nothing has changed.
+
+        Args:
+            context: The system's own context.
+            work: The task and its state before the tick.
+            now: The measurements of the robot.
+        """
+        state = advance_task(work.task, work.state, now)
+        return work if state is work.state else Work(work.task, state)

@@ -5,13 +5,30 @@ from collections.abc import Sequence
 
 from remosplat_drake.signals.operator_command import OperatorCommand
 
-_LEADING = ("moves", "holds", "homes", "poses", "scans", "choices")
+_LEADING = (
+    "moves",
+    "holds",
+    "homes",
+    "poses",
+    "scans",
+    "choices",
+    "takes",
+    "places",
+)
 """Fields of `OperatorCommand` that count requests about the target. An operator
 who makes such a request leads from then on."""
 
 _COUNTS = (*_LEADING, "opens", "closes")
 """All fields that count requests. Opening or closing the hand does not change
 the leader, since it does not move the target."""
+
+_VALUES = {
+    "poses": ("pose",),
+    "choices": ("effector",),
+    "takes": ("thing",),
+    "places": ("support", "p_WNear"),
+}
+"""Counts of requests, each with the values that belong to its latest one."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -54,22 +71,25 @@ def merge_commands(
     pairs = list(zip(before.sources, sources, strict=True))
     new = [i for i, pair in enumerate(pairs) if _wishes_anew(*pair)]
     leader = new[0] if new else before.leader
-    picks = [now.pose for known, now in pairs if now.poses > known.poses]
-    chosen = [x.effector for known, x in pairs if x.choices > known.choices]
     counts = {
         name: sum(getattr(source, name) for source in sources)
         for name in _COUNTS
     }
-    command = dc.replace(
-        sources[leader],
-        pose=picks[0] if picks else before.command.pose,
-        effector=chosen[0] if chosen else before.command.effector,
-        **counts,
-    )
+    command = dc.replace(sources[leader], **counts)
+    for count, names in _VALUES.items():
+        source = next(
+            (now for known, now in pairs if _more(known, now, count)),
+            before.command,
+        )
+        values = {name: getattr(source, name) for name in names}
+        command = dc.replace(command, **values)
     return MergedCommand(tuple(sources), leader, command)
 
 
 def _wishes_anew(known: OperatorCommand, now: OperatorCommand) -> bool:
     pressed = known.V_W is None and now.V_W is not None
-    counted = any(getattr(now, n) > getattr(known, n) for n in _LEADING)
-    return pressed or counted
+    return pressed or any(_more(known, now, name) for name in _LEADING)
+
+
+def _more(known: OperatorCommand, now: OperatorCommand, count: str) -> bool:
+    return getattr(now, count) > getattr(known, count)

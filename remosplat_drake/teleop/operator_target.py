@@ -20,6 +20,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.task.target_sequence import TargetProgress
@@ -39,6 +40,7 @@ class OperatorTarget(LeafSystem):
         - command
         - map_requests (optional)
         - supervision (optional)
+        - job (optional)
         output_ports:
         - target
         - aim
@@ -62,6 +64,11 @@ class OperatorTarget(LeafSystem):
     that an operator moved meanwhile. This input affects the outputs only
     through the periodic update. Otherwise there would be an algebraic loop,
     since the supervisor's inputs depend on the target.
+
+    `job` takes the state of a job in words, such as "pick the can: lifts the
+    can", and is empty if there is none. During a job, which moves the robot
+    instead of the operator, the targets stay with the robot, and the hand is
+    considered open. This input, too, affects only the periodic update.
 
     Args:
         robot: The robot, for its kinematics.
@@ -97,6 +104,7 @@ class OperatorTarget(LeafSystem):
         self._supervision_input = self.DeclareAbstractInputPort(
             "supervision", Value(SupervisorState(np.zeros(robot.n_u)))
         )
+        self._job_input = self.DeclareAbstractInputPort("job", Value(""))
         # The target has no pose until a tick has measured the end effector's
         # pose.
         nowhere = TargetState.at_rest(np.full((4, 4), np.nan))
@@ -247,16 +255,20 @@ class OperatorTarget(LeafSystem):
         leading = before.leading
         if command.choices > before.led.command.choices:
             leading = self._index(command.effector)
-        is_open = before.is_open
-        if not self._is_stopped(context):
+        is_open, job = before.is_open, value_or_none(self._job_input, context)
+        is_stopped = self._is_stopped(context)
+        why = "hold: the robot is stopped" if is_stopped else job
+        if job:
+            is_open = True
+        elif not is_stopped:
             known = before.led.command
             is_open = advance_hand(known, command, is_open=is_open)
         states = []
         for i, (law, one) in enumerate(
             zip(self._laws, before.states, strict=True)
         ):
-            if self._is_stopped(context):
-                one = stand(one, command, X_WEs[i])
+            if why:
+                one = stand(one, command, X_WEs[i], why)
             elif i == leading:
                 time = context.get_time()
                 one = advance_target(law, one, command, X_WEs[i], time)

@@ -57,9 +57,9 @@ def stand(
     state: TargetState,
     command: OperatorCommand,
     X_WE: np.ndarray,
-    text: str = "hold: the robot is stopped",
+    text: str,
 ) -> TargetState:
-    """Keeps the target at the hand of a stopped robot, or at a deselected hand.
+    """Keeps the target at the hand while something else moves or stops it.
 
     Requests in the meantime are ignored.
 

@@ -6,6 +6,8 @@ steps:
 - {time: 5, pick: shelf}
 - {time: 9, press: home}
 - {time: 12, effector: right, translation: [0.6, -0.3, 0.9]}
+- {time: 20, take: can}
+- {time: 45, put_on: tray}
 """
 
 import dataclasses as dc
@@ -50,6 +52,14 @@ BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 """Names of the buttons that a step of a script can press."""
 
 
+NO_OBJECTS = (
+    "needs a simulation of a scenario with `objects` and mapping: {enabled:"
+    " false}"
+)
+"""Error text of a step that takes or places an object where that is not
+possible."""
+
+
 @dc.dataclass
 class OperatorStep(Config):
     """A step of a script: a requested pose, a press of a button, or both."""
@@ -70,11 +80,19 @@ class OperatorStep(Config):
     # several. If it is empty, the end effector does not change. A script begins
     # with the first end effector.
     effector: str = ""
+    # Name of an object to take; empty for none.
+    take: str = ""
+    # Name of an object on which to place the carried one; empty for none.
+    put_on: str = ""
+    # Point x, y, z in W near which to place it; absent: below the hand [m].
+    near: Position | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields errors for an unknown button or rotation without position."""
         if self.rpy_deg is not None and self.translation is None:
             yield "rpy_deg", "needs a translation"
+        if self.near is not None and not self.put_on:
+            yield "near", "needs the field put_on"
         if self.press and self.press not in BUTTONS:
             yield "press", unknown_name("button", self.press, BUTTONS)
 
@@ -108,6 +126,7 @@ def load_operator_steps(
     poses: Collection[str],
     scenes: Sequence[PrimitiveScene] = (),
     effectors: Collection[str] = ("",),
+    objects: Collection[str] = (),
 ) -> list[OperatorStep]:
     """Reads and checks an operator's script.
 
@@ -117,6 +136,7 @@ def load_operator_steps(
         scenes: The scenes of a simulated camera, between which a step may
             switch.
         effectors: Names of the robot's end effectors.
+        objects: Names of the objects that steps may take or put down.
 
     Raises:
         FileError: The file is missing or not YAML.
@@ -134,6 +154,13 @@ def load_operator_steps(
                 f"steps[{i}].effector",
                 unknown_effector(step.effector, effectors),
             )
+        for name in ("take", "put_on"):
+            thing = getattr(step, name)
+            if thing and thing not in objects:
+                problem = unknown_name("object", thing, objects)
+                if not objects:
+                    problem = NO_OBJECTS
+                raise FieldError(str(path), f"steps[{i}].{name}", problem)
         if step.press == SCENE and len(scenes) < 2:
             raise FieldError(
                 str(path),
@@ -161,11 +188,20 @@ def _check_step(
     if step.pick and step.pick not in poses:
         problem = unknown_name("saved pose", step.pick, poses)
         raise FieldError(where, f"{field}.pick", problem)
-    if not (step.translation or step.press or step.pick or step.effector):
+    asks = (
+        step.translation,
+        step.press,
+        step.pick,
+        step.effector,
+        step.take,
+        step.put_on,
+    )
+    if not any(asks):
         raise FieldError(
             where,
             field,
-            "asks for nothing: give translation, press, pick or effector",
+            "asks for nothing: give translation, press, pick, effector, take"
+            " or put_on",
         )
 
 
@@ -200,6 +236,17 @@ def asked_over_time(
         if step.pick:
             command = dc.replace(
                 command, pose=step.pick, poses=command.poses + 1
+            )
+        if step.take:
+            command = dc.replace(
+                command, thing=step.take, takes=command.takes + 1
+            )
+        if step.put_on:
+            command = dc.replace(
+                command,
+                support=step.put_on,
+                p_WNear=None if step.near is None else np.array(step.near),
+                places=command.places + 1,
             )
         if step.press in _TARGET_BUTTONS:
             command = _more(command, _TARGET_BUTTONS[step.press])

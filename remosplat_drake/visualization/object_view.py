@@ -1,10 +1,14 @@
 """`ObjectView`: draws the objects of a task, in the scene and in the hand."""
 
+from collections.abc import Sequence
+
+import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.drake_shapes import drake_shape
 from remosplat_drake.scene.objects.scene_object import SceneObject
@@ -68,15 +72,34 @@ class ObjectView(LeafSystem):
         q = self._configuration_input.Eval(context)
         payload = self._report_input.Eval(context).payload
         objects: tuple[SceneObject, ...] = self._objects_input.Eval(context)
-        for thing in objects:
-            X_WO, path = thing.X_WO, f"{OBJECTS}/{thing.name}"
-            if payload is not None and payload.name == thing.name:
-                body = self._robot.tree.index(payload.link)
-                X_WL = self._robot.body_poses(q)[body]
-                X_WO = RigidTransform(X_WL @ payload.X_LO)
+        for thing in at_present(objects, payload, self._robot, q):
+            path = f"{OBJECTS}/{thing.name}"
             if thing.name not in self._drawn:
                 self._meshcat.SetObject(
                     path, drake_shape(thing.solid), self.COLOR
                 )
                 self._drawn.add(thing.name)
-            self._scene.move(path, X_WO, context.get_time())
+            self._scene.move(path, thing.X_WO, context.get_time())
+
+
+def at_present(
+    objects: Sequence[SceneObject],
+    payload: Payload | None,
+    robot: RobotModel,
+    q: np.ndarray,
+) -> tuple[SceneObject, ...]:
+    """Returns the objects, a carried one at its pose in the hand.
+
+    Args:
+        objects: The objects, a carried one at any pose.
+        payload: The carried object; None for none.
+        robot: The robot that carries it.
+        q: The configuration, shape (n_q,) [rad, m].
+    """
+    if payload is None:
+        return tuple(objects)
+    X_WL = robot.body_poses(q)[robot.tree.index(payload.link)]
+    X_WO = RigidTransform(X_WL @ payload.X_LO)
+    return tuple(
+        each.at(X_WO) if each.name == payload.name else each for each in objects
+    )

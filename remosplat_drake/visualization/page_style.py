@@ -59,6 +59,19 @@ def button(text: str, key: str = "") -> str:
     return _span("button", escaped(text) + shown)
 
 
+def hidden(action: str, index: int = 0) -> str:
+    """Returns the name of a hidden button, which another control clicks.
+
+    Args:
+        action: Its action; `web/task.js` finds it by this name.
+        index: Index of the object that it acts on.
+    """
+    return (
+        f'<span class="remosplat-hidden remosplat-{action}"'
+        f' data-index="{index}"></span>'
+    )
+
+
 def slider(text: str, keys: str = "") -> str:
     """Returns the name of a slider.
 

@@ -18,7 +18,7 @@ from remosplat_drake.teleop.gamepad import gamepad_velocity
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 from remosplat_drake.visualization.dead_man import DeadMan
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.visualization.page_style import button, heading
+from remosplat_drake.visualization.page_style import button, heading, hidden
 from remosplat_drake.visualization.pose_sliders import PoseSliders
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
@@ -31,6 +31,7 @@ ADD_FRAME = button("Add a frame", "M")
 REFINE = button("Refine")
 UNDO = button("Undo")
 SAVE = button("Save splat")
+GIVE_UP = hidden("give-up")
 OTHER_HAND = button("Other hand", "T")
 CHANGE_SCENE = button("Put or take an object")
 
@@ -63,7 +64,9 @@ class TeleopPanel(LeafSystem):
     `MapRequests` so far; the page is read when these ports are evaluated.
     `state` takes the `TargetState`: the sliders follow the target while another
     source moves it, and a line on the page shows the text of the state. If
-    there are several end effectors, a button selects the next one.
+    there are several end effectors, a button selects the next one. Hidden
+    buttons take and place each object, and end a job; the page's list of
+    objects clicks them (`web/task.js`).
 
     Args:
         page: The page that gets the controls.
@@ -76,6 +79,8 @@ class TeleopPanel(LeafSystem):
             only if there are at least two scenes.
         effectors: Names of the robot's end effectors.
         has_hand: Whether there is a hand that opens and closes.
+        objects: Names of the objects that may be taken, in the order of the
+            page's list.
     """
 
     def __init__(
@@ -88,6 +93,7 @@ class TeleopPanel(LeafSystem):
         scenes: Sequence[PrimitiveScene] = (),
         effectors: Sequence[str] = ("",),
         has_hand: bool = False,
+        objects: Sequence[str] = (),
     ):
         super().__init__()
         self.set_name("teleop_panel")
@@ -96,8 +102,13 @@ class TeleopPanel(LeafSystem):
         self._scenes = tuple(scenes)
         self._effectors = tuple(effectors)
         self._choices, self._effector, self._led = 0, 0, 0
+        self._takes = {hidden("take", i): x for i, x in enumerate(objects)}
+        self._places = {hidden("put", i): x for i, x in enumerate(objects)}
+        self._thing, self._support = "", ""
         self._poses = {button(f"→ {name}"): name for name in config.poses}
-        self._picks = dict.fromkeys(self._poses, 0)
+        self._picks = dict.fromkeys(
+            [*self._poses, *self._takes, *self._places], 0
+        )
         self._pose = ""
         self._buttons: set[str] = set()
         self._X_WT: np.ndarray | None = None
@@ -137,6 +148,8 @@ class TeleopPanel(LeafSystem):
         self._add_buttons(HOLD, HOME, *self._poses)
         if has_hand:
             self._add_buttons(OPEN, CLOSE)
+        if self._takes:
+            self._add_buttons(GIVE_UP, *self._takes, *self._places)
         if not mapping:
             return
         meshcat.AddButton(heading("Map"))
@@ -159,7 +172,9 @@ class TeleopPanel(LeafSystem):
     def _calc_command(self, context: Context, output: Value):
         self._read_choices()
         self._read_sliders(context.get_time())
-        self._read_poses()
+        self._pose = self._picked(self._poses, self._pose)
+        self._thing = self._picked(self._takes, self._thing)
+        self._support = self._picked(self._places, self._support)
         V_W = self._gamepad_velocity()
         output.set_value(
             OperatorCommand(
@@ -167,13 +182,17 @@ class TeleopPanel(LeafSystem):
                 X_WT=self._X_WT,
                 moves=self._moves,
                 V_W=V_W,
-                holds=self._clicks(HOLD),
+                holds=self._clicks(HOLD) + self._clicks(GIVE_UP),
                 homes=self._clicks(HOME),
                 pose=self._pose,
-                poses=sum(self._picks.values()),
+                poses=sum(map(self._clicks, self._poses)),
                 scans=self._clicks(SCAN),
                 opens=self._clicks(OPEN),
                 closes=self._clicks(CLOSE),
+                thing=self._thing,
+                takes=sum(map(self._clicks, self._takes)),
+                support=self._support,
+                places=sum(map(self._clicks, self._places)),
                 effector=self._effectors[self._effector],
                 choices=self._choices,
             )
@@ -207,12 +226,14 @@ class TeleopPanel(LeafSystem):
             self._sliders.show(self._X_WTs[self._effector])
             self._X_WT = None
 
-    def _read_poses(self):
-        for name, clicks in self._picks.items():
-            now = self._clicks(name)
-            if now > clicks:
-                self._picks[name] = now
-                self._pose = self._poses[name]
+    def _picked(self, names: dict[str, str], before: str) -> str:
+        """Returns what the button clicked last stands for."""
+        for name, value in names.items():
+            clicks = self._clicks(name)
+            if clicks > self._picks[name]:
+                self._picks[name] = clicks
+                before = value
+        return before
 
     def _gamepad_velocity(self) -> np.ndarray | None:
         if not self._dead_man.is_held():

@@ -19,6 +19,8 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.task.free_places import Surroundings, free_places
+from remosplat_drake.task.object_spheres import fit_object
 
 CAN = SceneObject("can", Cylinder(RigidTransform([0, 0, 0.1]), 0.03, 0.1))
 
@@ -81,11 +83,21 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         ),
         (
             "{objects: [{name: cup}], tasks: []}",
-            r"objects\[0\]: give exactly one of box, cylinder, hull, got 0",
+            r"objects\[0\]: give exactly one of box, cylinder, hull, surface,"
+            " got 0",
         ),
         (
             "{objects: [{name: cup, hull: {file: no.obj}}], tasks: []}",
             r"objects\[0\]: no\.obj: no such file",
+        ),
+        (
+            "{objects: [{name: spot, surface: {near: [1.2, 0.6, 1.0]}}],"
+            " tasks: []}",
+            r"objects\[0\]\.surface\.near: the map has no surface within",
+        ),
+        (
+            "{objects: [{name: spot, surface: {near: [1, 1, 1], reach: 9}}]}",
+            r"objects\[0\]\.surface\.reach",
         ),
         ("{tasks: [!Pick {object: cup}]}", "unknown object 'cup'"),
         ("{tasks: [!Lift {by: [0, 0, 9]}]}", "by"),
@@ -107,6 +119,33 @@ def test_bad_ones_end_in_one_line(text, message):
     with pytest.raises(RemoSplatError, match=message) as error:
         build(load_scenario("TablePick", text))
     assert "\n" not in str(error.value)
+
+
+FOUND = "{objects: [%s, {name: board, surface: {near: [1.05, 0.2, 0.54]}}]}"
+
+
+def test_a_surface_is_found_in_the_splat():
+    """The lower board of the bookshelf, in a trained splat."""
+    cup = "{name: cup, X_WO: {translation: [0.4, 1, 0.6]}, in_splat: false,"
+    cup += " cylinder: {radius: 0.033, height: 0.12}}"
+    text = FOUND % cup
+    world = load_world(load_scenario("ShelfPlace", f"{text[:-1]}, tasks: []}}"))
+    cup, board = world.objects
+    assert board.top == pytest.approx(0.53584, abs=0.003)
+    lower, upper = board.corners + board.X_WO.translation()
+    # The board of the true scene, as far as the search goes.
+    assert (lower[:2] >= [0.9 - 0.02, -0.1 - 0.02]).all()
+    assert (upper[:2] <= [1.35 + 0.02, 0.5 + 0.02]).all()
+    assert (upper - lower)[:2].min() > 0.15
+    # It is an object: the map without objects lacks its splats.
+    p_W = np.array([1.05, 0.2, board.top])
+    assert abs(world.field.clearances(Spheres.at(p_W)).minimum()) < 0.001
+    assert world.scene_field.clearances(Spheres.at(p_W)).minimum() > 0.03
+    around = Surroundings(world.scene_field, 0.021)
+    places = free_places(cup, fit_object(cup), board, around)
+    assert places and places[0].translation()[2] == pytest.approx(
+        board.top + 0.06, abs=1e-6
+    )
 
 
 def test_a_pair_s_own_distance_exceeds_the_map_s_error():

@@ -48,6 +48,20 @@ def test_the_newest_wish_leads():
     assert (command.source, command.X_WT) == ("page", sources.page.X_WT)
 
 
+def test_what_is_taken_is_what_was_requested_last():
+    sources = Sources()
+    sources.say(page={"thing": "can", "takes": 1})
+    command = sources.say(stream={"thing": "box", "takes": 1})
+    assert (command.thing, command.takes) == ("box", 2)
+    # A request of another kind changes neither object nor place.
+    p_W = np.array([1.0, 0.0, 0.5])
+    sources.say(page={"support": "tray", "p_WNear": p_W, "places": 1})
+    command = sources.say(stream={"holds": 1})
+    assert (command.thing, command.support) == ("box", "tray")
+    assert command.p_WNear is p_W
+    assert (command.takes, command.places, command.holds) == (2, 1, 1)
+
+
 def test_a_stream_does_not_lead_on_after_a_hold():
     sources = Sources()
     sources.say(stream={"X_WT": pose(2), "moves": 1})

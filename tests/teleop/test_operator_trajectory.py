@@ -95,9 +95,26 @@ def test_something_is_put_there_and_taken_away_again(tmp_path):
     assert shown == [None, scenes[1], scenes[0]]
 
 
+def test_objects_are_taken_and_put_down(tmp_path):
+    text = """
+    steps:
+    - {time: 1, take: can}
+    - {time: 2, put_on: tray, near: [1.0, 0.2, 0.5]}
+    """
+    path = write(tmp_path, text)
+    steps = load_operator_steps(path, [], objects=["can", "tray"])
+    last = asked_over_time(steps)[-1].command
+    assert (last.thing, last.takes) == ("can", 1)
+    assert (last.support, last.places) == ("tray", 1)
+    np.testing.assert_array_equal(last.p_WNear, [1.0, 0.2, 0.5])
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
+        ("steps: [{time: 1, take: can}]", "steps[0].take: needs a simulation"),
+        ("steps: [{time: 1, put_on: tray}]", "steps[0].put_on"),
+        ("steps: [{near: [1, 0, 0], press: home}]", "needs the field put_on"),
         ("steps: []", "steps: there are none"),
         ("steps: [{time: -1, press: home}]", "steps[0].time"),
         (

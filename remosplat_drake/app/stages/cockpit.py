@@ -7,6 +7,7 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.stages.log import what_happens
+from remosplat_drake.app.stages.task import task_port
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
     wrist_camera_mount,
@@ -20,6 +21,7 @@ from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.teleop.motion_law import MotionLaw
+from remosplat_drake.teleop.operator_target import OperatorTarget
 
 
 def AddCockpitOperator(
@@ -42,6 +44,7 @@ def AddCockpitView(
     builder: DiagramBuilder,
     loop: ControlLoop,
     teleoperation: Teleoperation,
+    target: OperatorTarget,
     process: CockpitProcess,
     live_map: LiveMap | None,
 ) -> CockpitView:
@@ -51,14 +54,19 @@ def AddCockpitView(
         builder: The builder of the diagram.
         loop: The control loop.
         teleoperation: The inputs of a teleoperated diagram.
+        target: The target that the operator moves.
         process: The cockpit.
         live_map: The map that grows; None without one.
     """
     inputs = {
         **what_happens(loop, live_map),
         "configuration": loop.configuration,
-        "target_state": loop.targets.GetOutputPort("state"),
+        "target_state": target.GetOutputPort("state"),
     }
+    for name in ("outline", "objects"):
+        port = task_port(loop.targets, name)
+        if port is not None:
+            inputs[name] = port
     return CockpitView.AddToBuilder(
         builder,
         inputs=inputs,

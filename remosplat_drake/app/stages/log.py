@@ -34,6 +34,7 @@ def AddLog(
     loop: ControlLoop,
     folder: Path | None,
     live_map: LeafSystem | None,
+    target: LeafSystem | None,
     recorder: McapRecorder | None,
 ) -> TrajectoryLog:
     """Adds the log that writes every tick and every event to disk.
@@ -44,20 +45,21 @@ def AddLog(
         folder: Folder of a teleoperation's run, for the log; None for other
             runs, which have no folder.
         live_map: The map whose events are written; None without one.
+        target: The target of a teleoperation's operator; None in other runs.
         recorder: Writer of the run as an MCAP file; None for none.
 
     Raises:
         FileError: The files of the log cannot be made.
     """
-    robot, targets = loop.world.robot, loop.targets
+    robot = loop.world.robot
     inputs = {
         **what_happens(loop, live_map),
         "velocity_executed": loop.executed,
         "station_status": loop.status,
     }
-    if folder is not None:
-        inputs["target_state"] = targets.GetOutputPort("state")
-        inputs["map_requests"] = targets.GetOutputPort("map_requests")
+    if target is not None:
+        inputs["target_state"] = target.GetOutputPort("state")
+        inputs["map_requests"] = target.GetOutputPort("map_requests")
     return TrajectoryLog.AddToBuilder(
         builder,
         inputs=inputs,

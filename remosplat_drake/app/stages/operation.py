@@ -11,14 +11,17 @@ from remosplat_drake.app.stages.cockpit import (
 from remosplat_drake.app.stages.teleoperation import (
     AddLiveMap,
     AddOperatorTarget,
+    AddOperatorTask,
     AddOperatorViews,
     ConnectSupervision,
     Teleoperation,
+    has_jobs,
 )
 from remosplat_drake.app.world import World
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.task.targets import Targets
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
 
@@ -36,6 +39,7 @@ class Operation:
     Attributes:
         operator: The cockpit's operator system, to be connected to the
             supervisor; None without a cockpit.
+        target: The target that the operator moves; None before it is added.
     """
 
     def __init__(
@@ -50,6 +54,7 @@ class Operation:
         self._builder, self._teleoperation = builder, teleoperation
         self._page, self._cockpit, self._hardware = page, cockpit, hardware
         self.operator: LeafSystem | None = None
+        self.target: OperatorTarget | None = None
         if cockpit is not None:
             scenes = teleoperation.scenes
             self.operator = AddCockpitOperator(builder, cockpit, scenes)
@@ -60,20 +65,20 @@ class Operation:
         world: World,
         configuration: OutputPort,
         law: ReactiveLaw,
-    ) -> OperatorTarget:
-        """Adds all operators, and the target that they move.
+    ) -> Targets:
+        """Adds all operators, the target that they move, and their jobs.
 
         Args:
             scenario: The scenario.
             world: The content of the scenario's files.
             configuration: The output port of the measured q, n_q entries.
-            law: Not used: an operator's target does not depend on the control
-                law.
+            law: The control law, which jobs use.
 
         Raises:
             RemoSplatError: See `AddOperatorTarget`.
         """
-        return AddOperatorTarget(
+        jobs = has_jobs(scenario, hardware=self._hardware)
+        target, command = AddOperatorTarget(
             self._builder,
             scenario,
             world,
@@ -83,13 +88,31 @@ class Operation:
             # the robot.
             None if self._hardware else self._page,
             [self.operator] if self.operator is not None else [],
+            jobs=jobs,
+        )
+        self.target = target
+        if not jobs:
+            return target
+        return AddOperatorTask(
+            self._builder,
+            scenario,
+            world,
+            configuration,
+            command,
+            law,
+            target,
         )
 
     def AddMap(self, loop: ControlLoop) -> LiveMap | None:
         """Adds the map that grows, if there is one, to a control loop."""
-        ConnectSupervision(self._builder, loop)
+        assert self.target is not None
+        ConnectSupervision(self._builder, loop, self.target)
         return AddLiveMap(
-            self._builder, loop, self._teleoperation, hardware=self._hardware
+            self._builder,
+            loop,
+            self._teleoperation,
+            self.target,
+            hardware=self._hardware,
         )
 
     def AddViews(self, loop: ControlLoop, live_map: LiveMap | None) -> None:
@@ -99,8 +122,9 @@ class Operation:
             loop: The control loop.
             live_map: The map that grows; None without one.
         """
+        assert self.target is not None
         at = self._builder, loop, self._teleoperation
         if self._cockpit is not None:
-            AddCockpitView(*at, self._cockpit, live_map)
+            AddCockpitView(*at, self.target, self._cockpit, live_map)
         if self._page is not None:
             AddOperatorViews(*at, self._page, live_map)

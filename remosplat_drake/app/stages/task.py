@@ -1,18 +1,16 @@
 """Adds the stage of a task, such as picking and placing objects."""
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import World
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
-from remosplat_drake.oracle.object_field import ObjectField, with_objects
-from remosplat_drake.robot.reach import end_effector_reach, shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.connections import AddHandStates
 from remosplat_drake.station.hand import robot_hands
@@ -22,10 +20,12 @@ from remosplat_drake.task.make_blocks import (
     make_blocks,
 )
 from remosplat_drake.task.targets import Targets
-from remosplat_drake.task.task import Task
+from remosplat_drake.task.task import Task, TaskState, Work
 from remosplat_drake.task.task_map import StandingRule, TaskMap
 from remosplat_drake.task.task_system import TaskSystem
-from remosplat_drake.task.workshop import Workshop
+
+if TYPE_CHECKING:
+    from remosplat_drake.task.job_maker import JobMaker
 
 
 def AddTask(
@@ -50,51 +50,22 @@ def AddTask(
     Raises:
         FieldError: A step is unusable.
     """
-    # Imported here, since it loads parts of scipy that other runs do not need.
-    from remosplat_drake.task.free_places import Surroundings, free_places
-    from remosplat_drake.task.object_spheres import fit_object, overhang
-
-    robot, hands = world.robot, robot_hands(world.robot)
-    names = tuple(each.name for each in world.objects)
+    maker = job_maker(scenario, world, law, hardware=hardware)
     things = {each.name: each for each in world.objects}
-    carried = [x for x in carried_objects(scenario.tasks) if x in things]
-    spheres = {name: fit_object(things[name]) for name in carried}
-    scene = world.scene_field or world.field
-    stopping = scenario.controller.smallest_stopping
-
-    def places(
-        name: str, support: str, near: Sequence[float] | None, effector: int
-    ) -> list[RigidTransform]:
-        others = [x for x in world.objects if x.name not in (name, support)]
-        p_WA, reach = None, np.inf
-        if not robot.n_base:
-            p_WA = shoulder(robot, world.q0, effector)
-            reach = end_effector_reach(robot, effector)
-        field = with_objects(scene, ObjectField(others))
-        return free_places(
-            things[name],
-            spheres[name],
-            things[support],
-            Surroundings(field, stopping, p_WA, reach),
-            None if near is None else np.array(near),
-        )
-
-    shop = Workshop(
-        robot,
-        names,
-        {name: overhang(things[name], spheres[name]) for name in carried},
-        {i: hand.max_width for i, hand in hands.items()},
-        hardware or not isinstance(scenario.station, KinematicStation),
-        scenario.source,
-        scenario.controller.guidance.plans,
-        places,
-    )
+    for name in carried_objects(scenario.tasks):
+        if name in things:
+            maker.fit(things[name])
+    shop = maker.workshop(world.objects)
     blocks = make_blocks(scenario.tasks, shop)
-    map = TaskMap(robot, scene, stopping)
-    task = Task(robot, blocks, world.objects, spheres, StandingRule(law, map))
+    robot, hands = world.robot, robot_hands(world.robot)
+    map = task_map(scenario, world)
+    task = Task(
+        robot, blocks, world.objects, maker.spheres, StandingRule(law, map)
+    )
+    state = TaskState(task.objects, since=-np.inf)
     system = builder.AddSystem(
         TaskSystem(
-            task=task,
+            work=Work(task, state),
             map=map,
             widths={i: hand.start_width for i, hand in hands.items()},
             period=scenario.control_period,
@@ -102,6 +73,48 @@ def AddTask(
     )
     builder.Connect(configuration, system.GetInputPort("configuration"))
     return system
+
+
+def job_maker(
+    scenario: Scenario, world: World, law: ReactiveLaw, *, hardware: bool
+) -> "JobMaker":
+    """Makes the object that makes jobs.
+
+    Args:
+        scenario: The scenario.
+        world: The content of the scenario's files.
+        law: The control law.
+        hardware: Whether the station is the real robot.
+    """
+    # Imported here, since it loads parts of scipy that other runs do not need.
+    from remosplat_drake.task.job_maker import JobMaker
+
+    robot, guidance = world.robot, scenario.controller.guidance
+    hands = robot_hands(robot).items()
+    return JobMaker(
+        law=law,
+        planner=MotionPlanner(robot, law.self_clearance, guidance.planning),
+        scene=world.scene_field or world.field,
+        stopping=scenario.controller.smallest_stopping,
+        q0=world.q0,
+        max_widths={i: hand.max_width for i, hand in hands},
+        is_stopped=hardware
+        or not isinstance(scenario.station, KinematicStation),
+        plans=guidance.plans,
+        where=scenario.source,
+        written=scenario.tasks,
+    )
+
+
+def task_map(scenario: Scenario, world: World) -> TaskMap:
+    """Makes the map of a task.
+
+    Args:
+        scenario: The scenario.
+        world: The content of the scenario's files.
+    """
+    scene = world.scene_field or world.field
+    return TaskMap(world.robot, scene, scenario.controller.smallest_stopping)
 
 
 def task_port(targets: Targets, name: str) -> OutputPort | None:

@@ -14,12 +14,14 @@ from pydrake.systems.framework import (
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
+from remosplat_drake.app.stages.task import job_maker, task_map
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.robot.robot_description import unknown_effector
@@ -29,11 +31,14 @@ from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.station.hand import robot_hands
+from remosplat_drake.task.task import Task
+from remosplat_drake.task.task_map import StandingRule
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.hand_motion import HandLaw
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop.operator_task import OperatorTask
 from remosplat_drake.teleop.trajectory_file import load_operator_steps
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 from remosplat_drake.visualization.live_map_view import LiveMapView
@@ -84,7 +89,9 @@ def AddOperatorTarget(
     teleoperation: Teleoperation,
     page: MeshcatPage | None,
     operators: Sequence[LeafSystem] = (),
-) -> OperatorTarget:
+    *,
+    jobs: bool = False,
+) -> tuple[OperatorTarget, OutputPort]:
     """Adds all operators that may move the target, and the target.
 
     Args:
@@ -95,6 +102,10 @@ def AddOperatorTarget(
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page that gets a panel; None has none.
         operators: Operator systems that the diagram already contains.
+        jobs: Whether operators may take and place objects.
+
+    Returns:
+        The target, and the output port of the merged `OperatorCommand`.
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable, or
@@ -114,6 +125,7 @@ def AddOperatorTarget(
     if len(hands) == 1:  # An operator opens and closes the only hand.
         (only,) = hands.values()
         hand = HandLaw(only.start_width, config.grip_force)
+    objects = [each.name for each in scenario.objects if jobs]
     if page is not None:
         panel = TeleopPanel.AddToBuilder(
             builder,
@@ -124,12 +136,15 @@ def AddOperatorTarget(
             mapping=teleoperation.mapping is not None,
             scenes=teleoperation.scenes,
             has_hand=hand is not None,
+            objects=objects,
         )
         sources.append(panel)
     if config.trajectory:
         path = resolve(config.trajectory, scenario.folder)
         scenes = teleoperation.scenes
-        steps = load_operator_steps(path, config.poses, scenes, robot.effectors)
+        steps = load_operator_steps(
+            path, config.poses, scenes, robot.effectors, objects
+        )
         script = TrajectoryOperator(steps=steps, scenes=scenes)
         sources.append(builder.AddSystem(script))
     if config.pose_stream is not None:
@@ -159,7 +174,62 @@ def AddOperatorTarget(
         builder.Connect(
             target.GetOutputPort("state"), panel.GetInputPort("state")
         )
-    return target
+    return target, merger.GetOutputPort("command")
+
+
+def has_jobs(scenario: Scenario, *, hardware: bool) -> bool:
+    """Returns whether an operator may take and place the scenario's objects.
+
+    Args:
+        scenario: The scenario.
+        hardware: Whether the robot is real. If so, it makes no jobs, since the
+            search of grasps would delay its ticks. The objects in a live map
+            are not separate from it, so there are no jobs in one.
+    """
+    return bool(scenario.objects) and not (hardware or scenario.mapping.enabled)
+
+
+def AddOperatorTask(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    command: OutputPort,
+    law: ReactiveLaw,
+    target: OperatorTarget,
+) -> OperatorTask:
+    """Adds the system that leads the robot through an operator's jobs.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario, with objects.
+        world: The content of the scenario's files.
+        configuration: The output port of the measured q, n_q entries.
+        command: The output port of the `OperatorCommand`.
+        law: The control law.
+        target: The target that the operator moves while there is no job.
+    """
+    maker = job_maker(scenario, world, law, hardware=False)
+    map = task_map(scenario, world)
+    return OperatorTask.AddToBuilder(
+        builder,
+        configuration=configuration,
+        command=command,
+        operator=target,
+        maker=maker,
+        task=Task(
+            world.robot,
+            (),
+            world.objects,
+            maker.spheres,
+            StandingRule(law, map),
+        ),
+        map=map,
+        widths={
+            i: hand.start_width for i, hand in robot_hands(world.robot).items()
+        },
+        period=scenario.control_period,
+    )
 
 
 def wrist_camera_mount(
@@ -188,17 +258,27 @@ def wrist_camera_mount(
         ) from error
 
 
-def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
+def ConnectSupervision(
+    builder: DiagramBuilder, loop: ControlLoop, target: OperatorTarget
+) -> None:
     """Connects the supervisor to the target, which stays at a stopped robot.
+
+    A job ends if the supervisor stops the robot.
 
     Args:
         builder: The builder of the diagram.
         loop: The control loop, with or without a supervisor.
+        target: The target that the operator moves.
     """
-    if loop.supervisor is not None:
+    if loop.supervisor is None:
+        return
+    systems = [target]
+    if isinstance(loop.targets, OperatorTask):
+        systems.append(loop.targets)
+    for system in systems:
         builder.Connect(
             loop.supervisor.GetOutputPort("supervision"),
-            loop.targets.GetInputPort("supervision"),
+            system.GetInputPort("supervision"),
         )
 
 
@@ -206,6 +286,7 @@ def AddLiveMap(
     builder: DiagramBuilder,
     loop: ControlLoop,
     teleoperation: Teleoperation,
+    target: OperatorTarget,
     *,
     hardware: bool,
 ) -> LiveMap | None:
@@ -215,6 +296,7 @@ def AddLiveMap(
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
         teleoperation: The inputs of a teleoperated diagram.
+        target: The target that the operator moves.
         hardware: Whether the robot is real. If so, other programs detect
             movers, and receive the version of the map in use.
 
@@ -227,7 +309,7 @@ def AddLiveMap(
     live_map = LiveMap.AddToBuilder(
         builder,
         configuration=loop.odometry,
-        requests=loop.targets.GetOutputPort("map_requests"),
+        requests=target.GetOutputPort("map_requests"),
         settled=settled and settled.GetOutputPort("map_requests"),
         passing=settled and settled.GetOutputPort("passing"),
         oracle=loop.oracle,

@@ -1,5 +1,6 @@
 // A task: its jobs, the steps of the present one, and its objects. A click on an
-// object, in the list or in the scene, marks it in both.
+// object, in the list or in the scene, marks it in both. An operator takes the
+// marked object, or puts the carried one on it, by hidden buttons of Meshcat.
 const task = (() => {
   // Colours with their opacity: as Python draws an object, and marked.
   const PLAIN = ["#8c59bf", 0.6];
@@ -41,13 +42,41 @@ const task = (() => {
     return button;
   };
 
+  // A button that clicks a hidden one; none for people who only watch.
+  const act = (text, action, index = 0) => {
+    const hidden = document.querySelector(
+      `.remosplat-${action}[data-index="${index}"]`,
+    );
+    if (!hidden) return [];
+    const button = panel.make("button", text);
+    button.dataset.action = action;
+    button.addEventListener("click", () => hidden.closest("li").click());
+    return [button];
+  };
+
+  const request = ({ name, is_carried }, index, objects) => {
+    if (name !== chosen || is_carried) return [];
+    const held = objects.find((other) => other.is_carried);
+    if (held) return act(`Put the ${held.name} there`, "put", index);
+    return act("Take it", "take", index);
+  };
+
   const show = (outline) => {
     told = outline;
     const { lines, objects, failures } = outline;
-    const parts = [panel.make("h2", "Task"), panel.make("ol", "", lines.map(line))];
+    const runs = lines.some(({ state }) => state === "present");
+    const parts = [];
+    if (lines.length || failures.length) {
+      const list = panel.make("ol", "", lines.map(line));
+      parts.push(panel.make("h2", "Task"), list);
+    }
     failures.forEach((text) => parts.push(panel.make("em", text)));
+    if (runs) parts.push(...act("Give up", "give-up"));
     if (objects.length) {
-      parts.push(panel.make("h2", "Objects"), ...objects.map(thing));
+      parts.push(panel.make("h2", "Objects"));
+      objects.forEach((each, i) => {
+        parts.push(thing(each), ...(runs ? [] : request(each, i, objects)));
+      });
     }
     panel.fill("task", ...parts);
   };

@@ -1,0 +1,98 @@
+"""`ObjectControls`: the operator's controls for taking and placing objects."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import viser
+
+from remosplat_drake.cockpit.desk import Desk
+from remosplat_drake.signals.task_outline import TaskOutline
+
+
+class ObjectControls:
+    """A list of objects, and buttons that take and place the chosen one.
+
+    Only the buttons that have an effect are visible: "Take it" while the hand
+    is empty, "Put it there" while it carries another object, and "Give up"
+    during a job.
+
+    Args:
+        gui: The operator's panel.
+        names: Names of the objects.
+        desk: Stores the requests.
+
+    Attributes:
+        folder: The folder that contains the controls.
+    """
+
+    def __init__(self, gui: viser.GuiApi, names: Sequence[str], desk: Desk):
+        self._desk = desk
+        self._clicked: tuple[str, np.ndarray] | None = None
+        self._shown: tuple[TaskOutline, bool, str] | None = None
+        self._outline, self._is_stopped = TaskOutline(), False
+        self.folder = gui.add_folder("Objects", order=15.0)
+        with self.folder:
+            self._choice = gui.add_dropdown("Object", tuple(names))
+            self._take = self._button(gui, "Take it", self._take_it)
+            self._put = self._button(gui, "Put it there", self._put_it)
+            self._give_up = self._button(
+                gui, "Give up", lambda: desk.press("holds")
+            )
+        self._put.visible = self._give_up.visible = False
+
+        @self._choice.on_update
+        async def _(_):
+            self._update()
+
+    def _button(
+        self, gui: viser.GuiApi, label: str, press: Callable[[], None]
+    ) -> viser.GuiButtonHandle:
+        button = gui.add_button(label, color="blue")
+
+        @button.on_click
+        async def _(_):
+            press()
+
+        return button
+
+    def _take_it(self) -> None:
+        self._desk.take(self._choice.value)
+
+    def _put_it(self) -> None:
+        name, p_W = self._clicked or ("", None)
+        support = self._choice.value
+        self._desk.place(support, p_W if name == support else None)
+
+    def choose(self, name: str, p_W: np.ndarray) -> None:
+        """Chooses an object that was clicked in the scene.
+
+        Args:
+            name: Its name.
+            p_W: The clicked point, near which a carried object will be placed,
+                shape (3,) [m].
+        """
+        self._clicked = name, p_W
+        self._choice.value = name
+        self._update()
+
+    def show(self, outline: TaskOutline, *, is_stopped: bool) -> None:
+        """Shows the buttons that have an effect now.
+
+        Args:
+            outline: The jobs and the objects.
+            is_stopped: Whether the robot is stopped.
+        """
+        self._outline, self._is_stopped = outline, is_stopped
+        self._update()
+
+    def _update(self) -> None:
+        outline, chosen = self._outline, self._choice.value
+        now = outline, self._is_stopped, chosen
+        if now == self._shown:
+            return
+        self._shown = now
+        held = next((x.name for x in outline.objects if x.is_carried), "")
+        idle = not (outline.is_running or self._is_stopped)
+        self._take.visible = idle and not held
+        self._put.visible = idle and held not in ("", chosen)
+        self._give_up.visible = outline.is_running

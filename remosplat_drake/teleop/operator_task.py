@@ -1,0 +1,208 @@
+"""`OperatorTask`: an operator's jobs with objects, as a Drake system."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    Context,
+    DependencyTicket,
+    DiagramBuilder,
+    OutputPort,
+)
+
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.task.advance_task import Observation
+from remosplat_drake.task.job_maker import JobMaker
+from remosplat_drake.task.target_sequence import TargetProgress
+from remosplat_drake.task.task import Task, Work
+from remosplat_drake.task.task_map import TaskMap
+from remosplat_drake.task.task_system import TaskSystem
+from remosplat_drake.teleop.operator_jobs import Jobs, advance_jobs
+from remosplat_drake.teleop.operator_target import OperatorTarget
+
+
+class OperatorTask(TaskSystem):
+    """Leads the robot through an operator's jobs, or else to his target.
+
+    .. pydrake_system::
+
+        name: OperatorTask
+        input_ports:
+        - configuration
+        - velocity_measured
+        - velocity_executed
+        - hand_state (optional)
+        - command
+        - operator_aim
+        - operator_hand (optional)
+        - supervision (optional)
+        output_ports:
+        - target
+        - aim
+        - progress
+        - distance_field
+        - payload
+        - hold
+        - objects
+        - hand_command
+        - outline
+        - job
+
+    `command` takes the `OperatorCommand`, `operator_aim` the `Aim` and
+    `operator_hand` the hand command of an `OperatorTarget`, and `supervision`
+    the `SupervisorState`. While there is no job, `aim` and `hand_command` are
+    the operator's, except that a hand keeps an object that it carries. `job` is
+    the state of the job in words, and empty while there is none. The other
+    ports are those of a `TaskSystem`. `advance_jobs` computes the progress.
+
+    The outputs depend on `supervision` and `command` only through the periodic
+    update. The steps of a job are made in this update, which takes up to some
+    seconds, during which the simulated time stands still.
+
+    Args:
+        maker: Makes the steps of a job.
+        task: The robot and the objects, without blocks.
+        map: The map of the task.
+        widths: Opening of each hand at the start, by end effector [m].
+        period: Control period [s].
+    """
+
+    def __init__(
+        self,
+        *,
+        maker: JobMaker,
+        task: Task,
+        map: TaskMap,
+        widths: Mapping[int, float],
+        period: float,
+    ):
+        super().__init__(
+            work=Jobs.none(task), map=map, widths=widths, period=period
+        )
+        self.set_name("jobs")
+        self._maker = maker
+        self.DeclareAbstractOutputPort(
+            "job",
+            Value("").Clone,
+            self._calc_job,
+            {self.abstract_state_ticket(self._work_index)},
+        )
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder,
+        *,
+        configuration: OutputPort,
+        command: OutputPort,
+        operator: OperatorTarget,
+        **arguments,
+    ) -> "OperatorTask":
+        """Adds the system to a diagram, behind an operator's target.
+
+        Args:
+            builder: Builder of the diagram.
+            configuration: The measured configuration q.
+            command: The `OperatorCommand`.
+            operator: The target that the operator moves while there is no job.
+            **arguments: The arguments of `OperatorTask`.
+        """
+        system = builder.AddSystem(OperatorTask(**arguments))
+        pairs = [
+            (configuration, "configuration"),
+            (command, "command"),
+            (operator.GetOutputPort("aim"), "operator_aim"),
+        ]
+        if operator.HasOutputPort("hand_command"):
+            hand = operator.GetOutputPort("hand_command")
+            pairs.append((hand, "operator_hand"))
+        for port, name in pairs:
+            builder.Connect(port, system.GetInputPort(name))
+        builder.Connect(
+            system.GetOutputPort("job"), operator.GetInputPort("job")
+        )
+        return system
+
+    def _declare_inputs(
+        self, aim: set[DependencyTicket], hands: set[DependencyTicket]
+    ) -> None:
+        self._command_input = self.DeclareAbstractInputPort(
+            "command", Value(OperatorCommand())
+        )
+        self._aim_input = self.DeclareAbstractInputPort(
+            "operator_aim", Value[object]()
+        )
+        self._operator_hand_input = self.DeclareVectorInputPort(
+            "operator_hand", 2
+        )
+        self._supervision_input = self.DeclareAbstractInputPort(
+            "supervision", Value(SupervisorState(np.zeros(self._robot.n_u)))
+        )
+        aim.add(self._aim_input.ticket())
+        hands.add(self._operator_hand_input.ticket())
+
+    def _jobs(self, context: Context) -> Jobs:
+        jobs = self._work(context)
+        assert isinstance(jobs, Jobs)
+        return jobs
+
+    def progress(self, context: Context) -> TargetProgress:
+        """Returns the progress of a sequence that never ends: 0 of 1.
+
+        Args:
+            context: The system's own context.
+        """
+        jobs = self._jobs(context)
+        doing = jobs.state.present(jobs.task).text if jobs.runs else ""
+        return TargetProgress(0, 1, doing)
+
+    def error(self, context: Context) -> PoseError:
+        """Returns the pose error to the goal of a job, or to the target.
+
+        Args:
+            context: The system's own context.
+        """
+        if self._jobs(context).runs:
+            return super().error(context)
+        q = self._configuration_input.Eval(context)
+        effector, target = self._aim(context).items[0]
+        return target.error(self._robot.end_effector_poses(q)[effector])
+
+    def _aim(self, context: Context) -> Aim:
+        jobs = self._jobs(context)
+        if jobs.runs and jobs.state.X_WT is not None:
+            return super()._aim(context)
+        return self._aim_input.Eval(context)
+
+    def _holds(self, context: Context) -> bool:
+        jobs = self._jobs(context)
+        return super()._holds(context) if jobs.runs else jobs.is_braking
+
+    def _hands(self, context: Context) -> dict[int, tuple[float, float]]:
+        jobs = self._jobs(context)
+        commands = super()._hands(context)
+        if jobs.leads or not self._operator_hand_input.HasValue(context):
+            return commands
+        (only,) = commands
+        if not jobs.state.held:
+            width, force = self._operator_hand_input.Eval(context)
+            commands[only] = (width, force)
+        return commands
+
+    def _calc_job(self, context: Context, output: AbstractValue):
+        output.set_value(self._jobs(context).text)
+
+    def _advanced(self, context: Context, work: Work, now: Observation) -> Work:
+        assert isinstance(work, Jobs)
+        supervision = value_or_none(self._supervision_input, context)
+        return advance_jobs(
+            self._maker,
+            work,
+            self._command_input.Eval(context),
+            now,
+            is_stopped=supervision is not None and supervision.is_latched,
+        )
