@@ -102,12 +102,20 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         " mover_sensing: !StandingMovers {}}",
     )
     picking = load_scenario("TablePick", "{station: !DynamicStation {}}")
+    taking = load_scenario("TableObjects")
+    in_session = open_teleoperation(
+        taking,
+        load_world(taking),
+        tmp_path_factory.mktemp("session"),
+        hardware=False,
+    )
     stream = PoseStreamConfig(lcm_url="memq://")
     axes = ActuatorModel.make([Actuator()] * 9)
     roots = [
         operated.diagram,
         build(dynamic, world, MeshcatPage()).diagram,
         build(picking, load_world(picking), MeshcatPage()).diagram,
+        build(taking, teleoperation=in_session).diagram,
         HardwareStation(
             config=HardwareConfig(
                 lcm_url="memq://", movers=MoverSensingConfig()
