@@ -115,7 +115,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         operated.diagram,
         build(dynamic, world, MeshcatPage()).diagram,
         build(picking, load_world(picking), MeshcatPage()).diagram,
-        build(taking, teleoperation=in_session).diagram,
+        build(taking, page=MeshcatPage(), teleoperation=in_session).diagram,
         HardwareStation(
             config=HardwareConfig(
                 lcm_url="memq://", movers=MoverSensingConfig()

@@ -69,7 +69,7 @@ def jogs_with_the_can(rig):
     rig.ask("moves", X_WT=X_WT)
     rig.until(lambda: np.linalg.norm(rig.X_WE[:3, 3] - X_WT[:3, 3]) < 0.01)
     assert rig.led.mode == FOLLOW and rig.jobs.state.held == "soup can"
-    # The hand holds on, whatever the operator says about closing it.
+    # The hand holds on, even if the operator closes it.
     width = rig.width
     rig.ask("closes")
     start = rig.time
