@@ -1,5 +1,7 @@
 """Reachable targets, obstacles, and unseen space."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform
@@ -20,6 +22,7 @@ from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 STOPPING = 0.02
@@ -84,6 +87,24 @@ def test_what_is_too_high_is_out_of_reach(planner, X_WT):
     high[2, 3] = 5.0
     reach = ask(planner, scene(), high)
     assert reach.verdict == OUT_OF_REACH and reach.q is None
+
+
+def test_a_posture_that_folds_the_arm_into_itself_is_named(planner):
+    robot = planner.robot
+    folded = robot.q_home
+    folded[3:] = np.clip(
+        [0.0, 1.7, 0.0, -3.0, 0.0, 0.0, 0.0],
+        robot.position_lower[3:],
+        robot.position_upper[3:],
+    )
+    X_WT = robot.end_effector_pose(folded)
+    aim = dc.replace(Aim.of(X_WT), q=folded)
+    reach = find_reach(planner, scene(), STOPPING, robot.q_home, aim)
+    assert reach.verdict == BLOCKED
+    assert reach.text == "the robot itself is in the way"
+    plan = planner.plan(robot.q_home, aim, scene(), STOPPING)
+    assert plan.path is None
+    assert "links of the robot are too near to each other" in plan.reason
 
 
 def test_what_no_path_leads_to_is_not_within_reach(planner, X_WT):
