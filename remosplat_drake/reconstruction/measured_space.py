@@ -25,9 +25,10 @@ of triangulating cameras [m]."""
 _BLOCK = 50_000
 """Number of points that a thread processes at a time."""
 
-_STEEPEST = 0.1
-"""Least sine of the angle between a ray and a surface; at more grazing rays,
-this value is used."""
+_GRAZING = 0.3
+"""Cosine of the largest angle of incidence (73 degrees) at which a view can
+contradict a surface. At more grazing angles, a leaf or a slat is narrower than
+the distance between two rays, which pass on both sides of it."""
 
 _DRAWS = 20
 """Number of attempts to find free points."""
@@ -171,8 +172,9 @@ def times_looked_through(
             (n,) [m]; None for any distance.
         normal_W: Unit normals of the surfaces that contain the points, shape
             (n, 3). The margin is then measured along the normals, so that a
-            camera at a grazing angle whose pose is slightly too low does not
-            contradict a floor. None: the margin is measured along the depth.
+            camera whose pose is slightly too low does not contradict a floor.
+            A view at a grazing angle, see `_GRAZING`, does not count. None:
+            the margin is measured along the depth.
 
     Returns:
         Numbers of views, shape (n,).
@@ -249,11 +251,13 @@ def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
         column = np.floor(K[0, 0] * x_C / z_C + K[0, 2])
         row = np.floor(K[1, 1] * y_C / z_C + K[1, 2])
         if 0 <= column < width and 0 <= row < height:
-            # Distance from the surface per depth along the ray.
-            along = (
+            along = abs(
                 normal_W[i, 0] * x + normal_W[i, 1] * y + normal_W[i, 2] * z
-            ) / z_C
-            steepness = min(max(abs(along), _STEEPEST), 1.0)
+            )
+            if along < _GRAZING * np.sqrt(x * x + y * y + z * z):
+                continue
+            # Distance from the surface per depth along the ray.
+            steepness = min(along / z_C, 1.0)
             enough = margin * max(1.0, z_C / _NOISE_DEPTH) ** 2 / steepness
             behind[i] = front[int(row), int(column)] > z_C + enough
 

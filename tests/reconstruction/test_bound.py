@@ -1,5 +1,7 @@
 """The bound of discs on the plane z = 0, which two views look down on."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from plane_views import FOCAL, looking_down
@@ -101,3 +103,21 @@ def test_views_that_disagree_are_both_believed(capture):
         p_W[:, 2] = z
         distance = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
         assert distance.max() < 0
+
+
+def test_two_noisy_looks_at_a_post_are_enough(capture):
+    """Its pixels are 2 cm apart along the rays: no voxel contains both."""
+    noise = 0.008 * np.random.default_rng(0).standard_normal((2, 80, 80))
+    noisy = dc.replace(capture, depth=(capture.depth + noise).astype("f4"))
+    post_W, wrong = np.array([0.0, 0, 0.3]), (0.01, -0.01)
+    for view, p_WC in enumerate(noisy.X_WC[:, :3, 3]):
+        column = int(40 + FOCAL * (post_W - p_WC)[0] / 0.7)
+        noisy.depth[view, 39:41, column - 1 : column + 2] = 0.7 + wrong[view]
+    splat_W = bounded(noisy)
+    own = np.linalg.norm(splat_W.p_GK - post_W, axis=1).argmin()
+    assert splat_W.uncertainty is not None
+    # The mean of six pixels is known to 8 mm / sqrt(6).
+    assert splat_W.uncertainty[own] > SIGNIFICANCE * 0.003
+    field = SphereToEllipsoidField(splat_W)
+    distance = field.clearances(Spheres.at(post_W[None])).per_sphere(1)
+    assert distance[0] < 0

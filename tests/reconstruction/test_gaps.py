@@ -54,7 +54,7 @@ def test_bare_points_get_discs_until_no_gap_is_left():
     measured = seen_from_above(plane, sigma=0.0)
     before, _ = gaps(disc(0.03), measured)
     assert before.max() > 0.05
-    closed = close_gaps(disc(0.03), measured)
+    closed = close_gaps(disc(0.03), measured, np.ones(4000, bool))
     after, _ = gaps(closed, measured)
     assert after.max() < LARGEST_GAP
     # The new discs lie in the plane of the points.
@@ -65,7 +65,7 @@ def test_bare_points_get_discs_until_no_gap_is_left():
 def test_where_nothing_is_bare_the_splat_stays_as_it_is():
     splat = disc(0.03)
     measured = seen_from_above(np.array([[0.01, 0.01, 0.001]]), sigma=0.0)
-    assert close_gaps(splat, measured) is splat
+    assert close_gaps(splat, measured, np.ones(1, bool)) is splat
 
 
 def test_gaps_within_the_noise_get_no_discs():
@@ -73,4 +73,16 @@ def test_gaps_within_the_noise_get_no_discs():
     rng = np.random.default_rng(1)
     points = rng.uniform(-0.03, 0.03, (500, 3))
     points[:, 2] = np.clip(0.002 * rng.standard_normal(500), -0.007, 0.007)
-    assert close_gaps(splat, seen_from_above(points, sigma=0.002)) is splat
+    measured = seen_from_above(points, sigma=0.002)
+    assert close_gaps(splat, measured, np.ones(500, bool)) is splat
+
+
+def test_an_unconfirmed_point_gets_a_disc_if_its_gap_exceeds_its_noise():
+    """Points 1 cm and 10 cm beside the disc; a standard deviation is 2 cm."""
+    points = np.array([[0.06, 0, 0], [0, 0.15, 0]])
+    measured = seen_from_above(points, sigma=0.02)
+    closed = close_gaps(disc(0.05), measured, np.zeros(2, bool))
+    np.testing.assert_allclose(closed.p_GK[1:], points[1:])
+    # Confirmed points have smaller gaps.
+    closed = close_gaps(disc(0.05), measured, np.ones(2, bool))
+    assert len(closed) == 3

@@ -53,18 +53,31 @@ def test_a_view_says_nothing_of_what_is_finer_than_its_pixels(wall):
     np.testing.assert_array_equal(count, [0, 2])
 
 
-def test_a_margin_along_the_normal_is_longer_at_a_grazing_angle(wall):
-    """10 cm before the wall, on surfaces at 90 and at 17 degrees to the ray.
+def test_a_margin_along_the_normal_is_longer_at_a_slant(wall):
+    """7 cm before the wall, on surfaces at 90 and at 24 degrees to the ray.
 
-    Along the depth 30 mm suffice; for the slanted one it takes 30 / 0.3 = 100.
+    Along the depth 30 mm suffice; for the slanted one it takes 30 / 0.4 = 75.
     """
-    points = np.tile([0.0, 0, 1.901], (2, 1))
-    normals = np.array([[0, 0, 1.0], [np.sqrt(1 - 0.3**2), 0, 0.3]])
+    points = np.tile([0.0, 0, 1.926], (2, 1))
+    normals = np.array([[0, 0, 1.0], slanted(0.4)])
     count = times_looked_through(wall, points, 0.03, normal_W=normals)
     np.testing.assert_array_equal(count, [2, 0])
-    nearer = points - [0, 0, 0.01]
+    nearer = points - [0, 0, 0.002]
     count = times_looked_through(wall, nearer, 0.03, normal_W=normals)
     np.testing.assert_array_equal(count, [2, 2])
+
+
+def test_a_view_along_a_surface_does_not_contradict_it(wall):
+    """A leaf 1 m before the wall, at 72 and at 73.5 degrees of incidence."""
+    points = np.tile([0.0, 0, 1.0], (2, 1))
+    normals = np.array([slanted(0.31), slanted(-0.28)])
+    count = times_looked_through(wall, points, 0.03, normal_W=normals)
+    np.testing.assert_array_equal(count, [2, 0])
+
+
+def slanted(cosine: float) -> list[float]:
+    """A unit normal at an angle with this cosine to the axis z."""
+    return [np.sqrt(1 - cosine**2), 0, cosine]
 
 
 def test_measured_points_are_on_the_wall(wall):

@@ -3,6 +3,8 @@
 import dataclasses as dc
 
 import numpy as np
+import pytest
+from plane_views import looking_down
 
 from remosplat_drake.reconstruction.surfels.refinement import refine
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
@@ -40,6 +42,29 @@ def test_what_as_many_views_looked_through_is_left_out(scene_capture):
     apart = np.linalg.norm(after.p_W - speck_W, axis=1).min()
     own = np.linalg.norm(whole.p_W - speck_W, axis=1).min()
     assert own > 0.05 and apart > 0.02
+
+
+@pytest.mark.parametrize(("elevation", "is_kept"), [(0, True), (45, False)])
+def test_views_along_a_leaf_do_not_contradict_the_view_onto_it(
+    elevation, is_kept
+):
+    """A leaf of 25 mm, horizontal, 0.5 m below one camera.
+
+    Three cameras see it under an elevation, and measure a wall 1 m behind it.
+    """
+    leaf_W = np.array([0.0, 0, 0.5])
+    slope = np.deg2rad(elevation)
+    z_W = np.array([np.cos(slope), 0, -np.sin(slope)])
+    aside = looking_down(np.array([[0.0, 0, 1]] * 4))
+    X_WC, depth = aside.X_WC, aside.depth
+    x_W = np.array([0.0, -1, 0])
+    X_WC[1:, :3, :3] = np.stack([x_W, np.cross(z_W, x_W), z_W], axis=1)
+    X_WC[1:, :3, 3] = leaf_W - z_W
+    depth[0, 38:43, 38:43] = 0.5
+    depth[1:] = 2.0
+    measured = measured_voxels(aside, DepthNoise(1e-4, 0.0, 0.1, 0.1))
+    near = np.linalg.norm(measured.p_W - leaf_W, axis=1) < 0.02
+    assert near.sum() == (25 if is_kept else 0)
 
 
 def test_single_noisy_looks_are_not_confirmed(scene_capture):

@@ -43,8 +43,7 @@ LARGEST_EDGE = 0.008
 and would cost more free space than edges occupy."""
 
 LARGEST_SIGMA = 0.005
-"""Largest standard deviation of a disc's position [m]; points with a larger one
-count as unseen."""
+"""Largest standard deviation of a confirmed point [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -121,8 +120,8 @@ def bound_splat(
     """
     noise = estimate_noise(capture, splat_W)
     measured = measured_voxels(capture, noise)
-    measured = measured.select(measured.is_confirmed(LARGEST_SIGMA))
-    splat_W = close_gaps(splat_W, measured)
+    confirmed = measured.is_confirmed(LARGEST_SIGMA)
+    splat_W = close_gaps(splat_W, measured, confirmed)
     errors = PoseErrors.none(len(capture)) if errors is None else errors
     moved, pitch, edge = disc_errors(capture, splat_W, noise, errors)
     gap, sigma = _at_discs(splat_W, measured)
@@ -134,8 +133,8 @@ def bound_splat(
     # Where nothing was averaged, one pixel's noise counts.
     z = pitch * float(capture.K[:, 0, 0].mean())
     single = noise.deviation(z)
+    single[~known] = np.minimum(single[~known], LARGEST_SIGMA)
     sigma = np.minimum(np.minimum(sigma, averaged), single)
-    sigma = np.minimum(sigma, LARGEST_SIGMA)
     return Bounds(
         splat_W=splat_W,
         noise=noise,

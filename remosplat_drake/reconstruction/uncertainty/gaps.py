@@ -18,6 +18,9 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
     MeasuredVoxels,
 )
+from remosplat_drake.reconstruction.uncertainty.voxel_normals import (
+    facing_normals,
+)
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -33,16 +36,6 @@ of positions that are tried in this range."""
 
 _VOXEL = 0.008
 """Points that are nearer to each other than about this share a disc [m]."""
-
-_REACH = 0.03
-"""Points up to this distance apart belong to one surface [m]."""
-
-_NEIGHBORS = 12
-
-_FACING = 0.1
-"""Weight of the preference for planes that face the cameras, as a fraction of
-the points' variance. It rotates well determined normals by at most a few
-degrees."""
 
 
 def gaps(
@@ -73,56 +66,50 @@ def gaps(
 
 
 def close_gaps(
-    splat_W: GaussianSplat,
-    measured: MeasuredVoxels,
-    largest: float = LARGEST_GAP,
+    splat_W: GaussianSplat, measured: MeasuredVoxels, confirmed: np.ndarray
 ) -> GaussianSplat:
     """Adds discs at measured points that are far from all discs.
 
     They are necessary at thin objects, at edges, and at surfaces seen at
-    grazing angles, whose discs may have been lost or never made.
+    grazing angles, whose discs may have been lost or never made. Points that
+    are not confirmed count, too, since no view has shown free space there. But
+    their gaps must exceed their noise, and one disc stands for more of them.
 
     Args:
         splat_W: Discs, in W.
-        measured: The measurements.
-        largest: Largest gap that remains [m].
+        measured: The n measurements.
+        confirmed: Which of them are confirmed, shape (n,), bool.
 
     Returns:
         The splat, with more discs at its end.
     """
-    distance, nearest = gaps(splat_W, measured)
+    splat_W = _covering(splat_W, measured, confirmed, LARGEST_GAP, _VOXEL)
+    if confirmed.all():
+        return splat_W
+    noise = np.maximum(measured.sigma, LARGEST_GAP)
+    voxel = max(_VOXEL, 2 * float(np.median(noise[~confirmed])))
+    return _covering(splat_W, measured, ~confirmed, noise, voxel)
+
+
+def _covering(
+    splat_W: GaussianSplat,
+    measured: MeasuredVoxels,
+    chosen: np.ndarray,
+    largest: np.ndarray | float,
+    voxel: float,
+) -> GaussianSplat:
+    """The splat, with discs at the chosen points with too large gaps."""
+    distance, nearest = np.zeros(len(measured)), np.zeros(len(measured), int)
+    distance[chosen], nearest[chosen] = gaps(splat_W, measured.select(chosen))
     bare = distance > largest
     if not bare.any():
         return splat_W
-    p_WK = voxel_means(measured.p_W[bare], _VOXEL)
-    voxel = KDTree(measured.p_W).query(p_WK)[1]
-    colors = splat_W.colors[nearest[voxel]]
+    p_WK = voxel_means(measured.p_W[bare], voxel)
+    own = np.flatnonzero(bare)[KDTree(measured.p_W[bare]).query(p_WK)[1]]
     patches = Surfels(
         p_WK,
-        _normals(p_WK, measured.p_W, measured.ray_W[voxel]),
-        colors.astype(float),
-        np.full(len(p_WK), _VOXEL),
+        facing_normals(p_WK, measured.p_W, measured.ray_W[own]),
+        splat_W.colors[nearest[own]].astype(float),
+        np.full(len(p_WK), voxel),
     )
     return splat_W.joined_with(splat_of_surfels(patches, scale=0.75))
-
-
-def _normals(
-    p_W: np.ndarray, surface_W: np.ndarray, ray_W: np.ndarray
-) -> np.ndarray:
-    """Returns normals of planes through the points around each, (n, 3).
-
-    Points on a rod lie in many planes. The plane that faces the cameras is
-    used.
-    """
-    tree = KDTree(surface_W)
-    apart, near = tree.query(p_W, _NEIGHBORS, distance_upper_bound=_REACH)
-    weight = np.isfinite(apart)[..., None]
-    around = surface_W[np.minimum(near, tree.n - 1)]
-    total = np.maximum(weight.sum(axis=1, keepdims=True), 1)
-    mean = (weight * around).sum(axis=1, keepdims=True) / total
-    offset = (around - mean) * weight
-    covariance = np.einsum("nki,nkj->nij", offset, offset)
-    size = np.trace(covariance, axis1=1, axis2=2) + _TINY**2
-    facing = np.einsum("ni,nj->nij", ray_W, ray_W)
-    covariance -= _FACING * size[:, None, None] * facing
-    return np.linalg.eigh(covariance)[1][:, :, 0]

@@ -7,6 +7,9 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
+from remosplat_drake.reconstruction.uncertainty.voxel_normals import (
+    facing_normals,
+)
 
 _VOXEL = (0.005, 0.015)
 """Least and greatest edge length of the voxels [m]."""
@@ -75,7 +78,8 @@ def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
 
     A point is removed if at least as many views have measured surfaces behind
     it as have measured the point. Depth cameras create such false points at
-    silhouettes.
+    silhouettes. Views that look along the point's surface do not count, since
+    their rays may pass a leaf or a slat on both sides.
 
     Args:
         capture: Posed RGB-D images.
@@ -88,8 +92,20 @@ def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
     for view in range(len(capture)):
         rows.append(_rows(capture, view, stride, noise))
     pooled = _pooled(np.concatenate(rows), voxel)
+    return pooled.select(~_is_refuted(capture, pooled))
+
+
+def _is_refuted(capture: Capture, pooled: MeasuredVoxels) -> np.ndarray:
+    """Which points too many views have looked through, shape (n,), bool."""
     through = times_looked_through(capture, pooled.p_W, _PAST)
-    return pooled.select(through < pooled.views)
+    refuted = through >= pooled.views
+    doubted = pooled.select(refuted)
+    normal_W = facing_normals(doubted.p_W, pooled.p_W, doubted.ray_W)
+    through = times_looked_through(
+        capture, doubted.p_W, _PAST, normal_W=normal_W
+    )
+    refuted[refuted] = through >= doubted.views
+    return refuted
 
 
 def _rows(
