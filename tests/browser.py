@@ -1,9 +1,12 @@
 """A headless Chromium that looks at a page, clicks and types.
 
 It is driven over a pair of pipes (the DevTools protocol: one JSON message a
-NUL byte), so that nothing needs to be installed besides the browser.
+NUL byte), so that nothing needs to be installed besides the browser. All tests
+of a process share one browser, in which each has a context of its own, as
+private windows have.
 """
 
+import atexit
 import base64
 import itertools
 import json
@@ -23,19 +26,98 @@ _STEPS = 5
 """Of a mouse that drags something."""
 
 
-class Browser:
-    """One tab; made by `open_browser`."""
+class Chromium:
+    """The program, and the pipes to it."""
 
-    def __init__(self, write: int, read: int):
-        self._write, self._read = write, read
+    def __init__(self):
+        chromium = find_chromium()
+        assert chromium is not None
+        from_us, self._write = os.pipe()
+        self._read, to_us = os.pipe()
         self._numbers = itertools.count(1)
         self._buffer = b""
-        self._session: str | None = None
-        target = self._ask("Target.createTarget", url="about:blank")
-        attached = self._ask(
+
+        def arrange():
+            # Chromium reads descriptor 3 and writes descriptor 4.
+            ours = os.dup(from_us), os.dup(to_us)
+            os.dup2(ours[0], 3)
+            os.dup2(ours[1], 4)
+
+        self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        self._process = subprocess.Popen(
+            [
+                chromium,
+                *FLAGS,
+                f"--user-data-dir={self._profile.name}",
+                "--remote-debugging-pipe",
+            ],
+            close_fds=False,
+            preexec_fn=arrange,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(from_us)
+        os.close(to_us)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not crashed."""
+        return self._process.poll() is None
+
+    def end(self):
+        """Ends the program."""
+        self._process.kill()
+        self._process.wait()
+        os.close(self._write)
+        os.close(self._read)
+        self._profile.cleanup()
+
+    def ask(self, method: str, session: str = "", **parameters) -> dict:
+        """Sends a command, and returns its result.
+
+        Args:
+            method: Name of the command in the DevTools protocol.
+            session: The tab that it is for; empty for the browser.
+            parameters: The command's parameters.
+        """
+        number = next(self._numbers)
+        message = {"id": number, "method": method, "params": parameters}
+        if session:
+            message["sessionId"] = session
+        os.write(self._write, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = json.loads(self._receive())
+            if answer.get("id") == number:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+    def _receive(self) -> bytes:
+        while b"\0" not in self._buffer:
+            chunk = os.read(self._read, 1 << 16)
+            assert chunk, "the browser has gone"
+            self._buffer += chunk
+        message, _, self._buffer = self._buffer.partition(b"\0")
+        return message
+
+
+class Browser:
+    """One tab, in a context of its own; made by `open_browser`."""
+
+    def __init__(self, program: Chromium, context: str, size: tuple[int, int]):
+        self._program = program
+        target = program.ask(
+            "Target.createTarget",
+            url="about:blank",
+            browserContextId=context,
+            newWindow=True,
+        )
+        attached = program.ask(
             "Target.attachToTarget", targetId=target["targetId"], flatten=True
         )
         self._session = attached["sessionId"]
+        # Keys reach a window that lies behind another one, too.
+        self._ask("Emulation.setFocusEmulationEnabled", enabled=True)
+        self.show_as(*size)
 
     def open(self, url: str):
         """Loads a page."""
@@ -57,13 +139,27 @@ class Browser:
             " () => { if (window.viewer) viewer.render = () => {}; })"
         )
 
-    def show_as(self, width: int, height: int, *, mobile: bool = False):
-        """Gives the page another size, or that of a telephone."""
+    def show_as(
+        self,
+        width: int,
+        height: int,
+        *,
+        mobile: bool = False,
+        scale: float = 1.0,
+    ):
+        """Gives the page another size, or that of a telephone.
+
+        Args:
+            width: Width of the window [px].
+            height: Its height [px].
+            mobile: Whether it is a telephone's.
+            scale: Pixels of the screen for a pixel of the page.
+        """
         self._ask(
             "Emulation.setDeviceMetricsOverride",
             width=width,
             height=height,
-            deviceScaleFactor=1,
+            deviceScaleFactor=scale,
             mobile=mobile,
         )
 
@@ -156,66 +252,37 @@ class Browser:
         for kind in ("keyDown", "keyUp"):
             self._ask("Input.dispatchKeyEvent", type=kind, key=key, code=key)
 
+    def picture(self) -> bytes:
+        """Returns a picture of the page, as a PNG."""
+        answer = self._ask("Page.captureScreenshot", format="png")
+        return base64.b64decode(answer["data"])
+
     def save_picture(self, path: Path):
         """Writes what the page looks like as a PNG."""
-        answer = self._ask("Page.captureScreenshot", format="png")
-        path.write_bytes(base64.b64decode(answer["data"]))
+        path.write_bytes(self.picture())
 
     def _ask(self, method: str, **parameters) -> dict[str, Any]:
-        number = next(self._numbers)
-        message = {"id": number, "method": method, "params": parameters}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._write, json.dumps(message).encode() + b"\0")
-        while True:
-            answer = json.loads(self._receive())
-            if answer.get("id") == number:
-                assert "error" not in answer, answer
-                return answer["result"]
-
-    def _receive(self) -> bytes:
-        while b"\0" not in self._buffer:
-            chunk = os.read(self._read, 1 << 16)
-            assert chunk, "the browser has gone"
-            self._buffer += chunk
-        message, _, self._buffer = self._buffer.partition(b"\0")
-        return message
+        return self._program.ask(method, self._session, **parameters)
 
 
 @contextmanager
 def open_browser(size: tuple[int, int] = (1200, 800)) -> Iterator[Browser]:
-    """Starts a browser, and ends it at the end of the block."""
-    chromium = find_chromium()
-    assert chromium is not None
-    from_us, to_browser = os.pipe()
-    from_browser, to_us = os.pipe()
+    """Opens a tab, and closes it at the end of the block."""
+    program = _chromium()
+    context = program.ask("Target.createBrowserContext")["browserContextId"]
+    try:
+        yield Browser(program, context, size)
+    finally:
+        program.ask("Target.disposeBrowserContext", browserContextId=context)
 
-    def arrange():
-        # Chromium reads descriptor 3 and writes descriptor 4.
-        ours = os.dup(from_us), os.dup(to_us)
-        os.dup2(ours[0], 3)
-        os.dup2(ours[1], 4)
 
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [
-                chromium,
-                *FLAGS,
-                f"--user-data-dir={profile}",
-                f"--window-size={size[0]},{size[1]}",
-                "--remote-debugging-pipe",
-            ],
-            close_fds=False,
-            preexec_fn=arrange,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(from_us)
-        os.close(to_us)
-        try:
-            yield Browser(to_browser, from_browser)
-        finally:
-            process.kill()
-            process.wait()
-            os.close(to_browser)
-            os.close(from_browser)
+_started: list[Chromium] = []
+
+
+def _chromium() -> Chromium:
+    """The browser of this process; another one if it has crashed."""
+    if not (_started and _started[-1].is_running):
+        program = Chromium()
+        atexit.register(program.end)
+        _started.append(program)
+    return _started[-1]

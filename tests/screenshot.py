@@ -20,6 +20,11 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    # Tabs of several tests or clients are drawn as if each were in front.
+    "--disable-background-timer-throttling",
+    "--disable-backgrounding-occluded-windows",
+    "--disable-renderer-backgrounding",
+    "--disable-gpu-watchdog",  # It ends what draws slowly.
 )
 _SETTLE = 6000  # Time the page gets to load and draw [ms of its own clock].
 _TIMEOUT = 120  # [s]

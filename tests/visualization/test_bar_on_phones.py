@@ -1,5 +1,7 @@
 """The reason why a robot stands can be read on a telephone, too."""
 
+import itertools
+
 import pytest
 from browser import find_chromium, open_browser
 
@@ -15,6 +17,7 @@ WHY = (
     "right finger held 21 mm from the second board of the shelf, 0.37 m from"
     " the target: looking ahead found no way, planning goes on"
 )
+SIZES = (390, 844), (844, 390)
 STATES = (
     PageState(page_state.HELD, "Held", WHY, (STOP,)),
     PageState(page_state.STOPPED, "Stopped", WHY, (STOP, RELEASE)),
@@ -27,13 +30,12 @@ STATES = (
     find_chromium() is None, reason="needs chromium on the PATH"
 )
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
-def test_a_long_sentence_is_shown_whole(page, size):
+def test_a_long_sentence_is_shown_whole(page):
     with open_browser() as tab:
         tab.draw_nothing()
-        tab.show_as(*size, mobile=True)
         tab.open(page.url)
-        for state in STATES:
+        for size, state in itertools.product(SIZES, STATES):
+            tab.show_as(*size, mobile=True)
             page.show(state)
             text = f"document.querySelector('#bar.{state.phase} span')"
             tab.wait_for(f"!!{text}")
