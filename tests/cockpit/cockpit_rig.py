@@ -30,6 +30,9 @@ RUNNING = PageState(LIVE, "Live", "moving to target 1 of 1", (STOP,))
 AT_REST = PageState(STOPPED, "Stopped", "stop button", (STOP, RELEASE))
 
 
+_FIELDS = [f for f in dc.fields(Look) if f.name != "time"]
+
+
 class Rig:
     """A cockpit of a shipped scenario."""
 
@@ -39,6 +42,7 @@ class Rig:
         host: str = "127.0.0.1",
         thin: int = 50,
         port: int | None = None,
+        solids: bool = False,
     ):
         self.scenario = scenario = load_scenario(name)
         self.world = world = load_world(scenario, blank=True)
@@ -65,22 +69,34 @@ class Rig:
             mapping=True,
             scenes=(world.truth, world.truth),
             X_EC=np.eye(4),
+            truth=world.truth if solids else None,
         )
         # In software pictures of more take seconds.
         few = np.arange(len(world.splat_W)) % thin == 0
-        splat_W = world.splat_W.select(few)
+        splat_W = None if solids else world.splat_W.select(few)
         self.picture = MapPicture(world.field, splat_W, None, False)
         self.url = self.process.start(self.job, self.picture)
         state = world.robot.state(world.q0)
         self.look = Look(
             0.0, world.q0, state.X_WE, state.X_WB, state.X_WE, state=RUNNING
         )
+        self._first = self.look
+        self._used = 0
         self.process.show(self.look)
         self.until(lambda: self.codes)
 
+    def begin(self):
+        """Tells the cockpit that all is as at the start."""
+        self.show(**{f.name: getattr(self._first, f.name) for f in _FIELDS})
+
+    def wait_until_left(self):
+        """Waits until a code is issued, if the last one was used."""
+        self.until(lambda: len(self.codes) > self._used)
+
     @property
     def code(self) -> str:
-        """The code that was issued last."""
+        """The code that was issued last, for a client that will operate."""
+        self._used = len(self.codes)
         return self.codes[-1].code
 
     @property

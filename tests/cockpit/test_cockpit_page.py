@@ -30,7 +30,7 @@ def test_a_watcher_may_stop_and_nothing_else(rig):
     with open_cockpit(rig.url) as watcher:
         assert not OPERATORS_OWN & set(watcher.buttons)
         assert "RELEASE" not in watcher.buttons
-        stops = rig.wishes.operator.stops
+        stops, moves = rig.wishes.operator.stops, rig.wishes.command.moves
         watcher.press("STOP")
         rig.until(lambda: rig.wishes.operator.stops == stops + 1)
         rig.show(state=AT_REST)
@@ -44,9 +44,8 @@ def test_a_watcher_may_stop_and_nothing_else(rig):
         watcher.type_code("AAAA-AAAA")
         watcher.wait_for_text("not the code that the terminal shows")
         assert not OPERATORS_OWN & set(watcher.buttons)
-        assert rig.wishes.command.moves == 0
+        assert rig.wishes.command.moves == moves
         assert watcher.errors == []
-        rig.show(state=RUNNING)
 
 
 @pytest.mark.slow
@@ -70,18 +69,20 @@ def test_an_operator_operates_and_leaves(rig):
 
 def presses_count(operator: CockpitTab, rig: Rig):
     """Buttons and their keys."""
+    before = rig.wishes
     operator.press("Hold")
-    rig.until(lambda: rig.wishes.command.holds == 1)
+    rig.until(lambda: rig.wishes.command.holds == before.command.holds + 1)
     operator.key("KeyH", "h")
-    rig.until(lambda: rig.wishes.command.holds == 2)
+    rig.until(lambda: rig.wishes.command.holds == before.command.holds + 2)
     operator.press("→ over the table")
     rig.until(lambda: rig.wishes.command.pose == "over the table")
     operator.press("Scan")
-    rig.until(lambda: rig.wishes.command.scans == 1)
+    rig.until(lambda: rig.wishes.command.scans == before.command.scans + 1)
     operator.key("KeyM", "m")
-    rig.until(lambda: rig.wishes.requests.frames == 1)
+    frames = before.requests.frames
+    rig.until(lambda: rig.wishes.requests.frames == frames + 1)
     operator.press("Put or take an object")
-    rig.until(lambda: rig.wishes.scene_changes == 1)
+    rig.until(lambda: rig.wishes.scene_changes == before.scene_changes + 1)
     moves = rig.wishes.command.moves
     operator.key("KeyW", "w")
     rig.until(lambda: rig.wishes.command.moves == moves + 1)
@@ -129,15 +130,18 @@ def drags(operator: CockpitTab, rig: Rig):
         tab._mouse("mouseMoved", [x, y + dy])
         tab._mouse("mousePressed", [x, y + dy])
         for k in range(1, 6):
-            tab._mouse("mouseMoved", [x + 8 * k, y + dy])
-        tab._mouse("mouseReleased", [x + 40, y + dy])
+            tab._mouse("mouseMoved", [x + 8 * k, y + dy - 6 * k])
+        tab._mouse("mouseReleased", [x + 40, y + dy - 30])
         if rig.wishes.command.moves > moves:
             break
-    rig.until(lambda: rig.wishes.command.moves > moves)
-    after = rig.wishes.command.X_WT
-    assert after is not None
-    error = pose_error(before, after)
-    assert error.distance > 1e-3 or error.angle > 1e-3
+
+    def has_moved() -> bool:
+        after = rig.wishes.command.X_WT
+        assert after is not None
+        error = pose_error(before, after)
+        return error.distance > 1e-3 or error.angle > 1e-3
+
+    rig.until(has_moved)
 
 
 def stops_and_releases(operator: CockpitTab, rig: Rig):
@@ -189,14 +193,6 @@ def test_what_is_left_out_of_the_errors_is_visers_own():
         tab.wait_for("window.wrong?.length > 0")
         assert tab.console() == [OF_VISER]
     server.stop()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
-def test_stop_is_in_sight_on_every_screen(rig, size):
-    with open_cockpit(rig.url, size) as watcher:
-        watcher.tab.show_as(*size, mobile=size[0] < 1000)
-        watcher.wait_for_stop_in_sight(size)
 
 
 @pytest.mark.slow
