@@ -12,8 +12,8 @@ SOURCES := remosplat_drake apps tests docs/hooks
 # containers, each of them would compile all of the project's modules again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: run test test-all smoke browser fuzz check lint format types docs \
-  bench kernels wheel clean help
+.PHONY: run test test-all smoke browser pictures fuzz check lint format types \
+  docs bench kernels wheel clean help
 
 help: ## List the targets.
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -33,6 +33,10 @@ smoke: $(DEV) ## Run the few tests that CI runs on every Python.
 
 browser: $(DEV) ## Run the page's tests, which need chromium.
 	$(BIN)/pytest -m browser $(ARGS)
+
+pictures: $(DEV) ## Take the pictures that the page's tests compare again.
+	RETAKE_PICTURES=1 $(BIN)/pytest tests/commands/test_run_pictures.py \
+	  tests/cockpit/test_cockpit_pictures.py
 
 fuzz: $(DEV) ## Test the readers with mutated files: ARGS="--hours 2 --seed 7".
 	$(BIN)/python -m tests.fuzz $(ARGS)
