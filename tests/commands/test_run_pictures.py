@@ -32,7 +32,7 @@ TARGET = (
 
 
 class Visit:
-    """A person at the page of a run, who stops it and takes an offer."""
+    """A person at the page of a run: stops it, and takes an offer."""
 
     def __init__(self, gallery: Gallery):
         self._gallery = gallery
