@@ -35,9 +35,13 @@ _KINDS = 4
 """Standard deviations of the noise: white, random walk, steady drift and smooth
 drift."""
 
-LEAST = np.repeat([1e-6, 1e-5], _KINDS)
+LEAST = np.array([2e-4, 1e-6, 1e-6, 1e-6, 2e-4, 1e-5, 1e-5, 1e-5])
 MOST = np.repeat([0.5, 1.0], _KINDS)
-"""Range of the eight deviations [rad, m]."""
+"""Range of the eight deviations [rad, m].
+
+White noise has a larger lower limit, since no given poses are exact to
+hundredths of a millimetre. Without it, a wrong scale of the depths that makes a
+drift smoother by so little would seem certain."""
 
 _REFUTED = 3.0
 """Deviations are implausible if they make the data e^3 times less likely."""
