@@ -254,16 +254,17 @@ class MotionPlanner:
                 "no configuration that reaches the target found from"
                 f" {goals.seeds} seeds; move or turn the target"
             )
-        none = f"none of {goals.reached} configurations that reach the target"
         if not goals.missing:
             return (
-                f"{none} is free: in the best one, links of the robot are too"
-                " near to each other or to a mover; move or turn the target"
+                f"none of {goals.reached} configurations that reach the target"
+                " is free: in the best one, links of the robot are too near to"
+                " each other or to a mover; move or turn the target"
             )
         link = self.robot.spheres.links[goals.tightest]
         part = self.robot.description.called(link)
         return (
-            f"{none} keeps {1e3 * stopping:.3g} mm from the scene: in the best"
-            f" one, {part} is {max(1.0, 1e3 * goals.missing):.0f} mm too near;"
+            f"none of {goals.reached} configurations that reach the target"
+            f" keeps {1e3 * stopping:.3g} mm from the scene: in the best one,"
+            f" {part} is {max(1.0, 1e3 * goals.missing):.0f} mm too near;"
             " move or turn the target"
         )

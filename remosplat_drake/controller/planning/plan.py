@@ -9,8 +9,8 @@ from remosplat_drake.controller.program.path import Path
 UNREACHED = "unreached"
 """Lack: no configuration reaches the target, or none was found."""
 CRAMPED = "cramped"
-"""Lack: all configurations found that reach the target are too near to the
-scene or to the robot itself."""
+"""Lack: in all configurations found that reach the target, the robot is too
+near to the scene, to a mover or to itself."""
 CUT_OFF = "cut off"
 """Lack: no path to the configurations that reach the target was found."""
 

@@ -27,7 +27,8 @@ from remosplat_drake.controller.program.path import Path
 from remosplat_drake.robot.robot_model import RobotModel
 
 _STEP = 0.06
-"""Longest piece of a path between two speeds; a radian counts like a metre."""
+"""Largest spacing of the points of a path at which speeds are computed; the
+length of a path sums radians and metres."""
 
 _SHARE = 0.9
 """Fraction of the limits of acceleration and torque that a path uses; the rest

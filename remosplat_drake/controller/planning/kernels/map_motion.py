@@ -137,8 +137,8 @@ def _find_open_parts(space, line, first, last, step):
 
     Args:
         space: The `SpaceArrays`, with the parts to check of each item in
-            `PartStack.open`; afterwards it contains those that may not be
-            clear.
+            `PartStack.open`; afterwards it contains those that are
+            possibly too near.
         line: Identifier of the `PythonCalls` of its map.
         first: Row of the first item.
         last: Row after the last item.
