@@ -100,9 +100,10 @@ def hand_fits(
     """Whether the spheres fixed to the end effector are clear at the goal.
 
     The test is quick, and a negative result proves that the goal is infeasible.
-    It is evaluated at the exact goal with allowance for the tolerances: within
-    these, a sphere moves by no more than the position tolerance plus the angle
-    tolerance times its distance from the end effector.
+    It is evaluated at the exact goal. A configuration within the tolerances of
+    the goal displaces a sphere by at most the position tolerance plus the angle
+    tolerance times the sphere's distance from the end effector. This sum is
+    added to the sphere's clearance.
     """
     assert scene.X_WE_target is not None
     fixed = robot.leading_spheres

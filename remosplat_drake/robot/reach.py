@@ -82,7 +82,7 @@ def beyond_reach(
         q: Configuration, shape (n_q,).
         p_WT: The point in W, shape (3,) [m].
         effector: Index of the end effector.
-        parked: Whether the base may not drive.
+        parked: Whether all speeds of the base are limited to zero.
     """
     way = p_WT - shoulder(robot, q, effector)
     drives = robot.n_base and not parked

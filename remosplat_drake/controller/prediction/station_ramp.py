@@ -26,7 +26,7 @@ class StationRamp:
     def steps(
         self, u: np.ndarray, time: float
     ) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields the ramp's steps: age of the command [s] and velocities.
+        """Yields the age of the command [s] and the velocities of each step.
 
         Args:
             u: The command, shape (n_u,) [m/s, rad/s].

@@ -60,8 +60,8 @@ class Tracking:
         J: Jacobian of the end effector in W, angular above translational, in
             the r tracked directions, shape (r, n_u).
         V: The desired twist V_WE in these directions, shape (r,) [rad/s, m/s].
-        price: Weight of the slack; the cost is |delta|^2 price / 2 (paper eq.
-            2).
+        price: Weight of the squared slack, which adds 0.5 * price * |delta|^2
+            to the cost (paper eq. 2).
         limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
     """
 

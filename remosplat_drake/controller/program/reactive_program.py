@@ -160,8 +160,8 @@ class ReactiveProgram:
     ) -> None:
         """Tracks the end effector's twist: J u + delta = V with a slack delta.
 
-        The slack has the cost price |delta|^2 / 2. J has one row for each
-        tracked direction: all six, or fewer.
+        The slack adds 0.5 * price * |delta|^2 to the program's cost. J has one
+        row for each tracked direction: all six, or fewer.
 
         Args:
             name: Name of this tracking, unique among the trackings.

@@ -39,7 +39,8 @@ query's time.
 inlined = register_jitable(
     no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
 )
-"""Like `lean`, but inlines functions whose call costs more than their work."""
+"""Compiles a function as `lean` does, and inlines it, since its call would cost
+more than its work."""
 
 # Pixels at an outline are tested one by one, so spans are widened by far more
 # than the rounding error [px].

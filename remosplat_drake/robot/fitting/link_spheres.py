@@ -50,8 +50,8 @@ class LinkSpheres:
 
         Args:
             p: Points in the link frame, shape (n, 3) [m].
-            margin: Least depth inside the enlarged spheres, of the points that
-                were outside before [m].
+            margin: Points that were outside are at least this deep inside an
+                enlarged sphere [m].
         """
         missed = p[self.outside(p) > 0]
         radius = self.radius.copy()

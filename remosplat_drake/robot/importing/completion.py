@@ -174,7 +174,10 @@ def complete_inertias(urdf: Urdf, findings: Findings) -> None:
         missing.append(shown[0] if shown else root)
         urdf.links[missing[-1]].append(_ball())
     if missing:
-        findings.guess("mass", f"a small ball of 1 kg for {listed(missing)}")
+        findings.guess(
+            "mass",
+            f"1 kg, as a small ball, for links without one: {listed(missing)}",
+        )
 
 
 def _is_last(urdf: Urdf, links: list[str]) -> bool:

@@ -7,8 +7,9 @@ import numpy as np
 from remosplat_drake.robot.robot_model import RobotModel
 
 _SAME = 1e-3
-"""Largest difference between a joint axis and the mirror image of another one,
-in their distance [m] and in their direction."""
+"""Tolerance of symmetry, for two quantities: the distance of a joint axis from
+the mirror image of another one [m], and the difference of their unit vectors.
+"""
 
 _ACROSS = np.array([1.0, -1.0, 1.0])
 """The mirror plane is vertical, with a normal to the left."""

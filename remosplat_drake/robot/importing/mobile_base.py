@@ -82,7 +82,8 @@ def add_base_joints(urdf: Urdf, base: str, height: float) -> str:
         if len(joints) != 1 or joints[0].moves:
             raise urdf.fail(
                 "link 'world'",
-                "carries more than one fixed link; a base needs one to drive",
+                "must carry exactly one link, by a fixed joint: the base moves"
+                " that link",
             )
         carried, origin = joints[0].child, joints[0].element.find("origin")
         urdf.root.remove(joints[0].element)

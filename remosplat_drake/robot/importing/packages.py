@@ -65,7 +65,7 @@ class Packages:
         return path
 
     def place(self, uri: str, element: str) -> Path:
-        """Returns the file or folder of a URI, which may not exist.
+        """Returns the file or folder of a URI; it need not exist.
 
         Args:
             uri: As for `resolve`.

@@ -281,10 +281,11 @@ def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
         movers: The `MoverArrays`.
         p_WS: Centres of the spheres, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
-        within: Pairs at or beyond this distance are left out [m].
+        within: At present, pairs at or beyond this distance are left out [m].
         dt: Control period [s].
         lead: The look-ahead time [s].
-        within_soon: The distance `within` after the look-ahead time [m].
+        within_soon: For the movers' places after the look-ahead time, pairs at
+            or beyond this distance are left out [m].
     """
     return (
         near_movers(movers, p_WS, radius, within, HELD * dt),

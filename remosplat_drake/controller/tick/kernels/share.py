@@ -21,9 +21,10 @@ _PRICE = 1e-8
 program strictly convex."""
 
 _TAKEN = 0.9
-"""Fraction of the greatest feasible share that relaxed rows demand. A demand of
-the whole share would leave a single feasible point, and commands would jump
-between vertices of the feasible set."""
+"""Fraction of the result of `greatest_share` that is used: relaxed rows demand
+their original retreat times this result times this fraction. With a fraction of
+1, a single command would be feasible, and commands would jump between vertices
+of the feasible set."""
 
 
 @kernel(returns=REAL)

@@ -38,9 +38,9 @@ def tolerated(level, stopping) -> float:
     """Computes the amount by which a distance may fall below its level [m].
 
     A late tick ends between two samples, and the next tick takes the distance
-    there as its level. To prevent distances from creeping down, a distance
-    slightly below the stopping distance may fall no lower than one at the
-    stopping distance.
+    there as its level. To prevent distances from creeping down from tick to
+    tick, no level from d_s - `TOLERANCE` to d_s permits a distance below d_s -
+    `TOLERANCE`, where d_s is the stopping distance.
 
     Args:
         level: The level: the distance to keep, or the present one if that is

@@ -50,8 +50,9 @@ def hull_distance(hulls, guess, enough, work):
             direction of the distance, the fewer steps are needed.
         enough: If the distance proves to exceed this value, a lower bound is
             returned, without points [m].
-        work: Arrays of `make_work`; the last, shape (2, 3), is filled with the
-            nearest points of A and of B in A's frame, or with the deepest.
+        work: Arrays of `make_work`; the last, shape (2, 3), receives a point of
+            A and one of B in A's frame: the nearest, or if the hulls overlap
+            the deepest.
 
     Returns:
         The distance [m], and the unit vector from A to B in A's frame along

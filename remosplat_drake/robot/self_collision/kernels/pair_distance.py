@@ -45,8 +45,9 @@ def least_distance(shapes, X_WL, p_WC, i, j):
     """Computes a fast lower bound on the distance of two shapes.
 
     Each shape is enclosed by a ball around its centre and by a box along its
-    link's axes. The bound is the distance from the centre of one to the box of
-    the other, minus the ball's radius. It also holds for negative distances.
+    link's axes. The bound is the distance from one shape's centre to the other
+    shape's box, minus the radius of the first shape's ball. It also holds for
+    negative distances.
 
     Args:
         shapes: The shapes.
@@ -56,7 +57,7 @@ def least_distance(shapes, X_WL, p_WC, i, j):
         j: The other.
 
     Returns:
-        The bound, which is negative where balls overlap [m].
+        The bound, which is negative if the ball overlaps the box [m].
     """
     radius, half = shapes.radius, shapes.half
     reach, body = shapes.reach, shapes.body
