@@ -42,7 +42,7 @@ class Company:
 
         Args:
             case: The process that joins.
-            url: LCM URL of the wire.
+            url: LCM URL of robot and controller.
             folder: Folder for the run's files.
         """
         self._case, self._url = case, url

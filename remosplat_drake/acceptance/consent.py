@@ -16,7 +16,7 @@ class Consent:
     """Arms, over the network, the controllers that wait for a release."""
 
     def __init__(self, url: str, *, again: bool = False):
-        """Joins the controllers' wire.
+        """Joins the LCM network of the controllers.
 
         Args:
             url: Its LCM URL.

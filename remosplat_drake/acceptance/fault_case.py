@@ -24,8 +24,8 @@ class Part(Enum):
     ARM_DRIVER_STALLED = "arm driver stalled"
     """`remosplat panda-driver` is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
-    """The 1 kHz callback of the arm's driver, a separate process, is
-    stopped."""
+    """The process of the arm's driver that runs the 1 kHz callback is stopped
+    (SIGSTOP)."""
     SECOND_ROBOT = "second robot"
     """A second `remosplat hardware-sim` joins the network."""
     SECOND_CONTROLLER = "second controller"

@@ -82,7 +82,7 @@ def _measured(
         what: Name of the run in messages about failures.
         arguments: Arguments of the controller's process.
         scenario: The scenario of the stand-in robot; empty: its default.
-        beside: Further commands of this program on the same wire.
+        beside: Further `remosplat` commands, run in the same LCM network.
     """
     url = processes.free_url()
     consent = Consent(url)

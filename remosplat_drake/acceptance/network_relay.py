@@ -49,7 +49,7 @@ class Relay:
     """
 
     def __init__(self, a: DrakeLcm, b: DrakeLcm):
-        """Joins the controller's wire a and the robot's wire b, fault-free."""
+        """Joins the networks a (controller) and b (robot), without faults."""
         self._ways = [(Inbox(a, COMMANDS), b), (Inbox(b, STATUSES), a)]
         self._under_way: list[tuple[float, int, DrakeLcm, str, bytes]] = []
         self._count = 0

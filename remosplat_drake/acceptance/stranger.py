@@ -106,7 +106,7 @@ def _first(lcm: DrakeLcm, channel: str) -> bytes:
 
 
 def main() -> None:
-    """Disturbs the wire until the process is ended."""
+    """Disturbs the LCM network until the process is ended."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("url")
     parser.add_argument("what", choices=STRANGERS)

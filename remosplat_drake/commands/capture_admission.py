@@ -134,7 +134,7 @@ def _gate(finding: Finding) -> Gate:
 
 def _otherwise(result: Repair, tried: bool) -> str:
     """Describes the remedy for defects."""
-    anyway = "to use it anyway"
+    anyway = "to use this capture anyway"
     if tried and result.undone:
         done = ", ".join(finding.remedy for finding in result.undone)
         return f"--repair {done}, which does not suffice; {anyway}"

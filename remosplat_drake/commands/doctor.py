@@ -86,7 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--yes",
         action="store_true",
-        help="begin every drill without confirmation; the robot MOVES",
+        help="begin every drill (a test with motion or with a stop button)"
+        " without confirmation; the robot MOVES",
     )
     parser.add_argument(
         "--skip",
@@ -103,7 +104,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=drills.PATIENCE,
         metavar="S",
-        help="longest wait for a person in a drill (default: %(default)s)",
+        help="longest wait for a person to press or release a stop button, in"
+        " seconds (default: %(default)s)",
     )
     add_json_argument(parser)
 
@@ -165,7 +167,7 @@ def _examine(
     if any(finding.result == FAILED for finding in publishers):
         yield from (
             Finding(
-                name, SKIPPED, "a check before has failed", DRILLS[name], ""
+                name, SKIPPED, "an earlier check has failed", DRILLS[name], ""
             )
             for name in needed_drills(has_base)
         )

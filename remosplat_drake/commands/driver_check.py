@@ -26,7 +26,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 _PERIOD = 0.001
 _LOOK = 2.0
-"""Time between two checks whether all rules were observed [s]."""
+"""Time between two checks of all rules [s]."""
 
 _LONGEST = 3600.0
 

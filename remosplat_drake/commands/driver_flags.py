@@ -91,7 +91,7 @@ def announce(console: Console, url: str, config: object) -> None:
 
     Args:
         console: The console.
-        url: URL of the wire.
+        url: The LCM URL.
         config: The driver's settings.
     """
     console.print(f"{url} <-> !{type(config).__name__}; Ctrl-C ends")

@@ -148,7 +148,7 @@ def strangers(application: Application) -> str:
     assert isinstance(application.station, HardwareStation)
     guard = application.station.link.guard
     said = guard.summary() if guard else ""
-    return f"on the wire: {said}\n" if said else ""
+    return f"other senders: {said}\n" if said else ""
 
 
 def progress_line(t: float, standing: Standing, report: TickReport) -> Text:

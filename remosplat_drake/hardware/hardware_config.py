@@ -245,7 +245,7 @@ class HardwareConfig(Config):
         return self._open(self.url)
 
     def open_camera_lcm(self) -> DrakeLcm:
-        """Opens the LCM network of the wrist camera, with the same suffix."""
+        """Opens the wrist camera's LCM network; names get the suffix, too."""
         return self._open(self.camera_url or beside(self.url))
 
     def _open(self, url: str) -> DrakeLcm:

@@ -50,12 +50,16 @@ CASES = (
         resumes=MOVES,
         text=_TOUR,
     ),
-    _stranger("foreign commands", COMMANDS, "also sends commands"),
+    _stranger("commands of another program", COMMANDS, "also sends commands"),
     _stranger(
-        "foreign statuses of the arm", ARM, "PANDA_STATUS: has two senders"
+        "statuses of the arm from another program",
+        ARM,
+        "PANDA_STATUS: has two senders",
     ),
     _stranger(
-        "foreign statuses of the base", BASE, "BASE_STATUS: has two senders"
+        "statuses of the base from another program",
+        BASE,
+        "BASE_STATUS: has two senders",
     ),
     _stranger("garbage on every channel", GARBAGE, "also sends commands"),
 )

@@ -190,7 +190,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """Returns a measurement, updated with the packets received since."""
+        """Returns a measurement, updated with the packets that came later."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)

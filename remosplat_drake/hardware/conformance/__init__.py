@@ -1,4 +1,4 @@
-"""Checks that a robot's drivers conform to the wire protocol.
+"""Checks that a robot's drivers conform to the LCM protocol.
 
 `robot_record` collects LCM packets in a `RobotRecord`; `checks` evaluates it,
 and `following` measures how the axes follow their commands. This package sends

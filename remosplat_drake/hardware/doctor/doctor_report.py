@@ -23,7 +23,7 @@ class DoctorReport:
 
     Attributes:
         host: Name of the computer.
-        url: LCM URL of the robot's wire.
+        url: LCM URL of the robot.
         time: Time of the checks, by the wall clock [s].
         findings: One for each check, in their order.
     """

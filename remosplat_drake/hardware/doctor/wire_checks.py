@@ -52,7 +52,7 @@ def check_loopback(url: str) -> Finding:
     """Checks that multicast packets return to this computer.
 
     Args:
-        url: LCM URL of the wire.
+        url: LCM URL of the robot.
     """
     heard: list[bytes] = []
     found = "none of its own packets"
@@ -80,7 +80,7 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
     """Receives all messages of an LCM network, except for images.
 
     Args:
-        url: LCM URL of the wire.
+        url: LCM URL of the robot.
         duration: Duration of reception [s].
 
     Raises:

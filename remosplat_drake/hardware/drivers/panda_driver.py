@@ -69,7 +69,7 @@ class PandaDriver:
         self._tell()
 
     def brake(self) -> bool:
-        """Commands rest and the end of the motion.
+        """Commands zero velocity, and then the end of the arm's motion.
 
         Returns:
             Whether the arm's command is already zero.

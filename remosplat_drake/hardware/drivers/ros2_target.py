@@ -19,7 +19,7 @@ class TargetKind(NamedTuple):
     """A kind of target.
 
     Attributes:
-        name: Its name in texts, in the plural.
+        name: Its name in messages of the program, in the plural.
         message: Name of the ROS message in `ros2_messages`.
         convert: Converts a ROS message to an LCM message without a stamp.
     """

@@ -7,7 +7,12 @@ Value = TypeVar("Value")
 
 
 def expiry_of(expiry: float | None) -> float:
-    """Returns a longest silence [s] as a number: infinity for None."""
+    """Returns the silence after which a topic's value expires, inf for None.
+
+    Args:
+        expiry: This silence in a configuration [s]; None if values never
+            expire.
+    """
     return math.inf if expiry is None else expiry
 
 

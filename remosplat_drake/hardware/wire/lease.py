@@ -1,7 +1,7 @@
 """Messages that identify a robot's controllers (sessions) and drivers.
 
 Commands and statuses contain no identity. So ten times a second, a session
-sends its lease, a message with its identity and the drivers that shall follow
+sends its lease, a message with its identity and the drivers that must obey
 it. A driver sends its identity and the session that it follows. Each program
 sends these from the same UDP port as its commands or statuses, so the address
 links them.
@@ -73,7 +73,7 @@ class Lease:
         sent: Number of commands sent so far.
         mode: Mode of its supervisor.
         reason: Reason for that mode.
-        drivers: Sessions of the drivers that shall follow it.
+        drivers: Session numbers of the drivers that must obey it.
     """
 
     identity: Identity

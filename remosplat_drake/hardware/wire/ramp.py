@@ -71,7 +71,7 @@ def decode_ramp(data: bytes) -> Ramp:
     length = finite_number("ramp", message.ramp)
     if not (0.0 < period <= _LONGEST and 0.0 <= length <= _LONGEST):
         raise BrokenMessage(
-            f"a ramp of {length} s in steps of {period} s, expected 0 to"
-            f" {_LONGEST:g} s"
+            f"a ramp of {length} s in steps of {period} s; both must be at"
+            f" most {_LONGEST:g} s, and a step longer than 0 s"
         )
     return Ramp(message.utime, period, length)

@@ -55,7 +55,7 @@ class session_lease(object):
         """ LCM Type: string """
         self.num_drivers = 0
         """
-        Sessions of the drivers that shall follow this session.
+        Number of drivers that must obey this session, and their sessions.
         LCM Type: int32_t
         """
 
