@@ -39,7 +39,7 @@ NOTHING = "nothing"
 """Cause: no constraint is active; the optimum of the quadratic program is no
 motion."""
 BASE = "base"
-"""Cause: the base may not drive, or its safety scanner has stopped it."""
+"""Cause: the base is not allowed to drive, or its safety scanner stopped it."""
 LOCALIZATION = "localization"
 """Cause: the pose of the base in the map is not known well enough."""
 SUPERVISOR = "supervisor"
@@ -106,7 +106,7 @@ class Standing:
 
     @property
     def is_obstructed(self) -> bool:
-        """Whether something holds or stops the robot, or did so at the end."""
+        """Whether something holds or stops the robot, or did at the end."""
         return self.kind in (HELD, STOPPING, STOPPED, ENDED)
 
     def is_news_after(self, before: "Standing") -> bool:

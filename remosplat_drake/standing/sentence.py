@@ -44,7 +44,7 @@ _ADVICE = {
     MOVER: "it continues when that has passed",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOT_OBEYED: "see whether the robot is enabled",
-    stands.BASE: "the base may not drive: move it nearer",
+    stands.BASE: "the base is not allowed to drive: move it nearer",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
 """For each cause, advice for a person, or an explanation."""
@@ -84,8 +84,8 @@ class Situation:
             none.
         beyond: Lower bound on the target's distance out of reach [m]; 0 if
             unknown.
-        parked: Whether the target is out of reach only because the base may not
-            drive.
+        parked: Whether the target is out of reach only because all speeds of
+            the base are limited to zero.
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if no sequence of targets
             runs.

@@ -82,7 +82,7 @@ class StandingSystem(LeafSystem):
         robot: The robot.
         arrival: When a target counts as reached.
         period: Control period [s].
-        parked: Whether the base may not drive.
+        parked: Whether all speeds of the base are limited to zero.
         floor_height: Height in W below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """

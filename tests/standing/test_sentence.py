@@ -135,10 +135,12 @@ SENTENCES = {
     " nearer": dc.replace(FAR, beyond=0.3, no_nearer_for=CIRCLING + 2),
     "robot stands still, 0.52 m from the target: it is 0.30 m out of reach,"
     " move it nearer": held(stands.NOTHING, beyond=0.3),
-    "moving to the target, 0.52 m away: it is 0.30 m out of reach, the base may"
-    " not drive: move it nearer": dc.replace(FAR, beyond=0.3, parked=True),
-    "robot stands still, 0.52 m from the target: the base may not drive: move"
-    " it nearer": held(stands.NOTHING, parked=True),
+    "moving to the target, 0.52 m away: it is 0.30 m out of reach, the base is"
+    " not allowed to drive: move it nearer": dc.replace(
+        FAR, beyond=0.3, parked=True
+    ),
+    "robot stands still, 0.52 m from the target: the base is not allowed to"
+    " drive: move it nearer": held(stands.NOTHING, parked=True),
     "robot stands still, 0.52 m from the target; no configuration": held(
         stands.NOTHING,
         selection=Selection(
