@@ -61,7 +61,7 @@ _UNKNOWN = (
 
 _UNKNOWN_SPACE = (
     "it is not known which space the splat's cameras saw; `remosplat "
-    "reconstruct` writes a file of it beside the splat"
+    "reconstruct` writes a file of this space beside the splat"
 )
 
 _ROUNDING = 1e-9  # Rounding error of distances in files [m].

@@ -123,8 +123,8 @@ def _too_near(
             one, other = map(called, own.pairs.links(i))
             yield Gate(
                 START_TOO_NEAR,
-                f"robot.arm: {_relation(one, other, gap)}; the robot keeps"
-                f" {1e3 * own.stopping:.0f} mm from itself",
+                f"robot.arm: {_relation(one, other, gap)}; links must"
+                f" keep {1e3 * own.stopping:.0f} mm from each other",
             )
     least = law.collision.stopping
     near = _clearances(world, q, least)
@@ -138,7 +138,7 @@ def _too_near(
         yield Gate(
             START_TOO_NEAR,
             f"{field}: {_relation(link, thing.name, near.minimum())}; the robot"
-            f" keeps {1e3 * least:.0f} mm from the scene",
+            f" must keep {1e3 * least:.0f} mm from the scene",
         )
 
 

@@ -136,7 +136,7 @@ def play(application: Application, u: np.ndarray) -> list[Played]:
     Raises:
         LateError: The robot stopped after a command or a status was late.
         HeldBackError: Verification reduced the profile's velocities.
-        RemoSplatError: The robot may not move, or was stopped.
+        RemoSplatError: The robot is not allowed to move, or was stopped.
         KeyboardInterrupt: The run was interrupted.
     """
     player = _Player(application, u)

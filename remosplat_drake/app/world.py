@@ -161,9 +161,9 @@ def _scene_field(
                 raise FieldError(
                     scenario.source,
                     f"objects[{i}].X_WO",
-                    f"the splat shows no {thing.name} there; correct its "
-                    "X_WO, or set in_splat: false if the splat does not "
-                    "contain it",
+                    f"the splat shows no {thing.name} there; correct the "
+                    "object's X_WO, or set in_splat: false if the object is "
+                    "not in the splat",
                 )
             is_other &= ~own
         splat_W = splat_W.select(is_other)

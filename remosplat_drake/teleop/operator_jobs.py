@@ -29,7 +29,7 @@ from remosplat_drake.task.task import (
     Work,
 )
 
-STOPPED, HELD = "the robot was stopped", "the operator held the robot"
+STOPPED, HELD = "the robot was stopped", "the operator ended the job"
 """Reasons why a job ends before it is done."""
 
 

@@ -37,7 +37,7 @@ def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
     X_WT = np.eye(4)
     X_WT[:3, :3] = rotated(before[:3, :3], w_WT * dt)
     # If the goal changes close to the edge of the workspace, the bounded
-    # acceleration may not suffice to brake before the edge. Then the workspace
+    # acceleration may be too small to brake before the edge. Then the workspace
     # has priority. A target that began outside, where the end effector was, may
     # only move inward.
     p_WT = before[:3, 3]

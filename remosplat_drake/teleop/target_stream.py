@@ -27,7 +27,7 @@ class StreamKind(NamedTuple):
     """A kind of stream.
 
     Attributes:
-        source: Name of the stream in texts.
+        source: Name of the stream, for messages to the operator.
         take: Function of the present command, of a packet, and of a flag that
             is true if the stream begins. It returns the packet's stamp [us] and
             the command with the packet's content. It raises BrokenMessage.

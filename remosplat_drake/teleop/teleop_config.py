@@ -39,7 +39,7 @@ class SavedPose(Config):
 
 @dc.dataclass
 class GamepadConfig(Config):
-    """A gamepad at the page, numbered by the browsers' standard layout."""
+    """The page's gamepad; buttons have the numbers of W3C's standard layout."""
 
     # Number of the button that is the dead-man switch, without which nothing
     # moves: 5 is the right shoulder.
@@ -138,7 +138,7 @@ class TeleopConfig(Config):
     grip_force: Annotated[float, Interval(gt=0, le=1000)] = 20.0
     # Poses that an operator can pick; their names are on the buttons.
     poses: dict[str, SavedPose] = dc.field(default_factory=dict)
-    # The gamepad at the page.
+    # The gamepad with which an operator moves the target on the page.
     gamepad: GamepadConfig = dc.field(default_factory=GamepadConfig)
     # The scan with the wrist camera.
     scan: ScanConfig = dc.field(default_factory=ScanConfig)

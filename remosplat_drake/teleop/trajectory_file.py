@@ -29,7 +29,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.teleop_config import SavedPose
 
 SOURCE = "trajectory"
-"""Name of this source of commands in texts."""
+"""Name of this source of commands, for messages to the operator."""
 
 _TARGET_BUTTONS = {
     "hold": "holds",
@@ -53,8 +53,8 @@ BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 
 
 NO_OBJECTS = (
-    "needs a simulation of a scenario with `objects` and mapping: {enabled:"
-    " false}"
+    "needs a simulation of a scenario that has `objects` and the setting"
+    " `mapping: {enabled: false}`"
 )
 """Error text of a step that takes or places an object where that is not
 possible."""

@@ -84,7 +84,7 @@ def test_a_start_beside_one_wall_leads_out(hinge):
     (gate,) = start_gates(scenario, world)
     assert gate.name == START_TOO_NEAR
     assert gate.problem == (
-        "robot.arm: arm and the wall +1 are 10 mm apart; the robot keeps 21"
+        "robot.arm: arm and the wall +1 are 10 mm apart; the robot must keep 21"
         " mm from the scene"
     )
     law = ReactiveLaw.make(scenario.controller, hinge, 0.01)
@@ -127,7 +127,7 @@ def test_a_folded_arm_is_told_so_and_moves_out(capfd):
     captured = capfd.readouterr()
     assert (
         f"warning: {START_TOO_NEAR}: robot.arm: forearm and flange overlap by"
-        " 11 mm; the robot keeps 10 mm from itself" in captured.err
+        " 11 mm; links must keep 10 mm from each other" in captured.err
     )
     assert "moving out: " in captured.out
 

@@ -79,12 +79,12 @@ def test_focal_lengths_that_differ_as_the_sides_do(scene_capture, axis):
     K = scene_capture.K.copy()
     K[:, axis, axis] *= 4 / 3
     text = warnings_of(scene_capture, K=K)
-    assert "differ as the images' sides do (120 x 90)" in text
+    assert "the ratio of the images' sides (120 x 90)" in text
     assert "correct f_x and f_y" in text
     # Half of that is no such mistake.
     K[:, axis, axis] *= (3 / 4) ** 0.5
     text = warnings_of(scene_capture, K=K)
-    assert "differ as the images' sides do" not in text
+    assert "the ratio of the images' sides" not in text
 
 
 def test_focal_lengths_of_another_size(scene_capture):

@@ -96,7 +96,7 @@ def gives_up_and_tries_again(rig):
     assert rig.jobs.is_braking and rig.jobs.state.held == "soup can"
     rig.until(lambda: not rig.jobs.leads)
     assert not rig.u.any()
-    assert "the operator held the robot" in rig.led.text
+    assert "the operator ended the job" in rig.led.text
     rig.ask("places", support="tray")
     rig.until_idle()
     assert rig.jobs.state.outcome == DONE, rig.jobs.state.failures

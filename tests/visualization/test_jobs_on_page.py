@@ -58,7 +58,7 @@ def operate(tab, folder):
     tab.wait_for(f"{target}.includes('carries the soup can')")
     press(tab, "Give up")
     failures = "document.querySelector('#task em')?.innerText ?? ''"
-    tab.wait_for(f"{failures} == 'the operator held the robot'")
+    tab.wait_for(f"{failures} == 'the operator ended the job'")
     press(tab, "Put the soup can there")
     tab.wait_for(f"{target}.includes('hold: place the soup can: done')")
     tab.save_picture(folder / "placed.png")

@@ -77,7 +77,7 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
 def robot_stop(
     reading: Reading, robot: RobotModel, config: HardwareConfig
 ) -> str:
-    """Returns why the robot may not move; empty if it may move.
+    """Returns the reason that forbids motion of the robot; empty without one.
 
     Args:
         reading: The latest states of its drivers.
@@ -105,7 +105,8 @@ def await_robot(
         config: Expiry times of the drivers, and the longest wait.
 
     Raises:
-        RemoSplatError: The robot may not move; the text states the reason.
+        RemoSplatError: The robot was not allowed to move before the longest
+            wait had passed; the text states the reason.
     """
     link.wait_for_statuses()
     deadline = time.monotonic() + config.connect_timeout

@@ -12,7 +12,10 @@ from remosplat_drake.visualization.page import MeshcatPage
 def AddPageOffers(
     builder: DiagramBuilder, loop: ControlLoop, page: MeshcatPage
 ) -> None:
-    """Adds the offers, if a scenario's targets move a single end effector.
+    """Adds buttons for other targets that the robot can reach.
+
+    Nothing is added if the robot has several end effectors, or if the scenario
+    has no sequence of targets.
 
     Args:
         builder: The builder of the diagram.

@@ -50,7 +50,8 @@ def AddTargets(
         raise FieldError(
             scenario.source,
             "targets",
-            "none given: name targets here, or a scene.truth with a target",
+            "none given: list targets here, or use a `scene.truth` that has"
+            " a target",
         )
     return TargetSequence.AddToBuilder(
         builder,

@@ -141,8 +141,8 @@ def ConnectTask(
 
     Args:
         builder: The builder of the diagram.
-        targets: The system that outputs the targets. If it does not lead
-            through a task, nothing is connected.
+        targets: The system that outputs the targets. Nothing is connected if
+            these are not the targets of a task (a `TaskSystem`).
         robot: The robot.
         station: The robot as a system, simulated or real.
         velocity: The output port of the measured u, n_u entries.

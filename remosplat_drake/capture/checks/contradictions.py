@@ -67,12 +67,13 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     for sides, words in (
         (
             wide,
-            "{1} frames have up to {0} % of their points in free space of"
-            " others",
+            "in {1} frames, up to {0} % of the points are in space that other"
+            " frames show as free",
         ),
         (
             looking,
-            "{1} frames show free space at up to {0} % of others' points",
+            "{1} frames show free space at up to {0} % of the points of other"
+            " frames",
         ),
     ):
         judged, through = _counts(sides, [])

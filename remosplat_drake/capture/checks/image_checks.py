@@ -94,10 +94,11 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
         abs(abs(np.log(stretch)) - abs(np.log(aspect))) < _ALIKE
     ):
         problem = (
-            f"the focal lengths {focal[0]:.0f} and {focal[1]:.0f} differ as the"
-            f" images' sides do ({width} x {height}), but pixels are square:"
-            " one of them is scaled by the wrong side, or both are swapped;"
-            " correct f_x and f_y in the file"
+            f"the focal lengths {focal[0]:.0f} and {focal[1]:.0f} have the"
+            f" ratio of the images' sides ({width} x {height}), but should be"
+            " equal, since pixels are square; perhaps one focal length was"
+            " scaled by the wrong side, or both were swapped: correct f_x and"
+            " f_y in the file"
         )
         findings.append(Finding(INTRINSICS, problem))
     return findings

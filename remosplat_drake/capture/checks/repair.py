@@ -26,7 +26,7 @@ class Repair:
 
 
 def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
-    """Corrects all findings with a remedy, one after the other.
+    """Corrects all findings that have a remedy, one after the other.
 
     After each correction the capture is inspected again, since one mistake may
     cause several findings: if depths are in a wrong unit, poses seem wrong,
