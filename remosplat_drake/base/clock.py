@@ -32,11 +32,12 @@ def next_tick(now: float, period: float, latest: int) -> int:
 
 
 def sleep_until(wake: float, longest: float) -> None:
-    """Sleeps until a time of the wall clock, even if the clock is set back.
+    """Sleeps until a time of the wall clock, but no longer than `longest`.
 
     Args:
         wake: Wall-clock time to return at, since the Unix epoch [s].
-        longest: Longest duration of the sleep [s].
+        longest: Longest duration of the sleep [s]. It bounds the sleep if the
+            clock is wrong or was set back.
     """
     duration = min(wake - time.time(), longest)
     if duration > 0:

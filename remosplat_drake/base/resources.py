@@ -35,13 +35,13 @@ def scenarios_dir() -> Path:
 
 
 def cache_dir() -> Path:
-    """Returns the cache directory, in XDG_CACHE_HOME; it may not exist."""
+    """Returns the cache directory, in XDG_CACHE_HOME; it need not exist."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "remosplat_drake"
 
 
 def state_dir() -> Path:
-    """Returns the directory for logs, in XDG_STATE_HOME; it may not exist."""
+    """Returns the directory for logs, in XDG_STATE_HOME; it need not exist."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state"
     return Path(base) / "remosplat_drake"
 

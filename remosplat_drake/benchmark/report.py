@@ -175,7 +175,7 @@ def outcome_table(comparison: Comparison) -> Table:
     """Makes the table of reasons of failures, by the paper's success rule."""
     outcomes = comparison.outcomes()
     return Table(
-        f"{comparison.title}: why trials failed, by the paper's text",
+        f"{comparison.title}: outcomes, by the rule in the paper's text",
         ("method", "trials", "success", "collision", *outcomes),
         tuple(
             (

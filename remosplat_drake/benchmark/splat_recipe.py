@@ -63,7 +63,7 @@ class SplatRecipe(Config):
         return resources.cache_dir() / "splats" / f"{self.origin}-{digest}"
 
     def splat_file(self, truth: PrimitiveScene) -> Path:
-        """Returns the path of a scene's splat; the file may not exist."""
+        """Returns the path of a scene's splat; the file need not exist."""
         return self.folder / f"{truth.content_hash}.ply"
 
 

@@ -179,7 +179,7 @@ def _head(order: SplatOrder) -> SplatRecord:
 def _train(
     capture: Capture, surfels: Surfels, recipe: SplatRecipe
 ) -> GaussianSplat:
-    # Imported here, since the extra `gpu` may not be installed.
+    # Imported here, since the extra `gpu` need not be installed.
     from remosplat_drake.reconstruction.training import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)

@@ -2,7 +2,7 @@
 
 A robot's camera sees the robot's own arm and fingers. A map with these as
 obstacles would block the robot permanently. The robot's spheres cover it, so a
-measured point in or behind a sphere may not be part of the scene.
+measured point in or behind a sphere is possibly not part of the scene.
 """
 
 import numpy as np

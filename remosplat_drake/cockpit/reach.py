@@ -56,7 +56,7 @@ def find_reach(
 ) -> Reach:
     """Searches a configuration that reaches a target, deterministically.
 
-    A path to this configuration may not exist.
+    There is not always a path to this configuration.
 
     Args:
         planner: Contains the robot, and its self-distances.

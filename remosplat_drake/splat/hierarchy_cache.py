@@ -81,7 +81,7 @@ def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
 
 
 def cache_folder() -> Path:
-    """Returns the folder of the kept hierarchies; it may not exist."""
+    """Returns the folder of the kept hierarchies; it need not exist."""
     return resources.cache_dir() / "hierarchies"
 
 

@@ -94,8 +94,8 @@ def supervised(
 
     Args:
         supervision: The supervisor's state.
-        releases: Whether the page may release stops; it may not release a real
-            robot.
+        releases: Whether the page may release stops; it is never allowed to
+            release a real robot.
         standing: The robot's state, which is shown while the supervisor does
             not stop it.
     """

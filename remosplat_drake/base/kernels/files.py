@@ -37,7 +37,7 @@ _MOST = 1_000_000_000
 
 
 def kernels_dir() -> Path:
-    """Returns the folder of the user's kernels, which may not exist.
+    """Returns the folder of the user's kernels, which need not exist.
 
     The environment variable NUMBA_CACHE_DIR overrides the default.
     """

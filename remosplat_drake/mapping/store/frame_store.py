@@ -69,7 +69,8 @@ class FrameStore:
                 raise entry.error(_BASE_POSE, "expected x, y, yaw")
             if len(sizes) > 1:
                 raise entry.error(
-                    "configuration", "differs in length from other frames"
+                    "configuration",
+                    "must have the same length in all frames",
                 )
             self._index[name] = i
         self._cache: dict[str, Frame] = {}

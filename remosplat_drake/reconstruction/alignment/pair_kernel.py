@@ -15,7 +15,10 @@ about its centre and a translation t_W of the centre, so
     s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
     s de/dtheta_B = -(p_W - p_WB) x n,
     de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
-    s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale.
+    s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk).
+
+In the derivative by the scale (k = 1), e is subtracted from the right-hand
+side, because s depends on e_1.
 
 A pair constrains only the relative pose of its views. So an equation has 6 + k
 numbers: the derivatives with respect to theta_A, t_A and the shared errors.

@@ -194,7 +194,10 @@ def _harmonics(path: Path, table: np.ndarray | None, n: int) -> np.ndarray:
     if table is None:
         return np.zeros((n, 0, 3))
     if len(table) != n:
-        raise FileError(path, f"{len(table)} rows of harmonics for {n} splats")
+        raise FileError(
+            path,
+            f"has spherical harmonics of {len(table)} splats, but {n} splats",
+        )
     count = len(table.dtype.names or ())
     if count not in (9, 24, 45, 72):
         raise FileError(
