@@ -159,9 +159,10 @@ def AddControlLoop(
         ingredients: Costs and constraints of the control law, in addition to
             the scenario's.
         law: The control law; None makes the scenario's.
-        others: Function that adds the other robots, given the output ports of
-            q, of the executed command and of the true `Movers` (or None); it
-            returns the output ports of their movers.
+        others: Function that adds the other robots. Its arguments are three
+            output ports: the configuration q, the executed command, and the
+            true `Movers` (or None). It returns the output ports of the other
+            robots' movers.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.

@@ -32,8 +32,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SIDEWAYS = 1
-"""Index, in the plant's positions, of the base's sideways motion, which a
-differential base cannot execute."""
+"""Index of the base's sideways position in the plant's positions. A
+differential base cannot move sideways."""
 
 _FRICTION = CoulombFriction(0.0, 0.0)
 _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)

@@ -11,8 +11,8 @@ FAINTEST = 1 / 255
 threshold."""
 
 SCALE_MEDIAN, SCALE_SPREAD = 0.075, 0.45
-"""Median [m], and standard deviation of the logarithm, of the log-normal sizes
-of floaters."""
+"""Sizes of floaters are log-normal: their median [m], and the standard
+deviation of their logarithm."""
 
 FADED = 0.9
 """Fraction of the floaters that training has faded to `FAINTEST`."""

@@ -52,11 +52,11 @@ class RunMetrics:
             [m]; None without movers.
         mover_contacts: All contacts with movers (moving objects), each with its
             cause.
-        waited: Time in which no part of the robot moved [s]; None without
+        waited: Total time in which no part of the robot moved [s]; None without
             movers.
-        separation_margin_min: Smallest value, over all ticks, of the distance
-            to known movers minus the protective separation distance S_p [m];
-            None without movers.
+        separation_margin_min: Least difference over all ticks: distance to
+            known movers minus protective separation distance S_p [m]; None
+            without movers.
     """
 
     duration: float

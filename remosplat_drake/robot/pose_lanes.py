@@ -99,7 +99,7 @@ def move_by_lanes(kind, axis_F, value, X_F, i, X_M, k):
         value: Angles or displacements, as lanes [rad, m].
         X_F: Array of poses that contains that of F as pose i.
         i: See `X_F`.
-        X_M: Array of poses, of which pose k is written.
+        X_M: Array of poses; pose k is written.
         k: See `X_M`.
     """
     x, y, z = axis_F[0], axis_F[1], axis_F[2]

@@ -19,8 +19,8 @@ class SerialChain(NamedTuple):
         kind: `kinematics.REVOLUTE` or PRISMATIC, shape (n,).
         position: Index in q of each joint, shape (n,).
         axis_F: Axes in the joints' inboard frames F, shape (n, 3).
-        X_MF: Poses of the joints' inboard frames F in the outboard frame M of
-            the previous joint, of the first one in W, shape (n, 4, 4).
+        X_MF: Pose of each joint's inboard frame F in the outboard frame M of
+            the previous joint, or in W for the first joint, shape (n, 4, 4).
         X_ME: Pose of E in the frame M of the last joint, shape (4, 4).
     """
 

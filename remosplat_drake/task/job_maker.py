@@ -53,7 +53,7 @@ class JobMaker:
     """Makes the blocks that take an object, put it down, or let it go.
 
     Args:
-        law: The control law, of the robot without a payload.
+        law: The control law for the robot without a payload.
         planner: Searches configurations of the robot without a payload.
         scene: The map without the objects.
         stopping: Distance that the robot keeps from the map [m].

@@ -66,7 +66,7 @@ class StandingRule:
     positive, since the object stands on a surface.
 
     Args:
-        law: The control law, of the robot without a payload.
+        law: The control law for the robot without a payload.
         map: The map of the task.
     """
 

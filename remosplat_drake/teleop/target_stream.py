@@ -28,9 +28,10 @@ class StreamKind(NamedTuple):
 
     Attributes:
         source: Name of the stream, for messages to the operator.
-        take: Function of the present command, of a packet, and of a flag that
-            is true if the stream begins. It returns the packet's stamp [us] and
-            the command with the packet's content. It raises BrokenMessage.
+        take: Function with three arguments: the present command, a packet, and
+            whether the stream begins with this packet. It returns the packet's
+            stamp [us] and the command with the packet's content. It raises
+            BrokenMessage if the packet is not a message of the stream.
     """
 
     source: str

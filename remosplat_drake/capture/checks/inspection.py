@@ -51,8 +51,8 @@ class CaptureInspection:
         size: Height and width of the images [pixels].
         focal: Smallest and largest focal length, x and y alike [pixels].
         fov_deg: Median horizontal and vertical field of view [deg].
-        depth: Median, and percentiles 1 and 99, of the known depths [m]: (p1,
-            median, p99); NaN if there are none.
+        depth: Percentiles 1, 50 and 99 of the known depths [m]; NaN if there
+            are none.
         known: Fraction of the pixels that have a depth.
         hidden: Fraction of the pixels that do not show the scene.
         path_length: Length of the camera's path from frame to frame [m].

@@ -18,7 +18,8 @@ OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
 rounding errors prevent a decision, so that the caller uses another solver."""
 
 _TOLERANCE = 1e-10
-"""Largest violation that counts as zero, of a row scaled to unit length."""
+"""Largest violation of a row that counts as zero, with the row scaled to unit
+length."""
 
 _DEPENDENT = 1e-12
 """Squared length of a row, projected off the active rows, below which the row

@@ -123,8 +123,8 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
             from the centre of camera A to the point in W [m], and the square of
             the difference of the views' normals.
         arms: Output: the vectors g_j of the derivatives by the shared errors,
-            in W; an array of shape (2, k, 3), of which the first (k, 3) are the
-            result.
+            in W. The array has the shape (2, k, 3); `arms[0]` is the result,
+            and `arms[1]` is work space.
 
     Returns:
         Whether view b shows a surface there that meets both limits.
