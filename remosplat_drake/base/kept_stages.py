@@ -118,7 +118,7 @@ class KeptStages:
 
 
 NOTHING_KEPT = KeptStages(None)
-"""An instance for jobs that keep no stages."""
+"""The `KeptStages` of jobs whose results are not kept."""
 
 
 def _load(path: Path, kind: type[T], key: str) -> T | None:

@@ -121,7 +121,7 @@ def _blocked(
     sphere = planner.robot.spheres_at(q).select(np.array([goals.tightest]))
     near = field.clearances(sphere, stopping)
     if not len(near):
-        return Reach(BLOCKED, f"{link} is too near to something", q)
+        return Reach(BLOCKED, f"{link} is too near to an obstacle", q)
     p_W = near.p_WC[near.distance.argmin()]
     thing = field.thing_at(p_W)
     verdict = UNSEEN_THERE if thing.kind == UNSEEN else BLOCKED

@@ -64,11 +64,11 @@ def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
             lease for lease in leases if lease.identity.session == session
         ]
     if not leases:
-        raise RemoSplatError(f"no controller waits on {url}")
+        raise RemoSplatError(f"no controller at {url} waits for an operator")
     if len(leases) > 1:
         names = "; ".join(f"{a.identity.session}: {a.identity}" for a in leases)
         raise RemoSplatError(
-            f"several controllers wait on {url}; choose one with --session: "
-            f"{names}"
+            f"several controllers at {url} wait for an operator; choose one"
+            f" with --session: {names}"
         )
     return leases[0]

@@ -251,8 +251,8 @@ class MotionPlanner:
     def _no_goal(self, goals: GoalConfigurations, stopping: float) -> str:
         if not goals.reached:
             return (
-                "no configuration that reaches the target found from"
-                f" {goals.seeds} seeds; move or turn the target"
+                "no configuration was found that reaches the target (from"
+                f" {goals.seeds} seeds); move or turn the target"
             )
         if not goals.missing:
             return (

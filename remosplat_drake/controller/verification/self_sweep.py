@@ -93,11 +93,11 @@ class SelfClearance:
 
     @cached_property
     def bend(self) -> np.ndarray:
-        """Bounds on accelerations of the second link, seen from the first.
+        """Bounds on the acceleration of one link relative to another one.
 
-        There is a bound for each two entries of the command and each pair of
-        links, shape (n_u, n_u, m). The array is padded with pairs that do not
-        exist, so that kernels can read eight at a time.
+        The array has the shape (n_u, n_u, m), with a bound for each two entries
+        of the command and each pair of links. It is padded with pairs that do
+        not exist, so that kernels can read eight at a time.
         """
         bound = hessian_bound(
             self.rate, self.robot.screw_turns, self.lever >= 0.0

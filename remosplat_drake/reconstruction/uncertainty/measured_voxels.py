@@ -23,7 +23,8 @@ _PAST = 0.012
 far behind the point [m]."""
 
 _NEARLY_EXACT = 5e-4
-"""Standard deviation of a point below which a single view confirms it [m]."""
+"""A single view confirms a point if the standard deviation of the point is
+below this [m]."""
 
 _MAX_SAMPLES = 6_000_000
 """Largest number of pixels, which limits memory; a larger number is reduced

@@ -176,7 +176,8 @@ def complete_inertias(urdf: Urdf, findings: Findings) -> None:
     if missing:
         findings.guess(
             "mass",
-            f"1 kg, as a small ball, for links without one: {listed(missing)}",
+            f"1 kg, as a small ball, for {listed(missing)}; the model has no"
+            " valid mass there",
         )
 
 

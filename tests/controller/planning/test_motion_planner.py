@@ -51,7 +51,7 @@ def test_a_target_that_nothing_reaches_is_called_so(maze):
     X_WT[1, 3] = 0.1  # The arm moves in the plane y = 0.
     plan = maze.planner(seeds=50).plan(maze.q, X_WT, maze.field, STOPPING)
     assert plan.path is None
-    start = "no configuration that reaches the target found from"
+    start = "no configuration was found that reaches the target (from"
     assert plan.reason.startswith(start)
 
 
