@@ -352,9 +352,9 @@ class TestScan:
         hand.say(scans=1)
         while hand.state.frames_wanted < 1:
             hand.say()
-        state = stand(hand.state, hand.command, hand.X_WE)
-        assert (state.mode, state.unfinished) == (HOLD, 0)
-        assert stand(state, hand.command, hand.X_WE).unfinished == 0
+        state = stand(hand.state, hand.command, hand.X_WE, "stopped")
+        assert (state.mode, state.text) == (HOLD, "stopped")
+        assert state.unfinished == 0
 
     def test_without_a_camera_there_is_none(self):
         hand = Hand()

@@ -177,7 +177,9 @@ def test_a_stroke_keeps_away_from_things(frankie, scene):
 def test_where_it_must_not_start_an_axis_stands(frankie, scene):
     q = np.array([0.1, 0, 0, *frankie.home])
     limit = frankie.velocity_limit
-    with pytest.raises(NoRoomError, match="mm away, nearer than the 100 mm"):
+    with pytest.raises(
+        NoRoomError, match="mm away, nearer than the required 100 mm"
+    ):
         find_stroke(make_room(frankie, scene), q, 0, limit)
     free = make_room(frankie, PrimitiveScene())
     q[4], q[6] = 1.7, -3.0

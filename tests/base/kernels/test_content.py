@@ -176,13 +176,17 @@ class Checkout:
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns + 1))
 
     def started(self, program: str, kernels: str = "kernels"):
-        """Returns a process that has imported a kernel and waits."""
+        """Returns a process that has imported a kernel and waits.
+
+        It writes no bytecode, since Python recognizes an edit by the time.
+        """
         process = subprocess.Popen(
             [sys.executable, "-c", program],
             cwd=self.folder,
             env=os.environ
             | {
                 "PYTHONPATH": str(self.folder),
+                "PYTHONDONTWRITEBYTECODE": "1",
                 "NUMBA_CACHE_DIR": str(self.folder / kernels),
             },
             stdin=subprocess.PIPE,
