@@ -230,7 +230,7 @@ class TrialResult:
         return judgement.outcome
 
     def success(self, rule: str) -> bool:
-        """Returns whether the robot arrived by a rule, without a collision."""
+        """Returns whether the trial is a success, by one of the rules."""
         return self.outcome(rule) == SUCCESS
 
     def repeatable(self) -> "TrialResult":

@@ -1,8 +1,9 @@
 """`Ros2Robot`: gives the stand-in robot the topics of a robot on ROS 2.
 
 It exchanges LCM messages with the stand-in within this process. On DDS it has
-the topics in a scenario's `!Ros2Arm`, `!Ros2Base` and `!Ros2Hand`: controllers
-of ros2_control, a broadcaster of joint states, a base, a gripper.
+the topics that a scenario's `!Ros2Arm`, `!Ros2Base` and `!Ros2Hand` name. They
+are those of the controllers of ros2_control, of a broadcaster of joint states,
+of a base and of a gripper.
 """
 
 import time

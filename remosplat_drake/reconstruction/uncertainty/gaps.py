@@ -41,7 +41,7 @@ _VOXEL = 0.008
 def gaps(
     splat_W: GaussianSplat, measured: MeasuredVoxels
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measures the distances of measured points from a splat, less noise.
+    """Measures distances of measured points from a splat, despite noise.
 
     Noise displaces a point along its ray. So the result for a point is the
     least distance between the splat and any position on the ray within
