@@ -1,12 +1,9 @@
 """A headless Chromium that looks at a page, clicks and types.
 
 It is driven over a pair of pipes (the DevTools protocol: one JSON message a
-NUL byte), so that nothing needs to be installed besides the browser. All tests
-of a process share one browser, in which each has a context of its own, as
-private windows have.
+NUL byte), so that nothing needs to be installed besides the browser.
 """
 
-import atexit
 import base64
 import itertools
 import json
@@ -59,11 +56,6 @@ class Chromium:
         os.close(from_us)
         os.close(to_us)
 
-    @property
-    def is_running(self) -> bool:
-        """Whether it has not crashed."""
-        return self._process.poll() is None
-
     def end(self):
         """Ends the program."""
         self._process.kill()
@@ -101,16 +93,11 @@ class Chromium:
 
 
 class Browser:
-    """One tab, in a context of its own; made by `open_browser`."""
+    """One tab; made by `open_browser`."""
 
-    def __init__(self, program: Chromium, context: str, size: tuple[int, int]):
+    def __init__(self, program: Chromium, size: tuple[int, int]):
         self._program = program
-        target = program.ask(
-            "Target.createTarget",
-            url="about:blank",
-            browserContextId=context,
-            newWindow=True,
-        )
+        target = program.ask("Target.createTarget", url="about:blank")
         attached = program.ask(
             "Target.attachToTarget", targetId=target["targetId"], flatten=True
         )
@@ -267,22 +254,13 @@ class Browser:
 
 @contextmanager
 def open_browser(size: tuple[int, int] = (1200, 800)) -> Iterator[Browser]:
-    """Opens a tab, and closes it at the end of the block."""
-    program = _chromium()
-    context = program.ask("Target.createBrowserContext")["browserContextId"]
+    """Opens a browser with one tab, and ends it with the block.
+
+    Each block has a browser of its own, since pages that draw in software
+    starve those that other tests open in the same one.
+    """
+    program = Chromium()
     try:
-        yield Browser(program, context, size)
+        yield Browser(program, size)
     finally:
-        program.ask("Target.disposeBrowserContext", browserContextId=context)
-
-
-_started: list[Chromium] = []
-
-
-def _chromium() -> Chromium:
-    """The browser of this process; another one if it has crashed."""
-    if not (_started and _started[-1].is_running):
-        program = Chromium()
-        atexit.register(program.end)
-        _started.append(program)
-    return _started[-1]
+        program.end()
