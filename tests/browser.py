@@ -97,7 +97,15 @@ class Browser:
 
     def __init__(self, program: Chromium, size: tuple[int, int]):
         self._program = program
-        target = program.ask("Target.createTarget", url="about:blank")
+        # A tab in a window of its own is in front, so that it is drawn.
+        target = program.ask(
+            "Target.createTarget",
+            url="about:blank",
+            browserContextId=program.ask("Target.createBrowserContext")[
+                "browserContextId"
+            ],
+            newWindow=True,
+        )
         attached = program.ask(
             "Target.attachToTarget", targetId=target["targetId"], flatten=True
         )

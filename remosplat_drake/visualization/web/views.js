@@ -50,7 +50,9 @@ const views = (() => {
         found = disc.addScaledVector(way, -along).length() < close;
       }
     };
-    viewer.scene_tree.find(["remosplat", "splat", "surfels"]).object.traverse(test);
+    const splat = viewer.scene_tree.find(["remosplat", "splat", "surfels"]).object;
+    splat.updateWorldMatrix(true, true); // No picture may have been drawn yet.
+    splat.traverse(test);
     return found;
   };
 
