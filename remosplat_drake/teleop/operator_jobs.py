@@ -118,8 +118,10 @@ def advance_jobs(
     if lost and not jobs.is_lost:
         jobs = dc.replace(jobs, is_lost=True)
         return _refused(jobs, f"carry the {jobs.state.held}", lost)
-    if is_stopped or jobs.leads:
+    if is_stopped or command.holds > before.holds:
         return jobs
+    if jobs.leads:  # A request waits until the robot is at rest.
+        return dc.replace(jobs, command=before)
     return _begun(maker, jobs, before, now)
 
 
