@@ -47,12 +47,12 @@ def is_behind_wall(p_W: np.ndarray) -> bool:
 
 
 def choose(tab: Browser, view: str) -> np.ndarray:
-    before = eye(tab)
-    tab.click(f"#views button[data-view='{view}']")
-    tab.wait_for(
-        f"viewer.camera.position.distanceTo(new MeshCat.THREE.Vector3("
-        f"{before[0]}, {before[2]}, {-before[1]})) > 0.1"
-    )
+    before, end = eye(tab), time.monotonic() + PATIENCE
+    # Again until it moves: the page may still be loading the discs.
+    while np.linalg.norm(eye(tab) - before) < 0.1:
+        assert time.monotonic() < end
+        tab.evaluate(f"document.querySelector(`[data-view='{view}']`).click()")
+        time.sleep(0.5)
     here, last = eye(tab), before
     while not np.array_equal(here, last):  # It glides to its place.
         time.sleep(0.2)
