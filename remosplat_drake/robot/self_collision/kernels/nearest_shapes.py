@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     least_distance,
+    place_center,
     shape_distance,
 )
 
@@ -40,17 +41,17 @@ def nearest_shapes(pairs, link, X_WLs, within):
     count = 0
     for row in range(m):
         X_WL = X_WLs[row]
-        _place_center(link_boxes, X_WL, a, p_WL)
-        _place_center(link_boxes, X_WL, b, p_WL)
+        place_center(link_boxes, X_WL, a, p_WL)
+        place_center(link_boxes, X_WL, b, p_WL)
         if least_distance(link_boxes, X_WL, p_WL, a, b) >= within:
             continue
         for i in range(n):
             k = start[link] + i
             # Places each shape of the two links once.
             if i == 0 or first[k] != first[k - 1]:
-                _place_center(shapes, X_WL, first[k], p_WC)
+                place_center(shapes, X_WL, first[k], p_WC)
             if first[k] == first[start[link]]:
-                _place_center(shapes, X_WL, second[k], p_WC)
+                place_center(shapes, X_WL, second[k], p_WC)
             apart = least_distance(shapes, X_WL, p_WC, first[k], second[k])
             least[i] = apart + allowance[k]
         best = within
@@ -79,13 +80,3 @@ def nearest_shapes(pairs, link, X_WLs, within):
         if best < within:
             count += 1
     return which[:count], nearest[:count], distance[:count], points[:count]
-
-
-@helper
-def _place_center(shapes, X_WL, i, p_WC):
-    """Fills in the centre of one shape in W, in row i of shape (s, 3) [m]."""
-    X, center = X_WL[shapes.body[i]], shapes.center[i]
-    for r in range(3):
-        p_WC[i, r] = X[r, 3]
-        for c in range(3):
-            p_WC[i, r] += X[r, c] * center[c]

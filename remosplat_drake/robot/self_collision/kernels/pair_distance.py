@@ -31,13 +31,18 @@ def centers_in_world(shapes, X_WL):
 @helper
 def place_centers(shapes, X_WL, p_WC):
     """Fills in the centres of all shapes in W, shape (s, 3) [m]."""
-    center, body = shapes.center, shapes.body
-    for i in range(len(body)):
-        X = X_WL[body[i]]
-        for r in range(3):
-            p_WC[i, r] = X[r, 3]
-            for c in range(3):
-                p_WC[i, r] += X[r, c] * center[i, c]
+    for i in range(len(shapes.body)):
+        place_center(shapes, X_WL, i, p_WC)
+
+
+@helper
+def place_center(shapes, X_WL, i, p_WC):
+    """Fills in the centre of one shape in W, in row i of shape (s, 3) [m]."""
+    X, center = X_WL[shapes.body[i]], shapes.center[i]
+    for r in range(3):
+        p_WC[i, r] = X[r, 3]
+        for c in range(3):
+            p_WC[i, r] += X[r, c] * center[c]
 
 
 @helper
