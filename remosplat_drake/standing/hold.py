@@ -180,7 +180,7 @@ def _of_row(
     row: BoundRow, report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold:
     if row.name == COLLISION:
-        return scene_hold(report, robot, name, row.index)
+        return _near(report, robot, name, row.index)
     if row.name == JOINT_LIMIT:
         return _at_limit(report, robot, row.about[0])
     if row.name == SELF_COLLISION:
@@ -237,17 +237,23 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
     return ""
 
 
-def scene_hold(
-    report: TickReport, robot: RobotModel, name: Naming, i: int
+def nearest_hold(
+    report: TickReport, robot: RobotModel, name: Naming, cause: str
 ) -> Hold:
-    """Returns the hold by the obstacle that a row of the clearances describes.
+    """Returns the hold by the nearest obstacle in the scene.
 
     Args:
-        report: The latest tick.
+        report: The latest tick, with at least one clearance.
         robot: The robot.
         name: Function that names the thing at a point.
-        i: Index of the row.
+        cause: The cause of the hold, one of `standing.CAUSES`.
     """
+    nearest = int(report.clearances.distance.argmin())
+    return dc.replace(_near(report, robot, name, nearest), cause=cause)
+
+
+def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
+    """Makes the hold by the obstacle of row i of the clearances."""
     clearances = report.clearances
     link = robot.spheres.links[clearances.sphere[i]]
     p_WC, distance = clearances.p_WC[i], float(clearances.distance[i])
@@ -266,9 +272,7 @@ def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
             SELF_COLLISION: "the robot itself",
         }
         return Hold(VERIFICATION, before.get(report.objection, "the scene"))
-    nearest = int(report.clearances.distance.argmin())
-    hold = scene_hold(report, robot, name, nearest)
-    return dc.replace(hold, cause=VERIFICATION)
+    return nearest_hold(report, robot, name, VERIFICATION)
 
 
 def _at_limit(report: TickReport, robot: RobotModel, joint: str) -> Hold:

@@ -1,7 +1,5 @@
 """`find_stop`: finds the link or the point that a stop concerns."""
 
-import dataclasses as dc
-
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.standing import BASE, LOCALIZATION, SUPERVISOR
 from remosplat_drake.signals.supervisor_state import (
@@ -14,7 +12,12 @@ from remosplat_drake.signals.supervisor_state import (
     SupervisorState,
 )
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import Hold, Naming, moved_by, scene_hold
+from remosplat_drake.standing.hold import (
+    Hold,
+    Naming,
+    moved_by,
+    nearest_hold,
+)
 
 _CAUSES = {SCANNER: BASE, LOST: LOCALIZATION}
 """Causes of stops, by the supervisor's symptom; for all other symptoms, the
@@ -38,8 +41,7 @@ def find_stop(
     """
     cause = _CAUSES.get(state.symptom, SUPERVISOR)
     if state.symptom == CLEARANCE and len(report.clearances):
-        nearest = int(report.clearances.distance.argmin())
-        return dc.replace(scene_hold(report, robot, name, nearest), cause=cause)
+        return nearest_hold(report, robot, name, cause)
     if state.symptom == JUMP:
         return Hold(cause, p_W=report.X_WT[:3, 3])
     return Hold(cause, link=_link(state, robot))
