@@ -14,7 +14,7 @@ from remosplat_drake.generation.object_library import (
 )
 from remosplat_drake.generation.room import room
 from remosplat_drake.generation.scene_families import box
-from remosplat_drake.grasping.grasps import Grasp, plan_grasps
+from remosplat_drake.grasping.grasps import FRICTION, Grasp, plan_grasps
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.grasping.hand_spheres import HandSpheres
 from remosplat_drake.grasping.surface import Surface, surface_of_solid
@@ -35,10 +35,6 @@ LEAST_GAP = 0.09
 
 GRASPS = 12
 """Number of grasps of a problem."""
-
-_FRICTION = 0.2
-"""Coefficient of friction of the grasps. Grasped faces are then parallel to
-within 11 degrees, so that no hand slides off a bottle's shoulder."""
 
 _LOOKS = 25
 """Number of points of an object at which grasps are sought."""
@@ -221,7 +217,7 @@ def _grasps(
         approach_O=X_WO.rotation().matrix().T @ approach_W,
         around=around,
         p_OOcm=object_inertia(target).get_com(),
-        friction=_FRICTION,
+        friction=FRICTION,
         most=_LOOKS,
         rng=rng,
     )

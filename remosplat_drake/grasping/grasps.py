@@ -10,6 +10,18 @@ from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.grasping.kernels.hand_clearance import hand_clearances
 from remosplat_drake.grasping.surface import Surface
 
+FRICTION = 0.2
+"""Coefficient of friction for the choice of grasps. Grasped faces are then
+parallel to within 11 degrees, so that no hand slides off a bottle's shoulder.
+"""
+
+GRIPPING = 0.8
+"""Coefficient of friction for the force of the hand: two thirds of that between
+the pads and objects of the dynamic station."""
+
+LEAST_FORCE = 10.0
+"""Least force of a finger [N]."""
+
 OPENING = 0.01
 """Distance that each finger moves between opening and grip [m]."""
 
@@ -71,6 +83,18 @@ class Grasp:
         turn = np.eye(4)
         turn[:3, :3] = 2.0 * np.outer(a, a) - np.eye(3)
         return dc.replace(self, X_OE=self.X_OE @ turn)
+
+    def force(self, gripper: ParallelGripper, mass: float) -> float:
+        """Returns the force with which each finger holds an object [N].
+
+        Args:
+            gripper: The gripper.
+            mass: Mass of the object [kg].
+
+        Raises:
+            RemoSplatError: The hand is too weak.
+        """
+        return max(LEAST_FORCE, gripper.force(mass, GRIPPING, self.lever))
 
 
 @dc.dataclass(frozen=True)

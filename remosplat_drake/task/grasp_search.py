@@ -6,24 +6,13 @@ from collections.abc import Callable
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.grasping.grasps import Grasp, plan_grasps
+from remosplat_drake.grasping.grasps import FRICTION, Grasp, plan_grasps
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.grasping.hand_spheres import HandSpheres
 from remosplat_drake.grasping.surface import surface_of_solid
 from remosplat_drake.scene.objects.drake_shapes import object_inertia
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.distance_field import DistanceField
-
-FRICTION = 0.2
-"""Coefficient of friction of the grasps. Grasped faces are parallel to within
-11 degrees."""
-
-GRIPPING = 0.8
-"""Coefficient of friction for the force of the hand: two thirds of that between
-the pads and objects of the dynamic station."""
-
-LEAST_FORCE = 10.0
-"""Least force of a finger [N]."""
 
 ENOUGH = 3
 """Number of grasps after which the search ends."""
@@ -115,7 +104,7 @@ def find_grasps(
     weak = ""
     for each in grasps[:_TESTED]:
         try:
-            force = _force(thing, gripper, each)
+            force = each.force(gripper, thing.mass or 0.0)
         except RemoSplatError as error:
             weak = weak or str(error)
             continue
@@ -132,9 +121,3 @@ def find_grasps(
             " distances kept"
         )
     return found
-
-
-def _force(thing: SceneObject, gripper: ParallelGripper, grasp: Grasp) -> float:
-    """The force of a finger [N]; raises an error if the hand is too weak."""
-    force = gripper.force(thing.mass or 0.0, GRIPPING, grasp.lever)
-    return max(LEAST_FORCE, force)

@@ -60,13 +60,6 @@ TURNS = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
 """Turns of the target about the vertical with which it may be put down [rad].
 """
 
-FRICTION = 0.8
-"""Coefficient of friction for the choice of gripping forces: two thirds of the
-station's friction between pads and objects."""
-
-LEAST_FORCE = 10.0
-"""Least force of a finger [N]."""
-
 SQUEEZE = 0.012
 """Difference of the object's width and the hand's commanded width [m]."""
 
@@ -142,14 +135,14 @@ def strong_enough(
     found = []
     for grasp in problem.grasps:
         try:
-            force = gripper.force(mass, FRICTION, grasp.lever)
+            force = grasp.force(gripper, mass)
         except RemoSplatError:
             continue
         found.append(
             GraspConfig(
                 **_pose(grasp.X_OE),
                 width=grasp.width,
-                force=max(LEAST_FORCE, force),
+                force=force,
             )
         )
     return found
