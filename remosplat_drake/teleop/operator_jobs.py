@@ -107,10 +107,13 @@ def advance_jobs(
     if not np.isfinite(now.q).all():
         return jobs
     before, jobs = jobs.command, dc.replace(jobs, command=command)
-    if jobs.runs and is_stopped:
-        return _ended(jobs, STOPPED)
-    if jobs.runs and command.holds > before.holds:
-        return _ended(jobs, HELD)
+    end = ""
+    if is_stopped:
+        end = STOPPED
+    elif command.holds > before.holds:
+        end = HELD
+    if jobs.runs and end:
+        return _ended(jobs, end)
     if jobs.runs:
         return _over(jobs, advance_task(jobs.task, jobs.state, now))
     jobs = _cleared(jobs, now)
@@ -118,7 +121,7 @@ def advance_jobs(
     if lost and not jobs.is_lost:
         jobs = dc.replace(jobs, is_lost=True)
         return _refused(jobs, f"carry the {jobs.state.held}", lost)
-    if is_stopped or command.holds > before.holds:
+    if end:
         return jobs
     if jobs.leads:  # A request waits until the robot is at rest.
         return dc.replace(jobs, command=before)
@@ -202,12 +205,9 @@ def _started(
         blocks = make()
     except RemoSplatError as error:
         return _refused(jobs, text, str(error))
-    state = dc.replace(
-        jobs.state,
-        block=0,
-        way=0,
-        step=0,
-        undoing=(),
+    return _with_job(
+        jobs,
+        blocks,
         begun=False,
         since=now.time,
         X_WT=None,
@@ -216,21 +216,19 @@ def _started(
         failures=(),
         outcome=RUNNING,
     )
-    return dc.replace(
-        jobs, task=dc.replace(jobs.task, blocks=blocks), state=state
-    )
 
 
 def _refused(jobs: Jobs, text: str, reason: str) -> Jobs:
     """Reports a job that cannot begin."""
-    task = dc.replace(jobs.task, blocks=(Block(text, ((),)),))
+    empty = (Block(text, ((),)),)
+    jobs = _with_job(jobs, empty, failures=(reason,), outcome=FAILED)
+    return dc.replace(jobs, is_braking=True)
+
+
+def _with_job(jobs: Jobs, blocks: tuple[Block, ...], **changes) -> Jobs:
+    """Replaces the job by another one, which is at its first step."""
+    task = dc.replace(jobs.task, blocks=blocks)
     state = dc.replace(
-        jobs.state,
-        block=0,
-        way=0,
-        step=0,
-        undoing=(),
-        failures=(reason,),
-        outcome=FAILED,
+        jobs.state, block=0, way=0, step=0, undoing=(), **changes
     )
-    return dc.replace(jobs, task=task, state=state, is_braking=True)
+    return dc.replace(jobs, task=task, state=state)

@@ -27,7 +27,7 @@ from remosplat_drake.teleop.operator_target import OperatorTarget
 
 
 class OperatorTask(TaskSystem):
-    """Leads the robot through an operator's jobs, or else to his target.
+    """Leads the robot through an operator's jobs, or else to the target.
 
     .. pydrake_system::
 
