@@ -8,14 +8,13 @@ from remosplat_drake.app.stages.cockpit import (
     AddCockpitOperator,
     AddCockpitView,
 )
+from remosplat_drake.app.stages.jobs import AddOperatorTask, has_jobs
 from remosplat_drake.app.stages.teleoperation import (
     AddLiveMap,
     AddOperatorTarget,
-    AddOperatorTask,
     AddOperatorViews,
     ConnectSupervision,
     Teleoperation,
-    has_jobs,
 )
 from remosplat_drake.app.world import World
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess

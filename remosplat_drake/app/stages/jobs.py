@@ -1,0 +1,68 @@
+"""Adds the stage of an operator's jobs with objects."""
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.stages.task import job_maker, task_map
+from remosplat_drake.app.world import World
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.station.hand import robot_hands
+from remosplat_drake.task.task import Task
+from remosplat_drake.task.task_map import StandingRule
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.teleop.operator_task import OperatorTask
+
+
+def has_jobs(scenario: Scenario, *, hardware: bool) -> bool:
+    """Returns whether an operator may take and place the scenario's objects.
+
+    Args:
+        scenario: The scenario.
+        hardware: Whether the robot is real. If so, it makes no jobs, since the
+            search of grasps would delay its ticks. The objects in a live map
+            are not separate from it, so there are no jobs in one.
+    """
+    return bool(scenario.objects) and not (hardware or scenario.mapping.enabled)
+
+
+def AddOperatorTask(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    command: OutputPort,
+    law: ReactiveLaw,
+    target: OperatorTarget,
+) -> OperatorTask:
+    """Adds the system that leads the robot through an operator's jobs.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario, with objects.
+        world: The content of the scenario's files.
+        configuration: The output port of the measured q, n_q entries.
+        command: The output port of the `OperatorCommand`.
+        law: The control law.
+        target: The target that the operator moves while there is no job.
+    """
+    maker = job_maker(scenario, world, law, hardware=False)
+    map = task_map(scenario, world)
+    return OperatorTask.AddToBuilder(
+        builder,
+        configuration=configuration,
+        command=command,
+        operator=target,
+        maker=maker,
+        task=Task(
+            world.robot,
+            (),
+            world.objects,
+            maker.spheres,
+            StandingRule(law, map),
+        ),
+        map=map,
+        widths={
+            i: hand.start_width for i, hand in robot_hands(world.robot).items()
+        },
+        period=scenario.control_period,
+    )
