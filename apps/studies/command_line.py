@@ -35,6 +35,26 @@ def study_main(
     return exit_code(lambda: run(parser.parse_args(argv)))
 
 
+def add_count_flag(
+    parser: argparse.ArgumentParser, flag: str, default: int, meaning: str
+) -> None:
+    """Declares a flag that takes a whole number.
+
+    Args:
+        parser: Parser that receives the flag.
+        flag: Name of the flag, without dashes.
+        default: Its default.
+        meaning: Its meaning, for the help.
+    """
+    parser.add_argument(
+        f"--{flag}",
+        type=int,
+        default=default,
+        metavar="N",
+        help=f"{meaning} ({default})",
+    )
+
+
 def add_trial_flags(
     parser: argparse.ArgumentParser, study: str, count: int, trials: str
 ) -> None:
@@ -48,18 +68,9 @@ def add_trial_flags(
         count: Default number of trials.
         trials: The trials in words, for the help.
     """
-    for flag, default, meaning in (
-        ("first", 0, "number, or seed, of the first one"),
-        ("count", count, f"number of {trials}"),
-        ("jobs", 2, "number of parallel workers"),
-    ):
-        parser.add_argument(
-            f"--{flag}",
-            type=int,
-            default=default,
-            metavar="N",
-            help=f"{meaning} ({default})",
-        )
+    add_count_flag(parser, "first", 0, "number, or seed, of the first one")
+    add_count_flag(parser, "count", count, f"number of {trials}")
+    add_count_flag(parser, "jobs", 2, "number of parallel workers")
     output = Path("results") / study
     parser.add_argument(
         "--output",

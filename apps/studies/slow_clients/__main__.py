@@ -14,7 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import (
+    add_count_flag,
+    check_least,
+    study_main,
+)
 from apps.studies.slow_clients.client import watch
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario, load_scenario
@@ -39,17 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="TableReach",
         help="NAME, FILE or FILE:NAME (default: %(default)s)",
     )
-    for flag, default, meaning in (
-        ("rounds", 10, "number of runs of each kind"),
-        ("clients", 2, "number of slow clients"),
-    ):
-        parser.add_argument(
-            f"--{flag}",
-            type=int,
-            default=default,
-            metavar="N",
-            help=f"{meaning} ({default})",
-        )
+    add_count_flag(parser, "rounds", 10, "number of runs of each kind")
+    add_count_flag(parser, "clients", 2, "number of slow clients")
 
 
 def run(arguments: argparse.Namespace) -> int:
