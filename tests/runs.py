@@ -114,3 +114,12 @@ def _only_line(text: str) -> str:
     assert len(lines) == 1, text
     assert lines[0].startswith("remosplat: ")
     return lines[0]
+
+
+def address(process: subprocess.Popen[str]) -> str:
+    """Where the process says that its page is."""
+    assert process.stderr is not None
+    for line in process.stderr:
+        if line.startswith("operate at"):
+            return line.split()[2].rstrip(";")
+    raise AssertionError("the process has gone")

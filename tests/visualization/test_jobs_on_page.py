@@ -6,7 +6,7 @@ import subprocess
 import pytest
 from browser import find_chromium, open_browser
 from patience import PATIENCE
-from runs import command_line
+from runs import address, command_line
 
 from remosplat_drake.recording.run_log import read_log
 from remosplat_drake.recording.trajectory_log import LOG
@@ -83,12 +83,3 @@ def click(tab, selector: str, text: str):
     tab.wait_for(f"!!{found}")
     tab.evaluate(f"{found}.scrollIntoView({{ block: 'center' }})")
     tab.click(selector, text=text)
-
-
-def address(process: subprocess.Popen[str]) -> str:
-    """Where the process says that its page is."""
-    assert process.stderr is not None
-    for line in process.stderr:
-        if line.startswith("operate at"):
-            return line.split()[2].rstrip(";")
-    raise AssertionError("the process has gone")

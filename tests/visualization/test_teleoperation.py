@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from browser import Browser, find_chromium, open_browser
 from patience import PATIENCE
-from runs import command_line, remosplat
+from runs import address, command_line, remosplat
 
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.mapping.store.session import Session
@@ -117,15 +117,6 @@ def process(tmp_path) -> Iterator[subprocess.Popen[str]]:
             yield process
         finally:
             process.kill()
-
-
-def address(process: subprocess.Popen[str]) -> str:
-    """Where the process says that its page is."""
-    assert process.stderr is not None
-    for line in process.stderr:
-        if line.startswith("operate at"):
-            return line.split()[2].rstrip(";")
-    raise AssertionError("the process has gone")
 
 
 def discs_at_the_object(session: Path, version: int) -> int:
