@@ -145,8 +145,9 @@ class OperatorPanel:
         return button
 
     def _ask(self) -> None:
-        self._let_go.visible = True
+        # `show`, in another thread, hides the button when the time is over.
         self._asked_at = monotonic()
+        self._let_go.visible = True
 
     def _free(self) -> None:
         self._let_go.visible = False
@@ -433,9 +434,10 @@ class OperatorPanel:
         can_release = "release" in look.state.buttons
         if self._release.visible != can_release:
             self._release.visible = can_release
-        is_late = monotonic() - self._asked_at > _ANSWER
-        if self._let_go.visible and (is_late or not can_release):
-            self._let_go.visible = False
+        if self._let_go.visible:
+            is_late = monotonic() - self._asked_at > _ANSWER
+            if is_late or not can_release:
+                self._let_go.visible = False
         is_stopped = look.state.phase == STOPPED
         if self._objects is not None:
             self._objects.show(look.outline, is_stopped=is_stopped)

@@ -70,6 +70,20 @@ class CockpitTab:
             f"{_BUTTONS}.find(b => b.innerText == {json.dumps(label)}).click()"
         )
 
+    def press_any(self, *labels: str) -> str:
+        """Clicks at the first button of several that is in sight.
+
+        Returns:
+            The label of that button; empty if there is none.
+        """
+        for label in labels:
+            if self.tab.evaluate(
+                f"(b => (b?.click(), !!b))({_BUTTONS}"
+                f".find(b => b.innerText == {json.dumps(label)}))"
+            ):
+                return label
+        return ""
+
     def unfold(self, label: str):
         """Clicks at the title of a folder."""
         titles = "[...document.querySelectorAll('div')].filter(d =>"
@@ -115,6 +129,8 @@ class CockpitTab:
         """Becomes the operator."""
         self.type_code(code)
         self.wait_for_button("Hold")
+        # Keys have no effect while the field of the code has the focus.
+        self.wait_without_button("Operate")
 
     def click_at(self, x: float, y: float):
         """Clicks into the scene."""

@@ -79,13 +79,11 @@ def insist(operator: CockpitTab, ask: Callable[[], None], result: str):
     asks = True
     while result not in operator.text:
         assert time.monotonic() < end, f"no {result!r} in {operator.text}"
-        if "RELEASE" in operator.buttons:
-            operator.press("RELEASE")
-            operator.wait_for_button("Let the robot go")
-            operator.press("Let the robot go")
-            operator.wait_without_button("RELEASE")
+        # The page hides both buttons again if the time to confirm is over, or
+        # if an earlier release has had its effect.
+        if operator.press_any("Let the robot go", "RELEASE"):
             asks = True
-        if asks:
+        elif asks:
             ask()
             asks = False
         time.sleep(0.1)
