@@ -108,7 +108,8 @@ def reach(operator: CockpitTab):
     while np.linalg.norm(error) > CENTRED or not is_near(operator):
         assert time.monotonic() < end, operator.text
         away, left = np.clip(np.linalg.solve(shifts, error) / 60, -1, 1)
-        lead(operator, away, left, np.linalg.norm(error) < 2 * CENTRED)
+        descends = bool(np.linalg.norm(error) < 2 * CENTRED)
+        lead(operator, away, left, descends)
         error = error_of(operator)
     hold_button(operator, DEAD_MAN, 0)
     operator.wait_for_text("the dead-man button was let go")
