@@ -25,7 +25,7 @@ from remosplat_drake.app.stages.prediction import (
     AddPrediction,
     ConnectPrediction,
 )
-from remosplat_drake.app.stages.records import AddStanding
+from remosplat_drake.app.stages.records import AddMotionStatus
 from remosplat_drake.app.stages.station import (
     AddLocalization,
     ConnectUncertainty,
@@ -47,10 +47,12 @@ from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
+from remosplat_drake.motion_status.motion_status_system import (
+    MotionStatusSystem,
+)
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.station.connections import (
     AddConfiguration,
     AddMeasuredVelocity,
@@ -81,7 +83,8 @@ class ControlLoop:
             disables guidance.
         supervisor: The safety supervisor between controller and station; None
             if the scenario disables it.
-        standing: The system that describes the robot's state in one sentence.
+        motion_status: The system that describes the robot's state in one
+            sentence.
         known_movers: The output port of the `Movers` that the robot knows; None
             if it knows of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
@@ -101,7 +104,7 @@ class ControlLoop:
     controller: ReactiveController
     selector: GuidanceSelector | None
     supervisor: SafetySupervisor | None
-    standing: StandingSystem
+    motion_status: MotionStatusSystem
     known_movers: OutputPort | None
     true_movers: OutputPort | None
 
@@ -213,7 +216,7 @@ def AddControlLoop(
     if movers is not None:
         for system in filter(None, (controller, selector, supervisor)):
             builder.Connect(movers, system.GetInputPort("movers"))
-    standing = AddStanding(
+    motion_status = AddMotionStatus(
         builder,
         scenario,
         world,
@@ -239,7 +242,7 @@ def AddControlLoop(
         controller=controller,
         selector=selector,
         supervisor=supervisor,
-        standing=standing,
+        motion_status=motion_status,
         known_movers=movers,
         true_movers=true_movers,
     )

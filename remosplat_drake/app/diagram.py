@@ -191,7 +191,7 @@ def _ConnectPanel(
             supervisor=loop.supervisor,
             report=loop.report,
             status=loop.status,
-            standing=loop.standing.GetOutputPort("standing"),
+            motion_status=loop.motion_status.GetOutputPort("motion_status"),
         )
     elif operator is not None:
         builder.Connect(
@@ -219,7 +219,7 @@ def _AddWorldViews(
         truth=world.truth,
         configuration=loop.configuration,
         report=loop.report,
-        standing=loop.standing.GetOutputPort("standing"),
+        motion_status=loop.motion_status.GetOutputPort("motion_status"),
         selection=selector and selector.GetOutputPort("selection"),
         movers=loop.movers,
         objects=task_port(loop.targets, "objects"),

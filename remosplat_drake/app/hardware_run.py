@@ -19,9 +19,9 @@ from remosplat_drake.app.hardware_limits import (
 )
 from remosplat_drake.app.run_monitor import (
     MapCallback,
+    MotionStatusCallback,
     ProgressCallback,
     RunMonitor,
-    StandingCallback,
     SupervisionCallback,
 )
 from remosplat_drake.app.run_result import RunResult, make_result
@@ -126,7 +126,7 @@ def run_on_hardware(
     *,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
-    on_standing: StandingCallback | None = None,
+    on_motion_status: MotionStatusCallback | None = None,
     on_map: MapCallback | None = None,
     between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
@@ -151,8 +151,8 @@ def run_on_hardware(
             start [s], the robot's state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time since the start [s] and the robot's
-            state whenever it has changed.
+        on_motion_status: Called with the time since the start [s] and the
+            robot's state whenever it has changed.
         on_map: Called with the live map's status whenever its `news` change.
         between_ticks: Called after every tick with the diagram's context, for a
             program that stops the robot or releases it.
@@ -175,7 +175,7 @@ def run_on_hardware(
                     start=loop.context.get_time(),
                     on_progress=on_progress,
                     on_supervision=on_supervision,
-                    on_standing=on_standing,
+                    on_motion_status=on_motion_status,
                     on_map=on_map,
                     patience=patience,
                     progress_period=PROGRESS_PERIOD,
@@ -199,7 +199,7 @@ def run_on_hardware(
                     application.scenario.control_period,
                 )
     result = make_result(
-        application, loop.context, request.made, monitor.standings
+        application, loop.context, request.made, monitor.motion_history
     )
     return HardwareResult(result, loop.log.quality())
 

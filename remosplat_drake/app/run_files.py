@@ -36,10 +36,10 @@ def run_document(
         "position_error": result.position_error,
         "angle_error": result.angle_error,
         "effector_errors": result.effector_errors,
-        "standing": result.standing.document(),
-        "standings": [
-            {"time": time, **standing.document()}
-            for time, standing in result.standings
+        "motion_status": result.motion_status.document(),
+        "motion_history": [
+            {"time": time, **motion_status.document()}
+            for time, motion_status in result.motion_history
         ],
         "search_effort": dc.asdict(result.search_effort),
         "map": application.world.field.revision,

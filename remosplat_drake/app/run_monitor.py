@@ -10,13 +10,13 @@ from pydrake.systems.framework import Context, EventStatus
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_readings import (
     map_status_of,
+    motion_status_of,
     selection_of,
-    standing_of,
     supervision_of,
 )
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.standing import NOT_STARTED, Standing
+from remosplat_drake.signals.motion_status import NOT_STARTED, MotionStatus
 from remosplat_drake.signals.supervisor_state import (
     STOPPED,
     UNARMED,
@@ -24,19 +24,19 @@ from remosplat_drake.signals.supervisor_state import (
 )
 from remosplat_drake.signals.tick_report import TickReport
 
-ProgressCallback = Callable[[float, Standing, TickReport | None], None]
+ProgressCallback = Callable[[float, MotionStatus, TickReport | None], None]
 """Function that is called with the time [s], the state and the last report."""
 
 SupervisionCallback = Callable[[SupervisorState], None]
 """Function that is called with the supervisor's state."""
 
-StandingCallback = Callable[[float, Standing], None]
+MotionStatusCallback = Callable[[float, MotionStatus], None]
 """Function that is called with the time [s] and the robot's state."""
 
 MapCallback = Callable[[MapStatus], None]
 """Function that is called with the live map's state."""
 
-KEPT_STANDINGS = 2000
+KEPT_STATUSES = 2000
 """Number of changes of the robot's state that a run keeps. It is bounded, since
 a run may last for hours."""
 
@@ -59,7 +59,7 @@ class RunMonitor:
         start: float = 0.0,
         on_progress: ProgressCallback | None = None,
         on_supervision: SupervisionCallback | None = None,
-        on_standing: StandingCallback | None = None,
+        on_motion_status: MotionStatusCallback | None = None,
         on_map: MapCallback | None = None,
         until: Callable[[PoseError], bool] | None = None,
         patience: float = 0.0,
@@ -74,7 +74,7 @@ class RunMonitor:
                 state and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed, or a release was refused.
-            on_standing: Called with the time since the start [s] and the
+            on_motion_status: Called with the time since the start [s] and the
                 robot's state whenever it has changed.
             on_map: Called with the live map's status whenever its `news`
                 change.
@@ -89,11 +89,11 @@ class RunMonitor:
         self._application = application
         self._on_progress = on_progress
         self._on_supervision = on_supervision
-        self._on_standing = on_standing
+        self._on_motion_status = on_motion_status
         self._on_map = on_map
         self._map_news = ""
-        self._standings: deque[tuple[float, Standing]] = deque(
-            maxlen=KEPT_STANDINGS
+        self._motion_history: deque[tuple[float, MotionStatus]] = deque(
+            maxlen=KEPT_STATUSES
         )
         self._until = until
         self._patience = patience
@@ -107,9 +107,9 @@ class RunMonitor:
         self.is_finished = False
 
     @property
-    def standings(self) -> tuple[tuple[float, Standing], ...]:
+    def motion_history(self) -> tuple[tuple[float, MotionStatus], ...]:
         """The latest changes of the robot's state, with times [s]."""
-        return tuple(self._standings)
+        return tuple(self._motion_history)
 
     @property
     def time_limit(self) -> float:
@@ -137,7 +137,7 @@ class RunMonitor:
             self._progressed = time
             self._on_progress(
                 time,
-                standing_of(self._application, root),
+                motion_status_of(self._application, root),
                 self._application.recorder.latest,
             )
         supervision = supervision_of(self._application, root)
@@ -163,14 +163,14 @@ class RunMonitor:
 
     def _listen(self, time: float, root: Context) -> None:
         """Stores and reports changes of the robot's state."""
-        standing = standing_of(self._application, root)
-        known = self._standings
+        motion_status = motion_status_of(self._application, root)
+        known = self._motion_history
         before = known[-1][1] if known else NOT_STARTED
-        if not standing.is_news_after(before):
+        if not motion_status.is_news_after(before):
             return
-        known.append((time, standing))
-        if self._on_standing is not None:
-            self._on_standing(time, standing)
+        known.append((time, motion_status))
+        if self._on_motion_status is not None:
+            self._on_motion_status(time, motion_status)
 
     def _heed_map(self, root: Context) -> None:
         """Reports changes of the live map."""

@@ -5,7 +5,7 @@ from pydrake.systems.framework import Context
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 
 
@@ -38,14 +38,14 @@ def selection_of(application: Application, root: Context) -> Selection | None:
     return selector.GetOutputPort("selection").Eval(context)
 
 
-def standing_of(application: Application, root: Context) -> Standing:
+def motion_status_of(application: Application, root: Context) -> MotionStatus:
     """Reads the robot's latest state, in words.
 
     Args:
         application: The diagram that runs, with all of its parts.
         root: Context of the whole diagram.
     """
-    system = application.standing
+    system = application.motion_status
     return system.latest(system.GetMyContextFromRoot(root))
 
 

@@ -7,13 +7,13 @@ from pydrake.systems.framework import Context
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_readings import selection_of, supervision_of
 from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
+from remosplat_drake.motion_status.sentence import at_end
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.sentence import at_end
 
 REACHED = "reached"
 TIME_LIMIT = "time limit"
@@ -37,9 +37,9 @@ class RunResult:
         angle_error: Angle between the same end effector and its target [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
-        standing: The robot's state at the end, in one sentence.
-        standings: Changes of the robot's state, each with its time since the
-            start [s].
+        motion_status: The robot's state at the end, in one sentence.
+        motion_history: Changes of the robot's state, each with its time since
+            the start [s].
         search_effort: Numbers and durations of the searches for paths.
         effector_errors: Distance [m] and angle [rad] from each end effector to
             its present target, keyed by the end effector's name; empty for a
@@ -53,8 +53,8 @@ class RunResult:
     angle_error: float
     trajectory: Trajectory
     metrics: RunMetrics
-    standing: Standing
-    standings: tuple[tuple[float, Standing], ...] = ()
+    motion_status: MotionStatus
+    motion_history: tuple[tuple[float, MotionStatus], ...] = ()
     search_effort: SearchEffort = NO_EFFORT
     effector_errors: dict[str, tuple[float, float]] = dc.field(
         default_factory=dict
@@ -75,7 +75,7 @@ def make_result(
     application: Application,
     root: Context,
     interrupted: bool,
-    standings: tuple[tuple[float, Standing], ...] = (),
+    motion_history: tuple[tuple[float, MotionStatus], ...] = (),
 ) -> RunResult:
     """Makes the result of a run from the diagram's context.
 
@@ -83,7 +83,7 @@ def make_result(
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
         interrupted: Whether a person has ended the run.
-        standings: Changes of the robot's state, from `RunMonitor`.
+        motion_history: Changes of the robot's state, from `RunMonitor`.
     """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder
@@ -106,9 +106,9 @@ def make_result(
         planning = scenario.controller.guidance.planning
         if planning.give_up and selection.has_given_up(planning.attempts):
             outcome = GIVEN_UP
-    system = application.standing
+    system = application.motion_status
     now = system.now(system.GetMyContextFromRoot(root))
-    standing = at_end(now, outcome)
+    motion_status = at_end(now, outcome)
     return RunResult(
         outcome=outcome,
         targets_reached=progress.index,
@@ -125,8 +125,8 @@ def make_result(
             recorder.ticks.line_deviation,
             recorder.ticks.separation_margin,
         ),
-        standing=standing,
-        standings=standings,
+        motion_status=motion_status,
+        motion_history=motion_history,
         search_effort=effort,
         effector_errors=_errors_by_name(recorder.latest, trajectory, robot),
     )

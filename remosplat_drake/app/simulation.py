@@ -13,9 +13,9 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_monitor import (
     MapCallback,
+    MotionStatusCallback,
     ProgressCallback,
     RunMonitor,
-    StandingCallback,
     SupervisionCallback,
 )
 from remosplat_drake.app.run_result import RunResult, make_result
@@ -33,7 +33,7 @@ def run(
     realtime_rate: float | None = None,
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
-    on_standing: StandingCallback | None = None,
+    on_motion_status: MotionStatusCallback | None = None,
     on_map: MapCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
     patience: float = 0.0,
@@ -53,8 +53,8 @@ def run(
             state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time [s] and the robot's state whenever it
-            has changed.
+        on_motion_status: Called with the time [s] and the robot's state
+            whenever it has changed.
         on_map: Called with the live map's status whenever its `news` change.
         until: Function that decides whether the run ends, instead of the
             arrival at the last target. It is called once per step with the
@@ -89,14 +89,17 @@ def run(
         application,
         on_progress=on_progress,
         on_supervision=on_supervision,
-        on_standing=on_standing,
+        on_motion_status=on_motion_status,
         on_map=on_map,
         until=until,
         patience=patience,
     )
     interrupted = _advance(simulator, monitor, application.diagram)
     return make_result(
-        application, simulator.get_context(), interrupted, monitor.standings
+        application,
+        simulator.get_context(),
+        interrupted,
+        monitor.motion_history,
     )
 
 

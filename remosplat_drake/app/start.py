@@ -10,6 +10,7 @@ from remosplat_drake.app.world import World
 from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.motion_status.names import name_thing
 from remosplat_drake.safety.gates import (
     NO_WAY_OUT,
     REFUSAL,
@@ -20,7 +21,6 @@ from remosplat_drake.safety.gates import (
 )
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.standing.names import name_thing
 
 NOTABLE = 1e-3
 """A distance at the start is reported if it is smaller than the stopping

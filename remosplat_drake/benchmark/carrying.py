@@ -35,7 +35,7 @@ from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.solid_distances import SolidDistances
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.task.object_spheres import fit_object, overhang
 from remosplat_drake.task.step_configs import (
@@ -146,7 +146,7 @@ def carry(
     taken: list[Carried] = []
 
     def watch(
-        time: float, standing: Standing, report: TickReport | None
+        time: float, motion_status: MotionStatus, report: TickReport | None
     ) -> None:
         if report is None or report.payload is None or taken:
             return

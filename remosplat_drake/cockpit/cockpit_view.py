@@ -17,14 +17,14 @@ from remosplat_drake.cockpit.messages import Look, MapPicture
 from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.optional_input import value_or_none
-from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     HELD,
     MOVING,
     NOT_STARTED,
-    Standing,
+    MotionStatus,
 )
+from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.signals.thing import UNSEEN, UNSEEN_SPACE
@@ -49,14 +49,14 @@ class CockpitView(LeafSystem):
         input_ports:
         - configuration
         - report
-        - standing
+        - motion_status
         - target_state
         - supervision (optional)
         - map_status (optional)
         - outline (optional)
         - objects (optional)
 
-    `configuration` takes the measured q, `standing` the `Standing`,
+    `configuration` takes the measured q, `motion_status` the `MotionStatus`,
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
     `map_status` the `MapStatus` of a live map, `outline` the `TaskOutline` of
     an operator's jobs, `objects` the `SceneObject`s of these jobs, and `report`
@@ -94,7 +94,7 @@ class CockpitView(LeafSystem):
         rest = np.eye(4)
         for name, value in (
             ("report", TickReport.before_first(robot.n_q, robot.n_u)),
-            ("standing", NOT_STARTED),
+            ("motion_status", NOT_STARTED),
             ("target_state", TargetState.at_rest(rest)),
             ("supervision", SupervisorState(np.zeros(robot.n_u))),
         ):
@@ -138,7 +138,7 @@ class CockpitView(LeafSystem):
             context.get_time(),
             q,
             self._robot,
-            self._input(context, "standing"),
+            self._input(context, "motion_status"),
             self._input(context, "target_state"),
             self._input(context, "supervision"),
             status,
@@ -170,7 +170,7 @@ def look_at(
     time: float,
     q: np.ndarray,
     robot: RobotModel,
-    standing: Standing,
+    motion_status: MotionStatus,
     target: TargetState,
     supervision: SupervisorState | None,
     status: MapStatus | None,
@@ -182,21 +182,23 @@ def look_at(
         time: Time of the diagram [s].
         q: The measured configuration, shape (n_q,).
         robot: The robot.
-        standing: The robot's state.
+        motion_status: The robot's state.
         target: The target's state.
         supervision: The supervisor's state; None without one.
         status: The live map in use; None without one.
         worst: Smallest clearance and longest duration of the control ticks
             since the previous update; None if unknown.
     """
-    state = unsupervised(standing)
+    state = unsupervised(motion_status)
     if supervision is not None:
         # Only the client that operates sees RELEASE.
-        state = supervised(supervision, releases=True, standing=standing)
+        state = supervised(
+            supervision, releases=True, motion_status=motion_status
+        )
     if status is not None and status.scene_map.is_blank:
         state = without_map(state)
-    cause = standing.cause if standing.kind in (HELD, MOVING) else ""
-    if standing.kind == HELD and standing.thing == UNSEEN_SPACE.name:
+    cause = motion_status.cause if motion_status.kind in (HELD, MOVING) else ""
+    if motion_status.kind == HELD and motion_status.thing == UNSEEN_SPACE.name:
         cause = UNSEEN  # Also where verification avoids it.
     robot_state = robot.state(np.array(q))
     does = target.text or target.mode
@@ -210,9 +212,9 @@ def look_at(
         X_WT=target.X_WT,
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
-        held_link=standing.link if standing.is_obstructed else "",
+        held_link=motion_status.link if motion_status.is_obstructed else "",
         cause=cause,
-        p_WHeld=standing.p_W if standing.is_obstructed else None,
+        p_WHeld=motion_status.p_W if motion_status.is_obstructed else None,
         target=does,
         map=status.text if status is not None else "",
         trouble=status.trouble if status is not None else "",

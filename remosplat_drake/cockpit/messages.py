@@ -99,8 +99,8 @@ class Look:
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held, or that a stop concerns; empty
             if there is none.
-        cause: The cause that holds the robot, one of `standing.CAUSES`; empty
-            if nothing holds it.
+        cause: The cause that holds the robot, one of `motion_status.CAUSES`;
+            empty if nothing holds it.
         p_WHeld: Point at which the robot is held, or that a stop concerns,
             shape (3,) [m]; None if there is none.
         target: The target's state, in words.

@@ -10,13 +10,13 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import MOVER
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     HELD,
     MOVING,
     NO_COMMAND,
     NO_PATH,
     NOT_OBEYED,
-    Standing,
+    MotionStatus,
 )
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN_SPACE
@@ -214,7 +214,7 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
 
 
 def trouble_of(
-    standing: Standing,
+    status: MotionStatus,
     target: Target,
     robot: RobotModel,
     q: np.ndarray,
@@ -223,7 +223,7 @@ def trouble_of(
     """Returns the situation if something keeps the robot from its target.
 
     Args:
-        standing: The robot's state.
+        status: The robot's state.
         target: The present target.
         robot: The robot, with one end effector.
         q: Its configuration, shape (n_q,) [rad, m].
@@ -234,16 +234,16 @@ def trouble_of(
         The situation; None if other targets would not help, for example while
         the robot moves freely, waits for a mover, or is stopped.
     """
-    is_held = standing.kind in (HELD, MOVING) and standing.cause
-    if not is_held or standing.cause in (MOVER, NO_COMMAND, NOT_OBEYED):
+    is_held = status.kind in (HELD, MOVING) and status.cause
+    if not is_held or status.cause in (MOVER, NO_COMMAND, NOT_OBEYED):
         return None
     return Trouble(
         target.X_WT,
         robot.end_effector_pose(q),
         place_at_home(robot, q),
-        standing.p_W if standing.thing == UNSEEN_SPACE.name else None,
+        status.p_W if status.thing == UNSEEN_SPACE.name else None,
         X_EC,
-        standing.cause == NO_PATH,
+        status.cause == NO_PATH,
     )
 
 

@@ -21,7 +21,7 @@ from remosplat_drake.cockpit.reach import is_within_reach
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.standing import NOT_STARTED
+from remosplat_drake.signals.motion_status import NOT_STARTED
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
@@ -100,17 +100,17 @@ class PageOffers(LeafSystem):
         input_ports:
         - configuration
         - report
-        - standing
+        - motion_status
         - distance_field
         output_ports:
         - instead
 
-    `configuration` takes the measured q, `report` the `TickReport`, `standing`
-    the `Standing` and `distance_field` the map. `instead` outputs the `Target`s
-    whose buttons were pressed, the latest last. Targets are tested in a thread,
-    so the control loop does not wait. The system is only for simulated robots
-    with one end effector, since visitors of a real robot's page must not move
-    it.
+    `configuration` takes the measured q, `report` the `TickReport`,
+    `motion_status` the `MotionStatus` and `distance_field` the map. `instead`
+    outputs the `Target`s whose buttons were pressed, the latest last. Targets
+    are tested in a thread, so the control loop does not wait. The system is
+    only for simulated robots with one end effector, since visitors of a real
+    robot's page must not move it.
 
     Args:
         page: The page that gets the buttons.
@@ -142,8 +142,8 @@ class PageOffers(LeafSystem):
         self._report_input = self.DeclareAbstractInputPort(
             "report", Value(TickReport.before_first(robot.n_q, robot.n_u))
         )
-        self._standing_input = self.DeclareAbstractInputPort(
-            "standing", Value(NOT_STARTED)
+        self._motion_status_input = self.DeclareAbstractInputPort(
+            "motion_status", Value(NOT_STARTED)
         )
         self._field_input = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
@@ -163,11 +163,11 @@ class PageOffers(LeafSystem):
         q = np.array(self._configuration_input.Eval(context))
         report = self._report_input.Eval(context)
         field = self._field_input.Eval(context)
-        standing = self._standing_input.Eval(context)
+        motion_status = self._motion_status_input.Eval(context)
         self._accept(report.target)
         trouble = None
         if not self._is_replaced(report.target):
-            trouble = trouble_of(standing, report.target, self._robot, q)
+            trouble = trouble_of(motion_status, report.target, self._robot, q)
         self._thread.ask(trouble, field, self._test(field, q, report.target))
         self._show(self._thread.offers if trouble is not None else ())
 

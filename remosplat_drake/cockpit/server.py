@@ -49,7 +49,7 @@ from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.standing import NO_PATH
+from remosplat_drake.signals.motion_status import NO_PATH
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
 

@@ -14,9 +14,9 @@ from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.base.real_time import LoopQuality
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
@@ -32,13 +32,13 @@ LONGEST_REPLAY = 600.0
 limited, since each minute takes 6 MB and a run may last for hours."""
 
 _COLOURS = {
-    stands.WAITING: "cyan",
-    stands.MOVING: "green",
-    stands.HELD: "bold yellow",
-    stands.REACHED: "bold green",
-    stands.STOPPING: "bold red",
-    stands.STOPPED: "bold red",
-    stands.ENDED: "bold red",
+    states.WAITING: "cyan",
+    states.MOVING: "green",
+    states.HELD: "bold yellow",
+    states.REACHED: "bold green",
+    states.STOPPING: "bold red",
+    states.STOPPED: "bold red",
+    states.ENDED: "bold red",
 }
 """Colours of the sentences about the robot's state, keyed by kind."""
 
@@ -70,7 +70,7 @@ def drive(
     log, has_told = application.log, False
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
-        def show(t: float, standing: Standing, report: TickReport | None):
+        def show(t: float, status: MotionStatus, report: TickReport | None):
             nonlocal last, has_told
             now = time.monotonic()
             if now - last < _FRAME or report is None:
@@ -78,7 +78,7 @@ def drive(
             last = now
             if page is not None and rate is None and t > LONGEST_REPLAY:
                 page.pause_recording()
-            live.update(progress_line(t, standing, report), refresh=True)
+            live.update(progress_line(t, status, report), refresh=True)
             if log is not None and log.trouble and not has_told:
                 has_told = True
                 say_trouble(log.trouble, console)
@@ -93,11 +93,11 @@ def drive(
                 elif patience > 0:
                     console.print("press Release on the page to continue")
 
-        def explain(t: float, standing: Standing):
-            if standing.kind == stands.HELD:
+        def explain(t: float, status: MotionStatus):
+            if status.kind == states.HELD:
                 # In a pipe, which has no width, lines are not broken.
                 line = Text(f"{t:.2f} s  ", "dim")
-                line.append(standing.text, _COLOURS[standing.kind])
+                line.append(status.text, _COLOURS[status.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
 
         def tell_of_map(status: MapStatus):
@@ -108,7 +108,7 @@ def drive(
         watchers = {
             "on_progress": show,
             "on_supervision": tell,
-            "on_standing": explain,
+            "on_motion_status": explain,
             "on_map": tell_of_map,
         }
         if rate is None:
@@ -151,17 +151,17 @@ def strangers(application: Application) -> str:
     return f"other senders: {said}\n" if said else ""
 
 
-def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
+def progress_line(t: float, status: MotionStatus, report: TickReport) -> Text:
     """Returns the robot's state, followed by numbers about the tick.
 
     Args:
         t: Time since the start of the run [s].
-        standing: The robot's state.
+        status: The robot's state.
         report: The latest tick.
     """
     total = report.timings.get("total", math.nan)
     line = Text(f"{t:5.2f} s  ")
-    line.append(standing.text, _COLOURS[standing.kind])
+    line.append(status.text, _COLOURS[status.kind])
     line.append(f"\nclearance {1e3 * report.clearances.minimum():.1f} mm   ")
     line.append(f"tick {1e3 * total:.2f} ms ({1.0 / total:.0f} Hz)   ")
     line.append(report.status, "green" if not report.reason else "yellow")

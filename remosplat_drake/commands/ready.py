@@ -6,11 +6,11 @@ from pydrake.systems.framework import Context, OutputPort
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.map_grade import wrong_by
 from remosplat_drake.app.map_knowledge import MapKnowledge
+from remosplat_drake.motion_status.names import name_thing
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.standing.names import name_thing
 from remosplat_drake.task.targets import target_port
 from remosplat_drake.visualization.robot_view import draw_robot
 from remosplat_drake.visualization.run_view import draw_targets

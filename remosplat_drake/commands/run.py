@@ -65,6 +65,7 @@ from remosplat_drake.commands.wire import (
     prepare_robot,
 )
 from remosplat_drake.visualization.first_view import draw_first
+from remosplat_drake.visualization.motion_status_view import draw_end
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
     PageState,
@@ -72,7 +73,6 @@ from remosplat_drake.visualization.page_state import (
     preparing,
     unsupervised,
 )
-from remosplat_drake.visualization.standing_view import draw_end
 
 EXAMPLES = """
 remosplat run BookshelfReach
@@ -236,7 +236,9 @@ def run(arguments: argparse.Namespace) -> int:
         ticks = result.trajectory
         if len(ticks.time):
             end = float(ticks.time[-1])
-            draw_end(application.diagram, result.standing, ticks.q[-1], end)
+            draw_end(
+                application.diagram, result.motion_status, ticks.q[-1], end
+            )
     facts = facts_of(result, loop)
     document = run_document(result, application, loop, admission.document())
     if arguments.json:
@@ -313,7 +315,7 @@ def state_at_end(result: RunResult) -> PageState:
         result: Result of the run.
     """
     if result.outcome == REACHED:
-        _, mark, more = result.standing.text.partition(";")
+        _, mark, more = result.motion_status.text.partition(";")
         text = f"in {result.metrics.duration:.1f} s{mark}{more}"
         return ended(text, reached=True)
-    return ended(result.standing.text, reached=False)
+    return ended(result.motion_status.text, reached=False)

@@ -7,12 +7,12 @@ from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.safety.gates import Gate
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account, Moment
 
-_TOLD = (stands.MOVING, stands.HELD, stands.STOPPED)
+_TOLD = (states.MOVING, states.HELD, states.STOPPED)
 """Kinds of robot states that a saved page lists as events of a run."""
 
 
@@ -68,9 +68,9 @@ def account_of(
     collision = scenario.controller.collision
     time = trajectory.time - start
     moments = [
-        Moment(at, standing.text)
-        for at, standing in result.standings
-        if standing.kind in _TOLD
+        Moment(at, motion_status.text)
+        for at, motion_status in result.motion_history
+        if motion_status.kind in _TOLD
     ]
     if len(time):
         moments.append(Moment(float(time[-1]), state.title))

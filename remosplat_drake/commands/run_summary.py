@@ -21,7 +21,7 @@ def print_summary(
     """
     table = Table(show_header=False, box=None, pad_edge=False)
     style = "bold green" if result.outcome == REACHED else "bold red"
-    table.add_row("outcome", Text(result.standing.text, style))
+    table.add_row("outcome", Text(result.motion_status.text, style))
     for name, value in facts:
         table.add_row(name, value)
     console.print(table)

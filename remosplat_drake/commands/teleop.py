@@ -226,7 +226,7 @@ def run(arguments: argparse.Namespace) -> int:
             cockpit.close()
     is_logged = log_is_whole(application, console)
     # The line is not wrapped, so that it can be copied.
-    told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
+    told = f"{result.motion_status.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
     if result.outcome not in (INTERRUPTED, TIME_LIMIT):
         return 1

@@ -11,7 +11,7 @@ from remosplat_drake.base.strict_json import as_number, parse_json_object
 
 SUPERVISOR = "supervisor"
 """Kind of event: the supervisor's mode has changed."""
-STANDING = "standing"
+MOTION_STATUS = "motion_status"
 """Kind of event: the cause that holds the robot has changed."""
 MAP = "map"
 """Kind of event: the oracle has begun to use another version of the map."""
@@ -29,7 +29,7 @@ class Event:
 
     Attributes:
         time: Time of the event, by the diagram's clock [s].
-        kind: `SUPERVISOR`, `STANDING`, `MAP`, `TARGET`, `REQUEST` or
+        kind: `SUPERVISOR`, `MOTION_STATUS`, `MAP`, `TARGET`, `REQUEST` or
             `TROUBLE`.
         text: Description of the event, for display.
         version: Version of the map, in events about a map.

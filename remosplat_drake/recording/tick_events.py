@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 from remosplat_drake.recording.events import (
     MAP,
+    MOTION_STATUS,
     REQUEST,
-    STANDING,
     SUPERVISOR,
     TARGET,
     TROUBLE,
@@ -15,19 +15,19 @@ from remosplat_drake.recording.events import (
 from remosplat_drake.recording.run_log import NO_MAP
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     HELD,
     STOPPED,
     STOPPING,
     WAITING,
-    Standing,
+    MotionStatus,
 )
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
 _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
-"""Kinds of `Standing` for which the supervisor has events of its own."""
+"""Kinds of `MotionStatus` for which the supervisor has events of its own."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class LoggedSignals:
         target: State of the target that an operator moves.
         requests: All requests to the live map so far.
         station: Status of the station.
-        standing: The robot's `Standing`.
+        motion_status: The robot's `MotionStatus`.
     """
 
     supervision: SupervisorState | None = None
@@ -50,7 +50,7 @@ class LoggedSignals:
     target: TargetState | None = None
     requests: MapRequests | None = None
     station: StationStatus | None = None
-    standing: Standing | None = None
+    motion_status: MotionStatus | None = None
 
     @property
     def mode(self) -> str:
@@ -76,8 +76,8 @@ def events_between(
     """
     if now.supervision is not before.supervision:
         yield from _supervision_changes(before, now, time)
-    if now.standing is not before.standing:
-        yield from _standing_changes(before, now, time)
+    if now.motion_status is not before.motion_status:
+        yield from _motion_status_changes(before, now, time)
     if now.map_status is not before.map_status:
         yield from _map_changes(before, now, time)
     if now.target is not before.target:
@@ -94,34 +94,40 @@ def _supervision_changes(
         yield Event(time, SUPERVISOR, ": ".join(filter(None, parts)))
 
 
-def _standing_changes(
+def _motion_status_changes(
     before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
-    if now.standing is None or _is_told(now.standing):
+    if now.motion_status is None or _is_told(now.motion_status):
         return
-    known = before.standing
-    if known is None or now.standing.is_news_after(known):
-        yield _standing_event(now.standing, time)
+    known = before.motion_status
+    if known is None or now.motion_status.is_news_after(known):
+        yield _motion_status_event(now.motion_status, time)
 
 
-def _is_told(standing: Standing) -> bool:
+def _is_told(motion_status: MotionStatus) -> bool:
     """Whether an event of the supervisor states the same.
 
     It does not state the place of a stop, which a replay highlights.
     """
-    has_place = standing.link != "" or standing.p_W is not None
-    is_place = standing.kind == STOPPED and has_place
-    return standing.kind in _OF_THE_SUPERVISOR and not is_place
+    has_place = motion_status.link != "" or motion_status.p_W is not None
+    is_place = motion_status.kind == STOPPED and has_place
+    return motion_status.kind in _OF_THE_SUPERVISOR and not is_place
 
 
-def _standing_event(standing: Standing, time: float) -> Event:
-    if standing.kind not in (HELD, STOPPED):
-        return Event(time, STANDING, standing.text)
+def _motion_status_event(motion_status: MotionStatus, time: float) -> Event:
+    if motion_status.kind not in (HELD, STOPPED):
+        return Event(time, MOTION_STATUS, motion_status.text)
     place = None
-    if standing.p_W is not None:
-        x, y, z = map(float, standing.p_W)
+    if motion_status.p_W is not None:
+        x, y, z = map(float, motion_status.p_W)
         place = x, y, z
-    return Event(time, STANDING, standing.text, link=standing.link, place=place)
+    return Event(
+        time,
+        MOTION_STATUS,
+        motion_status.text,
+        link=motion_status.link,
+        place=place,
+    )
 
 
 def _map_changes(

@@ -38,7 +38,7 @@ class TrajectoryLog(LeafSystem):
         - target_state (optional)
         - map_requests (optional)
         - station_status (optional)
-        - standing (optional)
+        - motion_status (optional)
         output_ports:
         - trouble
 
@@ -53,7 +53,7 @@ class TrajectoryLog(LeafSystem):
     station received (if it is not connected, the report's command),
     `supervision` a `SupervisorState`, `map_status` a `MapStatus`,
     `target_state` a `TargetState`, `map_requests` the `MapRequests`,
-    `station_status` a `StationStatus` and `standing` a `Standing`.
+    `station_status` a `StationStatus` and `motion_status` a `MotionStatus`.
 
     Attributes:
         is_paused: Whether writing is paused, for example while the run is tried
@@ -104,7 +104,7 @@ class TrajectoryLog(LeafSystem):
         self._target_input = self._declare_optional("target_state")
         self._requests_input = self._declare_optional("map_requests")
         self._station_input = self._declare_optional("station_status")
-        self._standing_input = self._declare_optional("standing")
+        self._motion_status_input = self._declare_optional("motion_status")
         self.DeclareAbstractOutputPort(
             "trouble", Value("").Clone, self._calc_trouble, {self.time_ticket()}
         )
@@ -158,7 +158,7 @@ class TrajectoryLog(LeafSystem):
             value_or_none(self._target_input, context),
             value_or_none(self._requests_input, context),
             value_or_none(self._station_input, context),
-            value_or_none(self._standing_input, context),
+            value_or_none(self._motion_status_input, context),
         )
         # A tick uses the map of the previous update.
         map_version, self._map_version = self._map_version, now.map_version

@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.timing.measuring import Case
 
@@ -170,7 +170,7 @@ def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
     """
     reports: list[TickReport] = []
 
-    def keep(time: float, standing: Standing, report: TickReport | None):
+    def keep(time: float, status: MotionStatus, report: TickReport | None):
         if report is not None and report not in reports[-1:]:
             reports.append(report)
 

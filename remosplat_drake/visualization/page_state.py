@@ -7,8 +7,8 @@ suggest that the robot still runs.
 
 import dataclasses as dc
 
-from remosplat_drake.signals import standing as stands
-from remosplat_drake.signals.standing import NOT_STARTED, Standing
+from remosplat_drake.signals import motion_status as states
+from remosplat_drake.signals.motion_status import NOT_STARTED, MotionStatus
 from remosplat_drake.signals.supervisor_state import (
     STARTING,
     UNARMED,
@@ -88,7 +88,7 @@ def supervised(
     supervision: SupervisorState,
     *,
     releases: bool,
-    standing: Standing = NOT_STARTED,
+    motion_status: MotionStatus = NOT_STARTED,
 ) -> PageState:
     """Returns the state of a run with a supervisor.
 
@@ -96,14 +96,17 @@ def supervised(
         supervision: The supervisor's state.
         releases: Whether the page may release stops; it is never allowed to
             release a real robot.
-        standing: The robot's state, which is shown while the supervisor does
-            not stop it.
+        motion_status: The robot's state, which is shown while the supervisor
+            does not stop it.
     """
     reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
     if not supervision.is_latched:
-        if supervision.mode == STARTING and standing.kind == stands.WAITING:
+        if (
+            supervision.mode == STARTING
+            and motion_status.kind == states.WAITING
+        ):
             return PageState(LIVE, "Starting", reason, (STOP,))
-        return _alive(standing, (STOP,))
+        return _alive(motion_status, (STOP,))
     if supervision.reason == UNARMED:
         return PageState(WAITING, "Not armed", reason, (STOP,))
     if supervision.mode != AT_REST:
@@ -112,22 +115,22 @@ def supervised(
     return PageState(STOPPED, "Stopped", reason, buttons)
 
 
-def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
+def unsupervised(motion_status: MotionStatus = NOT_STARTED) -> PageState:
     """Returns the state of a run without a supervisor, which has no STOP.
 
     Args:
-        standing: The robot's state.
+        motion_status: The robot's state.
     """
-    if standing.kind == stands.WAITING:
+    if motion_status.kind == states.WAITING:
         text = "no supervisor: the page cannot stop this run"
         return PageState(LIVE, "Live", text)
-    return _alive(standing, ())
+    return _alive(motion_status, ())
 
 
-def _alive(standing: Standing, buttons: tuple[str, ...]) -> PageState:
-    if standing.kind == stands.HELD:
-        return PageState(HELD, "Held", standing.text, buttons)
-    text = "" if standing.kind == stands.WAITING else standing.text
+def _alive(motion_status: MotionStatus, buttons: tuple[str, ...]) -> PageState:
+    if motion_status.kind == states.HELD:
+        return PageState(HELD, "Held", motion_status.text, buttons)
+    text = "" if motion_status.kind == states.WAITING else motion_status.text
     return PageState(LIVE, "Live", text, buttons)
 
 

@@ -7,18 +7,19 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
-from remosplat_drake.recording.events import STANDING, SUPERVISOR, Event
+from remosplat_drake.recording.events import MOTION_STATUS, SUPERVISOR, Event
 from remosplat_drake.recording.run_log import RunLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     HELD,
     MOVING,
     NOT_STARTED,
-    Standing,
+    MotionStatus,
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import MAX_SURFELS
+from remosplat_drake.visualization.motion_status_view import MotionStatusView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import (
     PUBLISH_PERIOD,
@@ -27,7 +28,6 @@ from remosplat_drake.visualization.robot_view import (
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.splat_view import draw_surfels
-from remosplat_drake.visualization.standing_view import StandingView
 from remosplat_drake.visualization.toggle import on_off
 
 SPLATS = f"{ROOT}/splat"
@@ -81,7 +81,7 @@ def record_replay(
     draw_maps(page, maps, log.rows["map_version"], time)
     diagram = _make_diagram(page, robot)
     context = diagram.CreateDefaultContext()
-    configuration, report, standing = map(diagram.get_input_port, range(3))
+    configuration, report, motion_status = map(diagram.get_input_port, range(3))
     ticks = frame_ticks(time)
     for done, k in enumerate(ticks.tolist()):
         row = log.rows[k]
@@ -90,8 +90,8 @@ def record_replay(
         context.SetTime(time[k])
         configuration.FixValue(context, row["q"])
         report.FixValue(context, Value(log.report(k, clearances)))
-        standing.FixValue(
-            context, Value(standing_at(events, float(row["time"])))
+        motion_status.FixValue(
+            context, Value(motion_status_at(events, float(row["time"])))
         )
         diagram.ForcedPublish(context)
         if on_frame is not None:
@@ -122,7 +122,7 @@ def frame_ticks(
     return np.unique(np.searchsorted(time, wanted).clip(max=len(time) - 1))
 
 
-def standing_at(events: Sequence[Event], time: float) -> Standing:
+def motion_status_at(events: Sequence[Event], time: float) -> MotionStatus:
     """Returns the cause that held the robot at a time, from the run's events.
 
     Args:
@@ -132,7 +132,7 @@ def standing_at(events: Sequence[Event], time: float) -> Standing:
     told = (
         event
         for event in reversed(events)
-        if event.kind in (STANDING, SUPERVISOR) and event.time <= time
+        if event.kind in (MOTION_STATUS, SUPERVISOR) and event.time <= time
     )
     last = next(told, None)
     if last is None:
@@ -140,7 +140,7 @@ def standing_at(events: Sequence[Event], time: float) -> Standing:
     p_W = None if last.place is None else np.array(last.place)
     is_held = last.link != "" or p_W is not None
     kind = HELD if is_held else MOVING
-    return Standing(kind, last.text, link=last.link, p_W=p_W)
+    return MotionStatus(kind, last.text, link=last.link, p_W=p_W)
 
 
 def draw_maps(
@@ -184,16 +184,20 @@ def _clearances(
 def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
     """Makes a diagram of the live page's views.
 
-    Its inputs are configuration, report and standing.
+    Its inputs are configuration, report and motion_status.
     """
     builder = DiagramBuilder()
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.ExportInput(run_view.GetInputPort("configuration"), "configuration")
     builder.ExportInput(run_view.GetInputPort("report"), "report")
-    standing_view = StandingView.AddToBuilder(builder, page=page, robot=robot)
-    builder.ExportInput(standing_view.GetInputPort("standing"), "standing")
+    motion_status_view = MotionStatusView.AddToBuilder(
+        builder, page=page, robot=robot
+    )
+    builder.ExportInput(
+        motion_status_view.GetInputPort("motion_status"), "motion_status"
+    )
     for port in (
-        standing_view.GetInputPort("configuration"),
+        motion_status_view.GetInputPort("configuration"),
         AddRobotView(builder, robot, page),
     ):
         builder.ConnectInput("configuration", port)

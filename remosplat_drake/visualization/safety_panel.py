@@ -9,8 +9,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from remosplat_drake.signals.motion_status import NOT_STARTED
 from remosplat_drake.signals.operator_requests import OperatorRequests
-from remosplat_drake.signals.standing import NOT_STARTED
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
@@ -36,16 +36,16 @@ class SafetyPanel(LeafSystem):
         - report
         - status
         - supervision
-        - standing (optional)
+        - motion_status (optional)
         output_ports:
         - operator
 
     `report` takes the controller's `TickReport`, `status` the `StationStatus`,
-    `supervision` the `SupervisorState`, `standing` the `Standing`; `operator`
-    outputs the `OperatorRequests` so far. The page's bar shows the robot's
-    state, and the reason of a stop by the supervisor. A line of text shows the
-    arm's mode, and the largest ages of measurements and commands in the last
-    half second.
+    `supervision` the `SupervisorState`, `motion_status` the `MotionStatus`;
+    `operator` outputs the `OperatorRequests` so far. The page's bar shows the
+    robot's state, and the reason of a stop by the supervisor. A line of text
+    shows the arm's mode, and the largest ages of measurements and commands in
+    the last half second.
 
     Args:
         page: The page that gets bar and buttons.
@@ -70,8 +70,8 @@ class SafetyPanel(LeafSystem):
         self._supervision_input = self.DeclareAbstractInputPort(
             "supervision", Value(before)
         )
-        self._standing_input = self.DeclareAbstractInputPort(
-            "standing", Value(NOT_STARTED)
+        self._motion_status_input = self.DeclareAbstractInputPort(
+            "motion_status", Value(NOT_STARTED)
         )
         page.show(supervised(before, releases=releases))
         self.DeclareAbstractOutputPort(
@@ -91,7 +91,7 @@ class SafetyPanel(LeafSystem):
         supervisor: LeafSystem,
         report: OutputPort,
         status: OutputPort,
-        standing: OutputPort,
+        motion_status: OutputPort,
     ) -> None:
         """Connects the panel with a supervisor, in both directions.
 
@@ -103,12 +103,12 @@ class SafetyPanel(LeafSystem):
             supervisor: The `SafetySupervisor`.
             report: Output port of the controller's `TickReport`.
             status: Output port of the `StationStatus`.
-            standing: Output port of the `Standing`.
+            motion_status: Output port of the `MotionStatus`.
         """
         for source, sink in (
             (report, self._report_input),
             (status, self._status_input),
-            (standing, self._standing_input),
+            (motion_status, self._motion_status_input),
             (
                 supervisor.GetOutputPort("supervision"),
                 self._supervision_input,
@@ -128,11 +128,15 @@ class SafetyPanel(LeafSystem):
         status = self._status_input.Eval(context)
         self._show_ages(context.get_time(), status, context)
         supervision = self._supervision_input.Eval(context)
-        standing = NOT_STARTED
-        if self._standing_input.HasValue(context):
-            standing = self._standing_input.Eval(context)
+        motion_status = NOT_STARTED
+        if self._motion_status_input.HasValue(context):
+            motion_status = self._motion_status_input.Eval(context)
         self._page.show(
-            supervised(supervision, releases=self._releases, standing=standing)
+            supervised(
+                supervision,
+                releases=self._releases,
+                motion_status=motion_status,
+            )
         )
 
     def _show_ages(self, time: float, status: StationStatus, context: Context):

@@ -6,13 +6,13 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.guidance_view import GuidanceView
+from remosplat_drake.visualization.motion_status_view import MotionStatusView
 from remosplat_drake.visualization.mover_view import MoverView
 from remosplat_drake.visualization.object_view import ObjectView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import SplatView
-from remosplat_drake.visualization.standing_view import StandingView
 from remosplat_drake.visualization.task_view import TaskView
 from remosplat_drake.visualization.truth_view import TruthView
 
@@ -24,7 +24,7 @@ def AddViews(
     robot: RobotModel,
     configuration: OutputPort,
     report: OutputPort,
-    standing: OutputPort | None = None,
+    motion_status: OutputPort | None = None,
     splat_W: GaussianSplat | None = None,
     truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
@@ -40,8 +40,8 @@ def AddViews(
         robot: The robot that moves.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
-        standing: Output port of the `Standing`, the robot's state; None without
-            one.
+        motion_status: Output port of the `MotionStatus`, the robot's state;
+            None without one.
         splat_W: The scene's splat in W; None for none.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
@@ -61,10 +61,10 @@ def AddViews(
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)
     builder.Connect(configuration, run_view.GetInputPort("configuration"))
     builder.Connect(report, run_view.GetInputPort("report"))
-    if standing is not None:
-        view = StandingView.AddToBuilder(builder, page=page, robot=robot)
+    if motion_status is not None:
+        view = MotionStatusView.AddToBuilder(builder, page=page, robot=robot)
         builder.Connect(configuration, view.GetInputPort("configuration"))
-        builder.Connect(standing, view.GetInputPort("standing"))
+        builder.Connect(motion_status, view.GetInputPort("motion_status"))
     if selection is not None:
         guidance_view = GuidanceView.AddToBuilder(builder, page=page)
         builder.Connect(selection, guidance_view.GetInputPort("selection"))

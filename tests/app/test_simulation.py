@@ -200,7 +200,7 @@ def test_a_run_does_not_keep_its_reports(folder):
     """After three times as long there are as many in memory."""
     alive = []
 
-    def count(t, standing, report):
+    def count(t, motion_status, report):
         if round(t / 0.02) in (40, 120):
             gc.collect()
             found = [isinstance(o, TickReport) for o in gc.get_objects()]
@@ -225,7 +225,7 @@ def test_the_files_of_a_folder_are_of_one_run(folder):
     before = [file.read_bytes() for file in files]
     application = make_application(folder, "One")
     second = run(application)
-    talkative = dc.replace(second, standings=2000 * second.standings)
+    talkative = dc.replace(second, motion_history=2000 * second.motion_history)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
     try:
@@ -277,8 +277,8 @@ def test_progress_is_told_at_every_tick(folder):
     application = make_application(folder, "One", "{time_limit: 0.2}")
     run(
         application,
-        on_progress=lambda t, standing, report: seen.append(
-            (t, standing.distance, report)
+        on_progress=lambda t, motion_status, report: seen.append(
+            (t, motion_status.distance, report)
         ),
     )
     t, distance, reports = zip(*seen, strict=True)
@@ -314,9 +314,11 @@ def test_reaching_exits_with_0_and_leaves_its_record(folder, capfd):
     assert "reached" in capfd.readouterr().out
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["outcome"] == REACHED
-    assert metrics["standing"]["kind"] == "reached"
-    assert metrics["standings"][0]["kind"] == "moving"
-    assert metrics["standings"][0]["text"].startswith("moving to the target")
+    assert metrics["motion_status"]["kind"] == "reached"
+    assert metrics["motion_history"][0]["kind"] == "moving"
+    assert metrics["motion_history"][0]["text"].startswith(
+        "moving to the target"
+    )
     assert metrics["scenario"] == f"{folder}/test.yaml:One"
     assert metrics["truth_clearance_min"] > 0
     trajectory = load_trajectory(output / "trajectory.npz")
@@ -350,7 +352,7 @@ def test_a_stop_exits_with_1_and_is_named(folder, capfd):
     assert "stopped: the arm's mode is move" in capfd.readouterr().err
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["outcome"] == "stopped: the arm's mode is move"
-    assert metrics["standing"]["text"].startswith(
+    assert metrics["motion_status"]["text"].startswith(
         "stopped: the arm's mode is move; waiting for an operator"
     )
 

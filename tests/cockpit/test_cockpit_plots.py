@@ -19,7 +19,7 @@ from remosplat_drake.cockpit.messages import Look
 from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.standing import NOT_STARTED
+from remosplat_drake.signals.motion_status import NOT_STARTED
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.svg_plot import SvgPlot
@@ -72,7 +72,7 @@ def test_every_tick_counts_although_few_moments_are_shown():
     context = simulator.get_mutable_context()
     for name, value in (
         ("configuration", robot.q_home),
-        ("standing", Value(NOT_STARTED)),
+        ("motion_status", Value(NOT_STARTED)),
         ("target_state", Value(TargetState.at_rest(np.eye(4)))),
     ):
         view.GetInputPort(name).FixValue(context, value)

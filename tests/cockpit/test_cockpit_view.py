@@ -21,10 +21,14 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.motion_status import (
+    HELD,
+    NOT_STARTED,
+    MotionStatus,
+)
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -39,7 +43,7 @@ def frankie():
 
 def look(frankie, **changes) -> Look:
     parts = {
-        "standing": NOT_STARTED,
+        "motion_status": NOT_STARTED,
         "target": TargetState.at_rest(np.eye(4), "hold: start"),
         "supervision": None,
         "status": None,
@@ -49,16 +53,16 @@ def look(frankie, **changes) -> Look:
 
 def test_who_is_held_is_told_with_the_place(frankie):
     p_W = np.array([0.5, 0.1, 0.7])
-    held = Standing(HELD, "hand held", link="panda_hand", p_W=p_W)
-    told = look(frankie, standing=held)
+    held = MotionStatus(HELD, "hand held", link="panda_hand", p_W=p_W)
+    told = look(frankie, motion_status=held)
     assert told.held_link == "panda_hand" and told.p_WHeld is p_W
     assert told.state.title == "Held" and told.state.text == "hand held"
-    stopped = look(frankie, standing=dc.replace(held, kind="stopped"))
+    stopped = look(frankie, motion_status=dc.replace(held, kind="stopped"))
     assert (stopped.held_link, stopped.cause) == ("panda_hand", "")
     assert stopped.p_WHeld is p_W
     moving = dc.replace(held, kind="moving")
-    assert look(frankie, standing=moving).held_link == ""
-    assert look(frankie, standing=moving).p_WHeld is None
+    assert look(frankie, motion_status=moving).held_link == ""
+    assert look(frankie, motion_status=moving).p_WHeld is None
 
 
 def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
@@ -72,10 +76,10 @@ def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
 
 def test_a_robot_without_a_map_is_not_green(frankie):
     field = SignedDistanceField(PrimitiveScene())
-    moving = Standing("moving", "moving to the target")
+    moving = MotionStatus("moving", "moving to the target")
     nothing = GaussianSplat.empty()
     blank = MapStatus(SceneMap(0, None, (), -np.inf, field, nothing))
-    told = look(frankie, standing=moving, status=blank).state
+    told = look(frankie, motion_status=moving, status=blank).state
     assert (told.phase, told.title) == (pages.HELD, "Live, without a map")
     assert told.text == "scan first; moving to the target"
     disc = GaussianSplat(
@@ -86,7 +90,7 @@ def test_a_robot_without_a_map_is_not_green(frankie):
         colors=np.ones((1, 3)),
     )
     known = dc.replace(blank.scene_map, splat_W=disc)
-    told = look(frankie, standing=moving, status=MapStatus(known)).state
+    told = look(frankie, motion_status=moving, status=MapStatus(known)).state
     assert told.phase == pages.LIVE
 
 
@@ -133,7 +137,7 @@ def test_a_map_is_told_once(frankie):
         view.GetInputPort(name).FixValue(context, value)
 
     fix("configuration", frankie.q_home)
-    fix("standing", Value(NOT_STARTED))
+    fix("motion_status", Value(NOT_STARTED))
     fix("target_state", Value(TargetState.at_rest(np.eye(4))))
     for shown in (scene_map, scene_map, later, later):
         fix("map_status", Value[object](MapStatus(shown, text="a map")))

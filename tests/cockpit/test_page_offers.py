@@ -11,10 +11,10 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.cockpit.offers import HIGHER, NEARER, Trouble, trouble_of
 from remosplat_drake.cockpit.page_offers import BUTTONS, OfferThread
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.binding import MOVER
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.target import Target
 from remosplat_drake.visualization.page import MeshcatPage
 
@@ -45,33 +45,33 @@ def test_offers_are_found_in_a_thread_that_ends():
 @pytest.mark.parametrize(
     "kind, cause, helps",
     [
-        (stands.HELD, things.SOLID, True),
-        (stands.MOVING, stands.NO_CONFIGURATION, True),
-        (stands.HELD, stands.NO_PATH, True),
-        (stands.HELD, MOVER, False),
-        (stands.HELD, stands.NOT_OBEYED, False),
-        (stands.STOPPED, stands.SUPERVISOR, False),
-        (stands.MOVING, "", False),
+        (states.HELD, things.SOLID, True),
+        (states.MOVING, states.NO_CONFIGURATION, True),
+        (states.HELD, states.NO_PATH, True),
+        (states.HELD, MOVER, False),
+        (states.HELD, states.NOT_OBEYED, False),
+        (states.STOPPED, states.SUPERVISOR, False),
+        (states.MOVING, "", False),
     ],
 )
 def test_other_targets_help_a_robot_that_is_held(kind, cause, helps, frankie):
-    standing = Standing(kind, "", cause=cause)
+    status = MotionStatus(kind, "", cause=cause)
     target = Target(np.eye(4))
-    trouble = trouble_of(standing, target, frankie, frankie.q_home)
+    trouble = trouble_of(status, target, frankie, frankie.q_home)
     assert (trouble is not None) == helps
     if trouble is not None:
-        assert trouble.is_cut_off == (cause == stands.NO_PATH)
+        assert trouble.is_cut_off == (cause == states.NO_PATH)
 
 
 def test_a_camera_may_look_at_the_unseen(frankie):
     p_W = np.array([0.9, 0.1, 0.3])
     unseen = things.UNSEEN_SPACE
-    standing = Standing(
-        stands.HELD, "", cause=unseen.kind, thing=unseen.name, p_W=p_W
+    status = MotionStatus(
+        states.HELD, "", cause=unseen.kind, thing=unseen.name, p_W=p_W
     )
     X_EC = np.eye(4)
     trouble = trouble_of(
-        standing, Target(np.eye(4)), frankie, frankie.q_home, X_EC
+        status, Target(np.eye(4)), frankie, frankie.q_home, X_EC
     )
     assert trouble is not None
     assert trouble.p_WUnseen is p_W and trouble.X_EC is X_EC
@@ -96,9 +96,10 @@ def test_a_press_replaces_a_target_that_cannot_be_reached(monkeypatch):
     result = run(application, realtime_rate=1.0)
     assert result.outcome == REACHED
     assert (
-        result.standing.text == "reached; an operator has replaced the target"
+        result.motion_status.text
+        == "reached; an operator has replaced the target"
     )
-    told = [standing.cause for _, standing in result.standings]
+    told = [status.cause for _, status in result.motion_history]
     assert things.SOLID in told
     assert offers._shown == ()
 

@@ -98,7 +98,7 @@ def test_the_hand_stops_before_a_rod_that_its_target_is_in(diameter, share):
     world = World(robot, made.splat_W, scene, made.field, np.array(robot.home))
     result = run(build(scenario, world))
     assert result.outcome != REACHED
-    assert "from the rod" in result.standing.text
+    assert "from the rod" in result.motion_status.text
     truth = SignedDistanceField(scene)
     nearest = min(
         truth.clearances(robot.spheres_at(q)).minimum()

@@ -106,7 +106,7 @@ def test_rviz_is_shown_what_a_tick_holds(frankie):
     named = [text for ns, text in shapes if ns == "clearance"]
     # 0.3 m is not near; of a link only the nearest sphere counts.
     assert named == [f"{link} 100 mm"]
-    assert ("standing", "running") in shapes
+    assert ("motion_status", "running") in shapes
     store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
     name = "visualization_msgs/msg/MarkerArray"
     read = store.deserialize_cdr(heard["markers"].serialize(), name)

@@ -8,8 +8,8 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.events import (
     MAP,
+    MOTION_STATUS,
     REQUEST,
-    STANDING,
     SUPERVISOR,
     TARGET,
     TROUBLE,
@@ -21,13 +21,13 @@ from remosplat_drake.recording.tick_events import LoggedSignals, events_between
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
-from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     HELD,
     MOVING,
     STOPPED,
-    Standing,
+    MotionStatus,
 )
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STOPPING,
@@ -80,25 +80,27 @@ def test_a_stop_has_its_reason():
 
 
 def test_what_holds_the_robot_is_an_event():
-    moving = Standing(MOVING, "moving, 0.50 m away", 0.5)
-    nearer = Standing(MOVING, "moving, 0.40 m away", 0.4)
+    moving = MotionStatus(MOVING, "moving, 0.50 m away", 0.5)
+    nearer = MotionStatus(MOVING, "moving, 0.40 m away", 0.4)
     p_W = np.array([1.0, 2.0, 3.0])
-    held = Standing(HELD, "hand held", 0.4, link="hand", p_W=p_W)
-    before = LoggedSignals(standing=moving)
+    held = MotionStatus(HELD, "hand held", 0.4, link="hand", p_W=p_W)
+    before = LoggedSignals(motion_status=moving)
     assert between(LoggedSignals(), before) == [
-        Event(3.0, STANDING, "moving, 0.50 m away")
+        Event(3.0, MOTION_STATUS, "moving, 0.50 m away")
     ]
-    assert between(before, LoggedSignals(standing=nearer)) == []
-    assert between(before, LoggedSignals(standing=held)) == [
-        Event(3.0, STANDING, "hand held", link="hand", place=(1.0, 2.0, 3.0))
+    assert between(before, LoggedSignals(motion_status=nearer)) == []
+    assert between(before, LoggedSignals(motion_status=held)) == [
+        Event(
+            3.0, MOTION_STATUS, "hand held", link="hand", place=(1.0, 2.0, 3.0)
+        )
     ]
     # The supervisor tells of its stops itself.
-    stopped = LoggedSignals(standing=Standing(STOPPED, "stopped: why"))
+    stopped = LoggedSignals(motion_status=MotionStatus(STOPPED, "stopped: why"))
     assert between(before, stopped) == []
     # But it does not tell of their places.
-    base = Standing(STOPPED, "stopped: scanner", link="base")
-    assert between(before, LoggedSignals(standing=base)) == [
-        Event(3.0, STANDING, "stopped: scanner", link="base")
+    base = MotionStatus(STOPPED, "stopped: scanner", link="base")
+    assert between(before, LoggedSignals(motion_status=base)) == [
+        Event(3.0, MOTION_STATUS, "stopped: scanner", link="base")
     ]
 
 
@@ -152,7 +154,7 @@ def test_events_are_written_at_once_and_read(tmp_path):
     events = [
         Event(0.1, MAP, "map 1", 1),
         Event(0.25, TROUBLE, "two\nlines"),
-        Event(0.5, STANDING, "held", link="hand", place=(0.5, -1.0, 2.0)),
+        Event(0.5, MOTION_STATUS, "held", link="hand", place=(0.5, -1.0, 2.0)),
     ]
     writer = EventWriter(path)
     for event in events:
@@ -176,9 +178,9 @@ def test_events_are_written_at_once_and_read(tmp_path):
         b'{"time": NaN, "kind": "map", "text": "map 1"}\n',
         b'{"time": 1, "kind": "map", "text": ["map", "1"]}\n',
         b'{"time": 1, "kind": "map", "text": "", "version": 1.5}\n',
-        b'{"time": 1, "kind": "standing", "text": "", "link": 7}\n',
-        b'{"time": 1, "kind": "standing", "text": "", "place": [1, 2]}\n',
-        b'{"time": 1, "kind": "standing", "text": "", "place": [1, 2, "x"]}\n',
+        b'{"time": 1, "kind": "motion_status", "text": "", "link": 7}\n',
+        b'{"time": 1, "kind": "motion_status", "text": "", "place": [1, 2]}\n',
+        b'{"time": 1, "kind": "motion_status", "text": "", "place": ["x"]}\n',
     ],
 )
 def test_what_holds_no_events_is_an_error_of_the_user(tmp_path, content):

@@ -29,10 +29,10 @@ from apps.studies.causes.situations import (
     is_reachable,
 )
 from apps.studies.causes.trial import Outcome, Trial, restored, run_trial
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.binding import JOINT_LIMIT
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.station_status import STOPPED, StationStatus
 
 
@@ -53,25 +53,25 @@ def test_a_target_of_a_kind_has_a_configuration(kind, tmp_path):
 
 def test_causes_are_judged_by_the_truth(tmp_path):
     situation = draw_situation(KINDS.index(JOINT), tmp_path)
-    robot, at = situation.world.robot, stands.HELD
+    robot, at = situation.world.robot, states.HELD
     q = situation.world.q0.copy()
     k = robot.joint_names.index("panda_joint4")
-    held = Standing(at, "", cause=JOINT_LIMIT, link="panda_link4")
+    held = MotionStatus(at, "", cause=JOINT_LIMIT, link="panda_link4")
     assert not is_true(held, situation, 1.0, q)
     q[k] = robot.position_lower[k] + 0.15
     assert is_true(held, situation, 1.0, q)
-    for cause in (things.SOLID, stands.NOTHING, stands.BASE, stands.NO_PATH):
+    for cause in (things.SOLID, states.NOTHING, states.BASE, states.NO_PATH):
         other = dc.replace(held, cause=cause)
         assert not is_true(other, situation, 1.0, q)
 
 
 def test_a_stop_is_true_while_its_fault_is_there(tmp_path):
     situation = draw_situation(KINDS.index(LOST), tmp_path)
-    stop = Standing(stands.STOPPED, "", cause=stands.LOCALIZATION)
+    stop = MotionStatus(states.STOPPED, "", cause=states.LOCALIZATION)
     q, begin = situation.world.q0, situation.fault_at
     assert is_true(stop, situation, begin + 0.1, q)
     assert not is_true(stop, situation, begin - 0.1, q)
-    other = dc.replace(stop, cause=stands.SUPERVISOR)
+    other = dc.replace(stop, cause=states.SUPERVISOR)
     assert not is_true(other, situation, begin + 0.1, q)
 
 
@@ -88,8 +88,8 @@ def test_a_fault_lasts(fault):
 
 
 def test_the_first_cause_counts():
-    moving = Standing(stands.MOVING, "on the way")
-    held = Standing(stands.HELD, "", cause=things.SOLID)
+    moving = MotionStatus(states.MOVING, "on the way")
+    held = MotionStatus(states.HELD, "", cause=things.SOLID)
     assert first_cause(((0.0, moving), (2.0, held), (3.0, moving))) == (
         2.0,
         held,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.signals.standing import HELD, MOVING, Standing
+from remosplat_drake.signals.motion_status import HELD, MOVING, MotionStatus
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STARTING,
@@ -23,8 +23,8 @@ from remosplat_drake.visualization.page_state import (
     waiting,
 )
 
-MOVING_ON = Standing(MOVING, "on its way")
-IN_THE_WAY = Standing(HELD, "hand held by the can")
+MOVING_ON = MotionStatus(MOVING, "on its way")
+IN_THE_WAY = MotionStatus(HELD, "hand held by the can")
 
 
 def supervision(mode, reason="", refusal="") -> SupervisorState:
@@ -70,7 +70,7 @@ def test_a_refused_release_is_told():
 def test_what_stands_is_said_while_nothing_is_stopped():
     says = {
         mode: supervised(
-            supervision(mode, "late"), releases=True, standing=MOVING_ON
+            supervision(mode, "late"), releases=True, motion_status=MOVING_ON
         ).text
         for mode in (RUNNING, STOPPED)
     }
@@ -89,7 +89,9 @@ def test_without_a_supervisor_nothing_pretends_to_stop():
 
 
 def test_who_is_held_does_not_look_well():
-    state = supervised(supervision(RUNNING), releases=True, standing=IN_THE_WAY)
+    state = supervised(
+        supervision(RUNNING), releases=True, motion_status=IN_THE_WAY
+    )
     assert (state.phase, state.title) == (page_state.HELD, "Held")
     assert (state.text, state.buttons) == ("hand held by the can", (STOP,))
     assert unsupervised(IN_THE_WAY).text == "hand held by the can"

@@ -11,19 +11,19 @@ from pydrake.systems.sensors import ImageIo
 from screenshot import find_chromium
 
 from remosplat_drake.app.recorded_run import load_recorded_run
-from remosplat_drake.recording.events import STANDING, SUPERVISOR, Event
+from remosplat_drake.recording.events import MOTION_STATUS, SUPERVISOR, Event
 from remosplat_drake.recording.events import TARGET as TARGET_EVENT
-from remosplat_drake.signals.standing import HELD, MOVING, NOT_STARTED
+from remosplat_drake.signals.motion_status import HELD, MOVING, NOT_STARTED
+from remosplat_drake.visualization.motion_status_view import LINKS, PLACE
 from remosplat_drake.visualization.replay import (
     SPLATS,
     ReplayedMap,
     draw_maps,
     frame_ticks,
+    motion_status_at,
     record_replay,
-    standing_at,
 )
 from remosplat_drake.visualization.run_view import TARGET
-from remosplat_drake.visualization.standing_view import LINKS, PLACE
 
 DURATION = 1.0
 
@@ -52,32 +52,34 @@ def test_frames_are_taken_at_their_times():
 
 
 def test_what_was_held_is_what_the_events_tell():
-    held = Event(1.0, STANDING, "held", link="hand", place=(1.0, 2.0, 3.0))
+    held = Event(1.0, MOTION_STATUS, "held", link="hand", place=(1.0, 2.0, 3.0))
     events = [
-        Event(0.0, STANDING, "moving"),
+        Event(0.0, MOTION_STATUS, "moving"),
         held,
         Event(2.0, TARGET_EVENT, "hold"),
         Event(3.0, SUPERVISOR, "stopping: stop button"),
     ]
-    assert standing_at([], 1.0) is NOT_STARTED
-    assert standing_at(events, 0.5).kind == MOVING
+    assert motion_status_at([], 1.0) is NOT_STARTED
+    assert motion_status_at(events, 0.5).kind == MOVING
     for time in (1.0, 2.5):
-        standing = standing_at(events, time)
-        assert (standing.kind, standing.link) == (HELD, "hand")
-        np.testing.assert_array_equal(standing.p_W, held.place)
+        motion_status = motion_status_at(events, time)
+        assert (motion_status.kind, motion_status.link) == (HELD, "hand")
+        np.testing.assert_array_equal(motion_status.p_W, held.place)
     # A stop has another place, or none.
-    assert standing_at(events, 3.0).kind == MOVING
-    base = Event(3.1, STANDING, "stopped: scanner", link="base_link")
-    assert standing_at([*events, base], 3.2).link == "base_link"
+    assert motion_status_at(events, 3.0).kind == MOVING
+    base = Event(3.1, MOTION_STATUS, "stopped: scanner", link="base_link")
+    assert motion_status_at([*events, base], 3.2).link == "base_link"
 
 
 @pytest.mark.parametrize("ends", [False, True])
 def test_what_was_held_lights_up(page, recorded, is_visible, pose_of, ends):
     rows = recorded.log.rows
     begin, end = rows["time"][0] + 0.3, rows["time"][0] + 0.6
-    events = [Event(begin, STANDING, "", link="panda_link4", place=(1, 0, 1))]
+    events = [
+        Event(begin, MOTION_STATUS, "", link="panda_link4", place=(1, 0, 1))
+    ]
     if ends:
-        events.append(Event(end, STANDING, "moving"))
+        events.append(Event(end, MOTION_STATUS, "moving"))
     robot = recorded.world.robot
     maps, _ = recorded.maps()
     record_replay(page, robot, recorded.log, maps, reach=0.5, events=events)

@@ -106,9 +106,9 @@ def test_stop_and_release(page, application, click):
     assert np.abs(u[t < 1.0]).max() > 0.3
     # From the press to the standstill no longer than the ramp from full
     # speed: 0.5 m/s at 1 m/s^2.
-    standing = (t > 1.56) & (t < 3.0)
-    assert standing.any() and not u[standing].any()
-    q = trajectory.q[:-1][standing]
+    motion_status = (t > 1.56) & (t < 3.0)
+    assert motion_status.any() and not u[motion_status].any()
+    q = trajectory.q[:-1][motion_status]
     assert np.ptp(q, axis=0).max() == 0.0
     assert np.abs(u[(t > 3.0) & (t < 5.0)]).max() > 0.3
     change = np.abs(np.diff(u, axis=0)) / 0.02

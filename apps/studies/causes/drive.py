@@ -15,10 +15,10 @@ from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.world import World
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import pose_error
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals.binding import MOVER
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.operator_requests import OperatorRequests
-from remosplat_drake.signals.standing import Standing
 
 _STEP = 0.1
 """Time between two checks of the run [s]."""
@@ -36,32 +36,32 @@ class Drive:
     """A run.
 
     Attributes:
-        standings: Changes of the robot's state with their times [s].
+        motion_history: Changes of the robot's state with their times [s].
         latched_at: Time at which the supervisor stopped it [s]; NaN for never.
         trajectory: All ticks.
         reached: Whether it reached the target.
     """
 
-    standings: tuple[tuple[float, Standing], ...]
+    motion_history: tuple[tuple[float, MotionStatus], ...]
     latched_at: float
     trajectory: Trajectory
     reached: bool
 
     @property
-    def first(self) -> tuple[float, Standing] | None:
+    def first(self) -> tuple[float, MotionStatus] | None:
         """The first state that names a cause, with its time; None for none."""
-        return first_cause(self.standings)
+        return first_cause(self.motion_history)
 
 
 def first_cause(
-    standings: tuple[tuple[float, Standing], ...],
-) -> tuple[float, Standing] | None:
+    motion_history: tuple[tuple[float, MotionStatus], ...],
+) -> tuple[float, MotionStatus] | None:
     """Returns the first state that names a cause, with its time.
 
     Args:
-        standings: Changes of the state with their times [s].
+        motion_history: Changes of the state with their times [s].
     """
-    named = ((t, s) for t, s in standings if s.cause)
+    named = ((t, s) for t, s in motion_history if s.cause)
     return next(named, None)
 
 
@@ -71,7 +71,7 @@ def drive(
     *,
     press_at: float = np.inf,
     release_at: float = np.inf,
-    until: Callable[[float, tuple[tuple[float, Standing], ...]], bool],
+    until: Callable[[float, tuple[tuple[float, MotionStatus], ...]], bool],
 ) -> Drive:
     """Simulates a run.
 
@@ -106,12 +106,12 @@ def drive(
             int(time >= press_at), int(time >= release_at)
         )
         requests.GetMutableData().set_value(counts)
-        if until(time, monitor.standings):
+        if until(time, monitor.motion_history):
             break
     targets, recorder = application.targets, application.recorder
     progress = targets.progress(targets.GetMyContextFromRoot(root))
     return Drive(
-        monitor.standings,
+        monitor.motion_history,
         latched_at,
         recorder.trajectory(recorder.GetMyContextFromRoot(root)),
         progress.finished,
@@ -123,7 +123,7 @@ def held_since(
     X_WEs: np.ndarray,
     p_WT: np.ndarray,
     time: float,
-    standing: Standing,
+    status: MotionStatus,
 ) -> float:
     """Returns the earliest time at which a cause could be stated [s].
 
@@ -137,18 +137,18 @@ def held_since(
         X_WEs: Pose of the hand at each tick, shape (n, 4, 4).
         p_WT: Position of the target, shape (3,) [m].
         time: Time at which the cause was stated [s].
-        standing: The state that names it.
+        status: The state that names it.
     """
-    if standing.kind in (stands.STOPPING, stands.STOPPED):
+    if status.kind in (states.STOPPING, states.STOPPED):
         return drive.latched_at - _STEP
-    if standing.kind == stands.MOVING:
+    if status.kind == states.MOVING:
         return 0.0
     times = drive.trajectory.time[: len(X_WEs)]
     p_WE = X_WEs[:, :3, 3]
     at = int(np.searchsorted(times, time)) - 1
     errors = [pose_error(X_WE, X_WEs[at]) for X_WE in X_WEs[: at + 1]]
     moved = np.array([e.distance + ARM * e.angle > SLOW for e in errors])
-    if standing.cause == MOVER:
+    if status.cause == MOVER:
         left = np.linalg.norm(p_WE[: at + 1] - p_WT, axis=1)
         moved = left > left.min() + SLOW
         moved[int(left.argmin()) :] = False

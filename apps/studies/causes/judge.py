@@ -17,12 +17,12 @@ from remosplat_drake.app.stages.movers import tracks_of
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.moving.track import movers_at
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.binding import JOINT_LIMIT, MOVER, SELF_COLLISION
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.near_movers import NearMovers
-from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 SLACK = 0.01
@@ -41,7 +41,10 @@ _MOVERS_REACH = 0.5
 
 
 def is_true(
-    standing: Standing, situation: Situation, time: float, q: np.ndarray
+    status: MotionStatus,
+    situation: Situation,
+    time: float,
+    q: np.ndarray,
 ) -> bool:
     """Returns whether the stated cause truly keeps the robot from its target.
 
@@ -49,38 +52,38 @@ def is_true(
     distance.
 
     Args:
-        standing: The state.
+        status: The state.
         situation: The run.
         time: Time of the state [s].
         q: Configuration at that time, shape (n_q,) [m, rad].
     """
-    cause, world, law = standing.cause, situation.world, situation.law
+    cause, world, law = status.cause, situation.world, situation.law
     stopping = law.collision.stopping
-    if cause == stands.VERIFICATION and standing.thing == UNSEEN_SPACE.name:
+    if cause == states.VERIFICATION and status.thing == UNSEEN_SPACE.name:
         cause = things.UNSEEN
-    if cause in (things.SOLID, things.FLOOR, things.MAP, stands.VERIFICATION):
+    if cause in (things.SOLID, things.FLOOR, things.MAP, states.VERIFICATION):
         if world.truth is None:
             return False
         truth = SignedDistanceField(world.truth)
-        room = _BRAKING if cause == stands.VERIFICATION else SLACK
-        return _distance(world.robot, q, standing.link, truth) < stopping + room
+        room = _BRAKING if cause == states.VERIFICATION else SLACK
+        return _distance(world.robot, q, status.link, truth) < stopping + room
     if cause == things.UNSEEN:
         if world.seen is None:
             return False
-        gap = _distance(world.robot, q, standing.link, world.seen.field)
+        gap = _distance(world.robot, q, status.link, world.seen.field)
         return gap < stopping + SLACK
     if cause == SELF_COLLISION:
         own = law.self_clearance
         return own is not None and (
-            _own_distance(own, q, standing.link) < own.stopping + SLACK
+            _own_distance(own, q, status.link) < own.stopping + SLACK
         )
     if cause == JOINT_LIMIT:
-        return is_at_limit(situation, q, standing.link)
+        return is_at_limit(situation, q, status.link)
     if cause == MOVER:
-        return _is_near(situation, time, q, standing.thing)
-    if cause == stands.NO_CONFIGURATION:
+        return _is_near(situation, time, q, status.thing)
+    if cause == states.NO_CONFIGURATION:
         return not is_reachable(situation, situation.X_WT)
-    if cause == stands.NO_PATH:
+    if cause == states.NO_PATH:
         return situation.kind == NO_PATH
     return _is_of_the_run(cause, situation, time)
 
@@ -89,9 +92,9 @@ def _is_of_the_run(cause: str, situation: Situation, time: float) -> bool:
     """Whether a cause is the one with which the run was drawn."""
     begin, kind = situation.fault_at, situation.kind
     is_on = begin <= time < begin + LASTS + 2.0
-    if cause == stands.BASE:
+    if cause == states.BASE:
         return kind == BASE and (is_on or not situation.drives)
-    of_kinds = {stands.SUPERVISOR: STOP, stands.LOCALIZATION: LOST}
+    of_kinds = {states.SUPERVISOR: STOP, states.LOCALIZATION: LOST}
     return is_on and of_kinds.get(cause) == kind
 
 

@@ -22,7 +22,7 @@ from apps.studies.causes.situations import (
 from remosplat_drake.app.stages.teleoperation import wrist_camera_mount
 from remosplat_drake.cockpit.offers import Offer, OfferSearch, trouble_of
 from remosplat_drake.cockpit.reach import is_within_reach
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.target import Target
 
 RELEASE, WAIT = "release", "wait"
@@ -103,20 +103,20 @@ def run_trial(trial: Trial) -> Outcome:
         told = run.first
         if told is None:
             return Outcome(trial.key, trial.kind, is_free=bool(run.reached))
-        time, standing = told
+        time, status = told
         robot, ticks = situation.world.robot, run.trajectory
         at = min(int(np.searchsorted(ticks.time, time)), len(ticks.q) - 1)
         q = ticks.q[at]
         X_WEs = np.array([robot.end_effector_pose(each) for each in ticks.q])
-        actions, works = _helped(situation, run, q, standing)
-        since = held_since(run, X_WEs, situation.X_WT[:3, 3], time, standing)
+        actions, works = _helped(situation, run, q, status)
+        since = held_since(run, X_WEs, situation.X_WT[:3, 3], time, status)
         return Outcome(
             trial.key,
             trial.kind,
-            standing.cause,
-            standing.text,
+            status.cause,
+            status.text,
             float(time - since),
-            bool(is_true(standing, situation, time, q)),
+            bool(is_true(status, situation, time, q)),
             False,
             actions,
             bool(works),
@@ -127,8 +127,8 @@ def _drive(situation: Situation) -> Drive:
     """Runs until a cause was stated, or to the end for stops and waits."""
     goes_on = situation.kind == MOVER or np.isfinite(situation.fault_at)
 
-    def until(time: float, standings) -> bool:
-        told = first_cause(standings)
+    def until(time: float, motion_history) -> bool:
+        told = first_cause(motion_history)
         return not goes_on and told is not None and time - told[0] > _LONGER
 
     return drive(
@@ -141,7 +141,7 @@ def _drive(situation: Situation) -> Drive:
 
 
 def _helped(
-    situation: Situation, run: Drive, q: np.ndarray, standing: Standing
+    situation: Situation, run: Drive, q: np.ndarray, status: MotionStatus
 ) -> tuple[tuple[str, ...], bool]:
     """Returns the labels of offered actions, and whether the first works."""
     if situation.kind == MOVER:
@@ -150,7 +150,7 @@ def _helped(
         return (RELEASE,), run.reached
     if not situation.drives:
         return (), False
-    offers = find_offers(situation, q, standing)
+    offers = find_offers(situation, q, status)
     if not offers:
         return (), False
     works = try_offer(situation, q, offers[0])
@@ -158,14 +158,14 @@ def _helped(
 
 
 def find_offers(
-    situation: Situation, q: np.ndarray, standing: Standing
+    situation: Situation, q: np.ndarray, status: MotionStatus
 ) -> tuple[Offer, ...]:
     """Searches for reachable targets, like the cockpit.
 
     Args:
         situation: The run.
         q: Configuration in which the robot is held, shape (n_q,) [m, rad].
-        standing: The state.
+        status: The state.
     """
     world, scenario = situation.world, situation.scenario
     robot, planner = world.robot, situation.planner
@@ -174,7 +174,7 @@ def find_offers(
     if mount is not None:
         X_EC = np.linalg.inv(robot.end_effector_pose(q)) @ mount.pose(q)
     target = Target(situation.X_WT)
-    trouble = trouble_of(standing, target, robot, q, X_EC)
+    trouble = trouble_of(status, target, robot, q, X_EC)
     ticks = count()
     search = OfferSearch(lambda: float(next(ticks)))
     search.begin(trouble, world.field)

@@ -20,7 +20,7 @@ def what_happens(
     """
     ports = {
         "report": loop.report,
-        "standing": loop.standing.GetOutputPort("standing"),
+        "motion_status": loop.motion_status.GetOutputPort("motion_status"),
     }
     if loop.supervisor is not None:
         ports["supervision"] = loop.supervisor.GetOutputPort("supervision")

@@ -40,7 +40,7 @@ def AddPageOffers(
     for source, name in (
         (loop.configuration, "configuration"),
         (loop.report, "report"),
-        (loop.standing.GetOutputPort("standing"), "standing"),
+        (loop.motion_status.GetOutputPort("motion_status"), "motion_status"),
         (loop.oracle.GetOutputPort("distance_field"), "distance_field"),
     ):
         builder.Connect(source, offers.GetInputPort(name))

@@ -8,16 +8,18 @@ from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.motion_status.motion_status_system import (
+    MotionStatusSystem,
+)
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
-from remosplat_drake.standing.standing_system import StandingSystem
 from remosplat_drake.task.targets import Targets
 
 
-def AddStanding(
+def AddMotionStatus(
     builder: DiagramBuilder,
     scenario: Scenario,
     world: World,
@@ -28,7 +30,7 @@ def AddStanding(
     selector: GuidanceSelector | None,
     supervisor: SafetySupervisor | None,
     movers: OutputPort | None,
-) -> StandingSystem:
+) -> MotionStatusSystem:
     """Adds the system that describes the robot's state in one sentence.
 
     Args:
@@ -58,7 +60,7 @@ def AddStanding(
     if movers is not None:
         inputs["movers"] = movers
     truth = world.truth
-    return StandingSystem.AddToBuilder(
+    return MotionStatusSystem.AddToBuilder(
         builder,
         inputs=inputs,
         robot=world.robot,

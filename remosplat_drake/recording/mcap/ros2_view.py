@@ -99,7 +99,7 @@ class Ros2View:
         above = p_WSs.max(axis=0)
         text = standing or record.status
         shapes.append(
-            self._marker(record, "standing", 0, above, 0.08, _WHITE, text)
+            self._marker(record, "motion_status", 0, above, 0.08, _WHITE, text)
         )
         return shapes
 

@@ -1,4 +1,4 @@
-"""`Standing`: a robot's state and its cause, as a sentence and as data."""
+"""`MotionStatus`: a robot's state and its cause, as a sentence and as data."""
 
 import dataclasses as dc
 
@@ -70,7 +70,7 @@ constraints, and others."""
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Standing:
+class MotionStatus:
     """The robot's state and its cause; copying returns the object itself.
 
     Attributes:
@@ -101,7 +101,7 @@ class Standing:
     clearance: float | None = None
     way: str = ""
 
-    def __deepcopy__(self, memo) -> "Standing":
+    def __deepcopy__(self, memo) -> "MotionStatus":
         return self
 
     @property
@@ -109,7 +109,7 @@ class Standing:
         """Whether something holds or stops the robot, or did at the end."""
         return self.kind in (HELD, STOPPING, STOPPED, ENDED)
 
-    def is_news_after(self, before: "Standing") -> bool:
+    def is_news_after(self, before: "MotionStatus") -> bool:
         """Returns whether an earlier state differs in more than numbers.
 
         Args:
@@ -127,5 +127,5 @@ class Standing:
         return fields
 
 
-NOT_STARTED = Standing(WAITING, "waiting for the first control tick")
+NOT_STARTED = MotionStatus(WAITING, "waiting for the first control tick")
 """The state before the first tick."""

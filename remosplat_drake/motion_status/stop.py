@@ -1,7 +1,13 @@
 """`find_stop`: finds the link or the point that a stop concerns."""
 
+from remosplat_drake.motion_status.hold import (
+    Hold,
+    Naming,
+    moved_by,
+    nearest_hold,
+)
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.standing import BASE, LOCALIZATION, SUPERVISOR
+from remosplat_drake.signals.motion_status import BASE, LOCALIZATION, SUPERVISOR
 from remosplat_drake.signals.supervisor_state import (
     ARM_MODE,
     ARM_RATE,
@@ -12,12 +18,6 @@ from remosplat_drake.signals.supervisor_state import (
     SupervisorState,
 )
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import (
-    Hold,
-    Naming,
-    moved_by,
-    nearest_hold,
-)
 
 _CAUSES = {SCANNER: BASE, LOST: LOCALIZATION}
 """Causes of stops, by the supervisor's symptom; for all other symptoms, the

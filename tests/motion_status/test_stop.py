@@ -8,9 +8,11 @@ import pytest
 from held_robot import SHELF, drive
 from pydrake.math import RigidTransform
 
+from remosplat_drake.motion_status.hold import Hold, beside_mover
+from remosplat_drake.motion_status.stop import find_stop
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.mover import Mover, Movers
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import supervisor_state as stops
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import MOVER
@@ -18,8 +20,6 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.thing import SOLID, Thing
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import Hold, beside_mover
-from remosplat_drake.standing.stop import find_stop
 
 P_WC = np.array([1.0, 2.0, 3.0])
 CAN = Thing(SOLID, "the can")
@@ -47,16 +47,16 @@ def stop_of(robot, symptom: str, axis: int | None = None) -> Hold:
 @pytest.mark.parametrize(
     "symptom, axis, cause, link",
     [
-        (stops.SCANNER, None, stands.BASE, BASE),
-        (stops.LOST, None, stands.LOCALIZATION, BASE),
-        (stops.ARM_MODE, None, stands.SUPERVISOR, ARM),
-        (stops.ARM_RATE, None, stands.SUPERVISOR, ARM),
-        ("follow", 0, stands.SUPERVISOR, BASE),
-        ("follow", 1, stands.SUPERVISOR, BASE),
-        ("tracking", 2, stands.SUPERVISOR, "panda_link1"),
-        ("bounds", 8, stands.SUPERVISOR, "panda_link7"),
-        (stops.ASKED, None, stands.SUPERVISOR, ""),
-        ("clock", None, stands.SUPERVISOR, ""),
+        (stops.SCANNER, None, states.BASE, BASE),
+        (stops.LOST, None, states.LOCALIZATION, BASE),
+        (stops.ARM_MODE, None, states.SUPERVISOR, ARM),
+        (stops.ARM_RATE, None, states.SUPERVISOR, ARM),
+        ("follow", 0, states.SUPERVISOR, BASE),
+        ("follow", 1, states.SUPERVISOR, BASE),
+        ("tracking", 2, states.SUPERVISOR, "panda_link1"),
+        ("bounds", 8, states.SUPERVISOR, "panda_link7"),
+        (stops.ASKED, None, states.SUPERVISOR, ""),
+        ("clock", None, states.SUPERVISOR, ""),
     ],
 )
 def test_the_part_that_a_stop_concerns(frankie, symptom, axis, cause, link):
@@ -66,7 +66,7 @@ def test_the_part_that_a_stop_concerns(frankie, symptom, axis, cause, link):
 
 def test_what_is_too_near_is_the_place_of_a_stop(frankie):
     stop = stop_of(frankie, stops.CLEARANCE)
-    assert (stop.cause, stop.thing) == (stands.SUPERVISOR, "the can")
+    assert (stop.cause, stop.thing) == (states.SUPERVISOR, "the can")
     assert (stop.link, stop.clearance) == (HAND, 0.009)
     np.testing.assert_array_equal(stop.p_W, P_WC)
 
@@ -104,5 +104,5 @@ def test_the_place_of_a_mover_is_on_it_before_the_link(frankie):
 
 def test_a_run_that_stops_shows_the_arm(tmp_path):
     text = "{supervisor: {robot_modes: [guiding]}}"
-    standing = drive(tmp_path, [0.45, 0.1, 0.4], SHELF, text=text).standing
-    assert (standing.kind, standing.link) == (stands.STOPPED, ARM)
+    status = drive(tmp_path, [0.45, 0.1, 0.4], SHELF, text=text).motion_status
+    assert (status.kind, status.link) == (states.STOPPED, ARM)

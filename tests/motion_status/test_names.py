@@ -5,6 +5,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.motion_status.names import name_thing
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -18,7 +19,6 @@ from remosplat_drake.signals.thing import (
     UNSEEN_SPACE,
     Thing,
 )
-from remosplat_drake.standing.names import name_thing
 
 FLOOR_HEIGHT = 0.03
 TABLE = Box(RigidTransform([0, 0, 0.5]), np.array([0.4, 0.4, 0.02]), "table")

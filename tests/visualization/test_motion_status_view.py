@@ -7,44 +7,44 @@ import pytest
 from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     ENDED,
     HELD,
     MOVING,
     REACHED,
     STOPPED,
     STOPPING,
-    Standing,
+    MotionStatus,
 )
-from remosplat_drake.visualization.page_state import unsupervised
-from remosplat_drake.visualization.standing_view import (
+from remosplat_drake.visualization.motion_status_view import (
     LINKS,
     PLACE,
-    StandingView,
+    MotionStatusView,
     draw_end,
 )
+from remosplat_drake.visualization.page_state import unsupervised
 
 GLOW = f"{LINKS}/panda_hand"
 P_W = np.array([0.9, 0.1, 0.3])
-HELD_HAND = Standing(HELD, "hand held", 0.5, link="panda_hand", p_W=P_W)
+HELD_HAND = MotionStatus(HELD, "hand held", 0.5, link="panda_hand", p_W=P_W)
 
 
 @pytest.fixture
 def show(page, frankie):
     """A function that shows how things stand."""
-    dut = StandingView(page=page, robot=frankie)
+    dut = MotionStatusView(page=page, robot=frankie)
 
-    def show(standing: Standing):
+    def show(status: MotionStatus):
         context = dut.CreateDefaultContext()
         dut.GetInputPort("configuration").FixValue(context, frankie.q_home)
-        dut.GetInputPort("standing").FixValue(context, Value(standing))
+        dut.GetInputPort("motion_status").FixValue(context, Value(status))
         dut.ForcedPublish(context)
 
     return show
 
 
 def test_a_robot_that_moves_has_no_lights(show, page):
-    show(Standing(MOVING, "on its way", 0.5))
+    show(MotionStatus(MOVING, "on its way", 0.5))
     assert not page.meshcat.HasPath(LINKS)
     assert not page.meshcat.HasPath(PLACE)
 
@@ -65,35 +65,35 @@ def test_link_and_place_light_up(show, page, frankie, pose_of, is_visible):
 
 @pytest.mark.parametrize("kind", (STOPPING, STOPPED))
 def test_what_a_stop_is_about_lights_up(show, page, is_visible, kind):
-    show(Standing(kind, "protective stop of the base", link="base_link"))
+    show(MotionStatus(kind, "protective stop of the base", link="base_link"))
     assert is_visible(page.meshcat, f"{LINKS}/base_link")
     assert not page.meshcat.HasPath(PLACE)
-    show(Standing(kind, "too near", link="panda_hand", p_W=P_W))
+    show(MotionStatus(kind, "too near", link="panda_hand", p_W=P_W))
     assert not is_visible(page.meshcat, f"{LINKS}/base_link")
     assert is_visible(page.meshcat, GLOW) and is_visible(page.meshcat, PLACE)
 
 
 def test_at_the_end_what_holds_the_robot_stays_lit(page, frankie, is_visible):
     builder = DiagramBuilder()
-    view = StandingView.AddToBuilder(builder, page=page, robot=frankie)
-    for name in ("configuration", "standing"):
+    view = MotionStatusView.AddToBuilder(builder, page=page, robot=frankie)
+    for name in ("configuration", "motion_status"):
         builder.ExportInput(view.GetInputPort(name), name)
     diagram = builder.Build()
     ended = dc.replace(HELD_HAND, kind=ENDED, text="time limit: hand held")
     draw_end(diagram, ended, frankie.q_home, 1.0)
     assert is_visible(page.meshcat, GLOW) and is_visible(page.meshcat, PLACE)
-    draw_end(diagram, Standing(REACHED, "reached"), frankie.q_home, 1.0)
+    draw_end(diagram, MotionStatus(REACHED, "reached"), frankie.q_home, 1.0)
     assert not is_visible(page.meshcat, GLOW)
     assert not is_visible(page.meshcat, PLACE)
 
 
 def test_the_lights_go_out(show, page, is_visible):
     show(HELD_HAND)
-    show(Standing(HELD, "elbow held", 0.5, link="panda_link4"))
+    show(MotionStatus(HELD, "elbow held", 0.5, link="panda_link4"))
     assert is_visible(page.meshcat, f"{LINKS}/panda_link4")
     assert not is_visible(page.meshcat, GLOW)
     assert not is_visible(page.meshcat, PLACE)
-    show(Standing(MOVING, "on its way", 0.5))
+    show(MotionStatus(MOVING, "on its way", 0.5))
     assert not is_visible(page.meshcat, f"{LINKS}/panda_link4")
 
 

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.motion_status.hold import Hold, present_hold
+from remosplat_drake.motion_status.stillness import (
+    STILL,
+    Rest,
+    Stillness,
+    observe,
+)
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import MOVER
-from remosplat_drake.signals.standing import NOTHING
+from remosplat_drake.signals.motion_status import NOTHING
 from remosplat_drake.signals.thing import SOLID
-from remosplat_drake.standing.hold import Hold, present_hold
-from remosplat_drake.standing.stillness import STILL, Rest, Stillness, observe
 
 HERE = np.eye(4)
 

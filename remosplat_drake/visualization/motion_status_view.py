@@ -1,4 +1,4 @@
-"""`StandingView`: highlights the link and the point that hold the robot."""
+"""`MotionStatusView`: highlights the link and the point that hold the robot."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -12,7 +12,7 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.standing import NOT_STARTED, Standing
+from remosplat_drake.signals.motion_status import NOT_STARTED, MotionStatus
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import unsupervised
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
@@ -22,25 +22,25 @@ from remosplat_drake.visualization.shapes import shine_through, tube_mesh
 LINKS = f"{ROOT}/held/links"
 PLACE = f"{ROOT}/held/place"
 
-_NAME = "standing_view"
+_NAME = "motion_status_view"
 _GLOW = Rgba(1.0, 0.55, 0.05, 0.55)
 _AMBER = Rgba(1.0, 0.55, 0.05)
 _SWELL = 0.004  # The glow lies around the link's own spheres [m].
 _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
-class StandingView(LeafSystem):
+class MotionStatusView(LeafSystem):
     """Highlights the link and the point that hold or stop the robot.
 
     .. pydrake_system::
 
-        name: StandingView
+        name: MotionStatusView
         input_ports:
         - configuration
-        - standing
+        - motion_status
 
-    `configuration` takes the measured q, `standing` the `Standing`. If an
-    obstacle or a limit holds the robot before its target, or the supervisor
+    `configuration` takes the measured q, `motion_status` the `MotionStatus`. If
+    an obstacle or a limit holds the robot before its target, or the supervisor
     stops it, the affected link glows, and a ring marks the point of the scene,
     the mover or the joint that is the cause, if there is one. A replay shows
     both, too. In a run without a supervisor, this view also shows the sentence
@@ -63,8 +63,8 @@ class StandingView(LeafSystem):
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
-        self._standing_input = self.DeclareAbstractInputPort(
-            "standing", Value(NOT_STARTED)
+        self._motion_status_input = self.DeclareAbstractInputPort(
+            "motion_status", Value(NOT_STARTED)
         )
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
@@ -72,30 +72,30 @@ class StandingView(LeafSystem):
     @staticmethod
     def AddToBuilder(
         builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
-    ) -> "StandingView":
+    ) -> "MotionStatusView":
         """Adds a view to a diagram; the caller connects its two ports."""
-        return builder.AddSystem(StandingView(page=page, robot=robot))
+        return builder.AddSystem(MotionStatusView(page=page, robot=robot))
 
     def _publish(self, context: Context):
-        standing = self._standing_input.Eval(context)
-        if standing is self._shown:
+        status = self._motion_status_input.Eval(context)
+        if status is self._shown:
             return
-        self._shown = standing
+        self._shown = status
         q = self._configuration_input.Eval(context)
-        self.light_up(standing, q, context.get_time())
+        self.light_up(status, q, context.get_time())
         state = self._page.state
         if state is not None and not (state.buttons or state.is_over):
-            self._page.show(unsupervised(standing))
+            self._page.show(unsupervised(status))
 
-    def light_up(self, standing: Standing, q: np.ndarray, time: float):
+    def light_up(self, status: MotionStatus, q: np.ndarray, time: float):
         """Highlights what holds or stops the robot, and nothing else.
 
         Args:
-            standing: The robot's state.
+            status: The robot's state.
             q: Its configuration, shape (n_q,) [m, rad].
             time: Time in a recording [s].
         """
-        link = standing.link if standing.is_obstructed else ""
+        link = status.link if status.is_obstructed else ""
         # A carried object may be held, too, but is not a drawn link.
         link = link if link in self._robot.tree.names else ""
         if link and link not in self._links:
@@ -108,7 +108,7 @@ class StandingView(LeafSystem):
             if was_lit != (name == link):
                 self._links[name] = name == link
                 self._page.scene.show(f"{LINKS}/{name}", name == link, time)
-        p_W = standing.p_W if standing.is_obstructed else None
+        p_W = status.p_W if status.is_obstructed else None
         if p_W is not None:
             if not self._has_place:
                 self._has_place = True
@@ -144,17 +144,17 @@ class StandingView(LeafSystem):
 
 
 def draw_end(
-    diagram: Diagram, standing: Standing, q: np.ndarray, time: float
+    diagram: Diagram, status: MotionStatus, q: np.ndarray, time: float
 ) -> None:
     """Highlights what holds the robot at the end of a run, if anything does.
 
     Args:
-        diagram: A diagram with a `StandingView`.
-        standing: The robot's state at the end.
+        diagram: A diagram with a `MotionStatusView`.
+        status: The robot's state at the end.
         q: Its configuration, shape (n_q,) [m, rad].
         time: Time of the end [s].
     """
-    diagram.GetSubsystemByName(_NAME).light_up(standing, q, time)
+    diagram.GetSubsystemByName(_NAME).light_up(status, q, time)
 
 
 def _draw_ring(meshcat: Meshcat):

@@ -11,16 +11,17 @@ from remosplat_drake.controller.planning.plan import (
     CUT_OFF,
     UNREACHED,
 )
+from remosplat_drake.motion_status.hold import Hold
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_description import RobotDescription
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import thing as things
 from remosplat_drake.signals.binding import (
     JOINT_LIMIT,
     MOVER,
     SELF_COLLISION,
 )
-from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.supervisor_state import (
     STARTING,
     STOPPING,
@@ -28,7 +29,6 @@ from remosplat_drake.signals.supervisor_state import (
     SupervisorState,
 )
 from remosplat_drake.signals.target import Target
-from remosplat_drake.standing.hold import Hold
 from remosplat_drake.task.target_sequence import TargetProgress
 
 CIRCLING = 10.0
@@ -42,22 +42,22 @@ _ADVICE = {
     JOINT_LIMIT: "turn the target",
     SELF_COLLISION: "turn the target",
     MOVER: "it continues when that has passed",
-    stands.VERIFICATION: "there would be no way to stop in time",
-    stands.NOT_OBEYED: "see whether the robot is enabled",
-    stands.BASE: "the base is not allowed to drive: move it nearer",
-    stands.NOTHING: "nothing is in the way, it may be out of reach",
+    states.VERIFICATION: "there would be no way to stop in time",
+    states.NOT_OBEYED: "see whether the robot is enabled",
+    states.BASE: "the base is not allowed to drive: move it nearer",
+    states.NOTHING: "nothing is in the way, it may be out of reach",
 }
 """For each cause, advice for a person, or an explanation."""
 
-_LACKS = {
-    UNREACHED: stands.NO_CONFIGURATION,
-    CRAMPED: stands.NO_CONFIGURATION,
-    CUT_OFF: stands.NO_PATH,
+_CAUSES_WITHOUT_PATH = {
+    UNREACHED: states.NO_CONFIGURATION,
+    CRAMPED: states.NO_CONFIGURATION,
+    CUT_OFF: states.NO_PATH,
 }
 """For a robot at rest without an active constraint: the cause, by the reason
 why there is no path."""
 
-_OF_THE_TARGET = (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
+_OF_THE_TARGET = (states.BASE, states.NO_CONFIGURATION, states.NO_PATH)
 """Causes that are displayed at the target."""
 
 _NEAR = 0.1
@@ -110,7 +110,7 @@ class Situation:
     selection: Selection | None = None
 
 
-def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
+def describe_motion(now: Situation, robot: RobotDescription) -> MotionStatus:
     """Describes the robot's state in one sentence.
 
     Args:
@@ -123,18 +123,18 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         return _stopped(supervision, now)
     if progress is not None and progress.failed:
         text = f"gave up: {progress.failed}"
-        return Standing(stands.ENDED, text, distance)
+        return MotionStatus(states.ENDED, text, distance)
     if now.progress is not None and now.progress.finished:
-        return Standing(stands.REACHED, _reached(now.progress), distance)
+        return MotionStatus(states.REACHED, _reached(now.progress), distance)
     waits_for = _waits_for(supervision)
     if waits_for:
-        return Standing(stands.WAITING, waits_for, distance)
+        return MotionStatus(states.WAITING, waits_for, distance)
     if not math.isfinite(distance):
-        return stands.NOT_STARTED
+        return states.NOT_STARTED
     if now.is_there and progress is not None and progress.doing:
-        return Standing(stands.MOVING, _doing(progress), distance)
+        return MotionStatus(states.MOVING, _doing(progress), distance)
     if now.is_there:
-        return Standing(stands.REACHED, f"at {_target(now)}", distance)
+        return MotionStatus(states.REACHED, f"at {_target(now)}", distance)
     if now.inside is not None:
         return _inside(now, now.inside, robot)
     if now.hold is None:
@@ -146,27 +146,27 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
             cause = _beyond_cause(now)
         elif now.no_nearer_for >= CIRCLING:
             text += f", no nearer for {now.no_nearer_for:.0f} s"
-        return Standing(
-            stands.MOVING, text, distance, cause, p_W=_p_WT(now, cause)
+        return MotionStatus(
+            states.MOVING, text, distance, cause, p_W=_p_WT(now, cause)
         )
     return _held(now, now.hold, robot)
 
 
-def at_end(standing: Standing, why: str) -> Standing:
+def at_end(status: MotionStatus, why: str) -> MotionStatus:
     """Describes the robot's state at the end of a run.
 
     Args:
-        standing: The last state.
+        status: The last state.
         why: Why the run ended: "reached", "time limit", "interrupted".
     """
-    if why == stands.REACHED:
+    if why == states.REACHED:
         # Other packages' targets may end a run for other reasons.
-        text = standing.text if standing.kind == why else stands.REACHED
-        return dc.replace(standing, kind=stands.REACHED, text=text)
-    if standing.kind not in (stands.MOVING, stands.HELD):
-        return standing
-    text = f"{why}: {standing.text}"
-    return dc.replace(standing, kind=stands.ENDED, text=text)
+        text = status.text if status.kind == why else states.REACHED
+        return dc.replace(status, kind=states.REACHED, text=text)
+    if status.kind not in (states.MOVING, states.HELD):
+        return status
+    text = f"{why}: {status.text}"
+    return dc.replace(status, kind=states.ENDED, text=text)
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
@@ -176,19 +176,19 @@ def _waits_for(supervision: SupervisorState | None) -> str:
     return supervision.reason
 
 
-def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
+def _stopped(supervision: SupervisorState, now: Situation) -> MotionStatus:
     reason, distance = supervision.reason, now.error.distance
-    stop = now.stop or Hold(stands.SUPERVISOR)
-    kind, text = stands.STOPPING, f"stopping: {reason}"
+    stop = now.stop or Hold(states.SUPERVISOR)
+    kind, text = states.STOPPING, f"stopping: {reason}"
     if supervision.mode != STOPPING:
         if reason == UNARMED:
-            return Standing(stands.WAITING, reason, distance)
-        kind = stands.STOPPED
+            return MotionStatus(states.WAITING, reason, distance)
+        kind = states.STOPPED
         text = f"stopped: {reason}; waiting for an operator"
         if math.isfinite(distance):
             text += f", {_away(now)} from {_target(now)}"
         text += supervision.refusal and f"; {supervision.refusal}"
-    return Standing(
+    return MotionStatus(
         kind,
         text,
         distance,
@@ -200,7 +200,9 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
     )
 
 
-def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
+def _inside(
+    now: Situation, inside: Hold, robot: RobotDescription
+) -> MotionStatus:
     """Formats the state of a robot that violates a stopping distance."""
     moves, part = now.hold is None, robot.called(inside.link)
     if inside.clearance is None:
@@ -208,8 +210,8 @@ def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
     else:
         where = f"{part} {_gap(inside.clearance)} {inside.thing}"
     text = "moving out" if moves else "no motion away from it found"
-    return Standing(
-        stands.MOVING if moves else stands.HELD,
+    return MotionStatus(
+        states.MOVING if moves else states.HELD,
         f"{text}: {where}, {_away(now)} from {_target(now)}",
         now.error.distance,
         cause=inside.cause,
@@ -220,7 +222,7 @@ def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
     )
 
 
-def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
+def _held(now: Situation, hold: Hold, robot: RobotDescription) -> MotionStatus:
     way = _way(now.selection)
     part = robot.called(hold.link) if hold.link else "robot"
     text = f"{_what_holds(hold, part)}, {_away(now)} from {_target(now)}"
@@ -231,8 +233,8 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
     text += advice and f": {advice}"
     more = way.removesuffix(f"; {advice}")  # An action is named once.
     text += more and f"; {more}"
-    return Standing(
-        stands.HELD,
+    return MotionStatus(
+        states.HELD,
         text,
         now.error.distance,
         cause=cause,
@@ -248,17 +250,17 @@ def _cause(now: Situation, hold: Hold) -> str:
     """Returns the cause of a hold; causes for an unreachable target first."""
     if now.beyond:
         return _beyond_cause(now)
-    if hold.cause != stands.NOTHING:
+    if hold.cause != states.NOTHING:
         return hold.cause
     if now.parked:
-        return stands.BASE
+        return states.BASE
     if now.selection is None:
         return hold.cause
-    return _LACKS.get(now.selection.lack, hold.cause)
+    return _CAUSES_WITHOUT_PATH.get(now.selection.lack, hold.cause)
 
 
 def _beyond_cause(now: Situation) -> str:
-    return stands.BASE if now.parked else stands.NO_CONFIGURATION
+    return states.BASE if now.parked else states.NO_CONFIGURATION
 
 
 def _p_WT(now: Situation, cause: str) -> np.ndarray | None:
@@ -270,22 +272,22 @@ def _p_WT(now: Situation, cause: str) -> np.ndarray | None:
 
 def _out_of_reach(now: Situation) -> str:
     if now.parked:
-        return f"it is {now.beyond:.2f} m out of reach, {_ADVICE[stands.BASE]}"
+        return f"it is {now.beyond:.2f} m out of reach, {_ADVICE[states.BASE]}"
     return f"it is {now.beyond:.2f} m out of reach, move it nearer"
 
 
 def _what_holds(hold: Hold, part: str) -> str:
-    if hold.cause == stands.NO_COMMAND:
+    if hold.cause == states.NO_COMMAND:
         return f"braking: {hold.thing}"
-    if hold.cause == stands.NOT_OBEYED:
+    if hold.cause == states.NOT_OBEYED:
         return "robot is commanded to move and stands still"
-    if hold.cause == stands.NOTHING:
+    if hold.cause == states.NOTHING:
         return "robot stands still"
-    if hold.cause == stands.MOVER:
+    if hold.cause == states.MOVER:
         return f"{part} waits for {hold.thing}"
     if hold.clearance is not None:
         return f"{part} held {_gap(hold.clearance)} {hold.thing}"
-    if hold.cause == stands.JOINT_LIMIT:
+    if hold.cause == states.JOINT_LIMIT:
         return f"{part} held at {hold.thing}"
     return f"{part} held by {hold.thing}"
 

@@ -1,6 +1,6 @@
 """Each cause of standing still, in a closed loop in which it holds the robot.
 
-Solids, joint limits and others' constraints are in `test_standing_system`.
+Solids, joint limits and others' constraints are in `test_motion_status_system`.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals import thing as things
 
 BELOW = [0.5, 0.0, 0.05]
@@ -44,33 +44,36 @@ def unseen_below(height: float) -> UnknownSpaceField:
 
 
 def test_the_surface_of_a_map(tmp_path):
-    standing = drive(
+    status = drive(
         tmp_path, BELOW, text=BRIEFLY, field=splat_of_the_shelf()
-    ).standing
-    assert standing.cause == things.MAP, standing.text
-    assert standing.thing == things.THE_MAP.name
-    assert standing.link in FINGERS
-    assert standing.p_W is not None
-    assert standing.p_W[2] == pytest.approx(TOP, abs=0.01)
+    ).motion_status
+    assert status.cause == things.MAP, status.text
+    assert status.thing == things.THE_MAP.name
+    assert status.link in FINGERS
+    assert status.p_W is not None
+    assert status.p_W[2] == pytest.approx(TOP, abs=0.01)
 
 
 def test_a_map_s_surface_has_the_name_of_what_is_there(tmp_path):
     """Where the truth is known, the same splat is called by it."""
-    standing = drive(
+    status = drive(
         tmp_path, BELOW, SHELF, text=BRIEFLY, field=splat_of_the_shelf()
-    ).standing
-    assert (standing.cause, standing.thing) == (things.MAP, "the shelf")
+    ).motion_status
+    assert (status.cause, status.thing) == (
+        things.MAP,
+        "the shelf",
+    )
 
 
 def test_unseen_space(tmp_path):
-    standing = drive(
+    status = drive(
         tmp_path, BELOW, text=BRIEFLY, field=unseen_below(0.25)
-    ).standing
-    assert standing.cause == things.UNSEEN, standing.text
-    assert standing.link in FINGERS
-    assert standing.p_W is not None
-    assert standing.p_W[2] == pytest.approx(0.25)
-    assert standing.text.endswith(": add a frame that sees it")
+    ).motion_status
+    assert status.cause == things.UNSEEN, status.text
+    assert status.link in FINGERS
+    assert status.p_W is not None
+    assert status.p_W[2] == pytest.approx(0.25)
+    assert status.text.endswith(": add a frame that sees it")
 
 
 @pytest.mark.parametrize(
@@ -78,8 +81,8 @@ def test_unseen_space(tmp_path):
 )
 def test_of_a_map_and_the_unseen_the_upper_one_holds(tmp_path, height, cause):
     field = CompositeDistanceField([splat_of_the_shelf(), unseen_below(height)])
-    standing = drive(tmp_path, BELOW, text=BRIEFLY, field=field).standing
-    assert standing.cause == cause, standing.text
+    status = drive(tmp_path, BELOW, text=BRIEFLY, field=field).motion_status
+    assert status.cause == cause, status.text
 
 
 def test_the_floor(tmp_path):
@@ -87,22 +90,25 @@ def test_the_floor(tmp_path):
         RigidTransform([0.55, 0, -0.02]), np.array([0.3, 0.6, 0.02]), "floor"
     )
     result = drive(tmp_path, [0.5, 0.0, -0.3], floor, text=BRIEFLY)
-    standing = result.standing
+    status = result.motion_status
     # The elbow creeps on, by a few milliradians a second.
-    told = [s.kind for _, s in result.standings]
-    assert told == [stands.MOVING, stands.HELD]
-    assert (standing.cause, standing.thing) == (things.FLOOR, "the floor")
-    assert standing.link in FINGERS
+    told = [s.kind for _, s in result.motion_history]
+    assert told == [states.MOVING, states.HELD]
+    assert (status.cause, status.thing) == (
+        things.FLOOR,
+        "the floor",
+    )
+    assert status.link in FINGERS
 
 
 def test_the_robot_itself(tmp_path):
     """A hand that is sent into its own base, which must not drive away."""
-    standing = drive(
+    status = drive(
         tmp_path,
         [0.0, 0.0, 0.2],
         text="{time_limit: 14, robot: {model: frankie}, controller:"
         " {velocity_limits:"
         " {max_forward: 0, max_reverse: 0, max_yaw_rate: 0}}}",
-    ).standing
-    assert standing.cause == stands.SELF_COLLISION, standing.text
-    assert standing.thing == "the base"
+    ).motion_status
+    assert status.cause == states.SELF_COLLISION, status.text
+    assert status.thing == "the base"

@@ -15,11 +15,12 @@ from remosplat_drake.controller.program.kernels.tick_arrays import make_program
 from remosplat_drake.controller.program.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick.run_tick import named_binding
 from remosplat_drake.controller.tick.tick_program import RowNames
+from remosplat_drake.motion_status.hold import find_hold, find_inside, pressures
 from remosplat_drake.robot.self_collision.hull_distance_reference import (
     signed_distance,
 )
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
-from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals import motion_status as states
 from remosplat_drake.signals.binding import (
     BOUND,
     COLLISION,
@@ -35,7 +36,6 @@ from remosplat_drake.signals.tick_report import (
     OPTIMAL,
     TickReport,
 )
-from remosplat_drake.standing.hold import find_hold, find_inside, pressures
 
 CAN = Thing(SOLID, "the can")
 
@@ -156,7 +156,7 @@ def test_a_joint_at_its_limit(frankie):
     row = BoundRow(JOINT_LIMIT, 0, ("panda_joint4",))
     report = dc.replace(report_of(frankie, [row], [1.0]), q=q)
     hold = find_hold(report, frankie, name)
-    assert hold.cause == stands.JOINT_LIMIT
+    assert hold.cause == states.JOINT_LIMIT
     assert hold.thing == "the lower limit of joint 4"
     assert hold.link == "panda_link4"
     X_WL = frankie.body_poses(q)[frankie.tree.index("panda_link4")]
@@ -168,7 +168,7 @@ def test_the_robot_before_itself(frankie, order):
     links = ("base_link", "panda_hand")[::order]
     row = BoundRow(SELF_COLLISION, 0, links)
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
-    assert (hold.cause, hold.link) == (stands.SELF_COLLISION, "panda_hand")
+    assert (hold.cause, hold.link) == (states.SELF_COLLISION, "panda_hand")
     assert hold.thing == "the base"
     shapes = self_collision_pairs(frankie, 0.0).shapes
     X_WL = frankie.body_poses(frankie.q_home)
@@ -192,7 +192,7 @@ def test_the_robot_before_itself(frankie, order):
 def test_a_constraint_of_another_package(frankie):
     row = BoundRow("leash", 0, ("dog",))
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
-    assert (hold.cause, hold.thing) == (stands.CONSTRAINT, "leash (dog)")
+    assert (hold.cause, hold.thing) == (states.CONSTRAINT, "leash (dog)")
 
 
 def test_nothing_holds_who_wants_nothing(frankie):
@@ -201,21 +201,21 @@ def test_nothing_holds_who_wants_nothing(frankie):
         report_of(frankie, [HAND], [1e-6]),
         report_of(frankie, [BoundRow(BOUND, 0, ())], [5.0]),
     ):
-        assert find_hold(report, frankie, name).cause == stands.NOTHING
+        assert find_hold(report, frankie, name).cause == states.NOTHING
 
 
 def test_a_robot_that_stands_although_it_is_told_to_move(frankie):
     told = dc.replace(report_of(frankie), command=np.full(9, 0.1))
-    assert find_hold(told, frankie, name).cause == stands.NOT_OBEYED
+    assert find_hold(told, frankie, name).cause == states.NOT_OBEYED
 
 
 def test_verification_is_afraid_of_the_nearest(frankie):
     report = report_of(frankie, objection=COLLISION)
     hold = find_hold(dc.replace(report, scale=0.0), frankie, name)
-    assert (hold.cause, hold.thing) == (stands.VERIFICATION, "the can")
+    assert (hold.cause, hold.thing) == (states.VERIFICATION, "the can")
     assert (hold.link, hold.clearance) == ("panda_hand", 0.021)
     # A row that lets the robot go does not hold it.
-    assert find_hold(report, frankie, name).cause == stands.NOTHING
+    assert find_hold(report, frankie, name).cause == states.NOTHING
 
 
 @pytest.mark.parametrize(
@@ -225,7 +225,7 @@ def test_verification_is_afraid_of_the_nearest(frankie):
 def test_verification_is_afraid_of_the_robot(frankie, objection, thing):
     report = report_of(frankie, objection=objection)
     hold = find_hold(dc.replace(report, scale=0.0), frankie, name)
-    assert (hold.cause, hold.thing) == (stands.VERIFICATION, thing)
+    assert (hold.cause, hold.thing) == (states.VERIFICATION, thing)
 
 
 def test_there_is_no_command(frankie):
@@ -234,7 +234,7 @@ def test_there_is_no_command(frankie):
     )
     hold = find_hold(report, frankie, name)
     assert (hold.cause, hold.thing) == (
-        stands.NO_COMMAND,
+        states.NO_COMMAND,
         "target is not finite",
     )
 

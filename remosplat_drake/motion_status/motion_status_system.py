@@ -1,4 +1,4 @@
-"""`StandingSystem`: an output port with the robot's state in one sentence."""
+"""`MotionStatusSystem`: describes the robot's state in one sentence."""
 
 import dataclasses as dc
 from functools import partial
@@ -14,29 +14,29 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.reach import beyond_reach
-from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.optional_input import value_or_none
-from remosplat_drake.signals.standing import NOT_STARTED, Standing
-from remosplat_drake.signals.thing import Thing
-from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import (
+from remosplat_drake.motion_status.hold import (
     Naming,
     beside_mover,
     find_hold,
     find_inside,
     present_hold,
 )
-from remosplat_drake.standing.names import name_thing
-from remosplat_drake.standing.sentence import Situation, how_things_stand
-from remosplat_drake.standing.stillness import Stillness, observe
-from remosplat_drake.standing.stop import find_stop
+from remosplat_drake.motion_status.names import name_thing
+from remosplat_drake.motion_status.sentence import Situation, describe_motion
+from remosplat_drake.motion_status.stillness import Stillness, observe
+from remosplat_drake.motion_status.stop import find_stop
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.reach import beyond_reach
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion_status import NOT_STARTED, MotionStatus
+from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.thing import Thing
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
-LOOK = 0.1
+UPDATE_PERIOD = 0.1
 """Time between two updates [s]."""
 
 
@@ -44,20 +44,20 @@ LOOK = 0.1
 class _Memory:
     """State between two updates; copying returns the object itself."""
 
-    standing: Standing = NOT_STARTED
+    motion_status: MotionStatus = NOT_STARTED
     stillness: Stillness | None = None
-    looked: float = -np.inf
+    updated_at: float = -np.inf
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
 
 
-class StandingSystem(LeafSystem):
+class MotionStatusSystem(LeafSystem):
     """Describes in one sentence the robot's state and its cause.
 
     .. pydrake_system::
 
-        name: StandingSystem
+        name: MotionStatusSystem
         input_ports:
         - configuration
         - report
@@ -67,7 +67,7 @@ class StandingSystem(LeafSystem):
         - movers (optional)
         - selection (optional)
         output_ports:
-        - standing
+        - motion_status
 
     The sentence is updated ten times a second. A robot that has not moved for
     `PAUSE` counts as held until it moves again, so the sentence does not
@@ -76,7 +76,8 @@ class StandingSystem(LeafSystem):
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
     `TargetProgress`, `supervision` a `SupervisorState`, `movers` the `Movers`
-    and `selection` guidance's `Selection`. `standing` outputs the `Standing`.
+    and `selection` guidance's `Selection`. `motion_status` outputs the
+    `MotionStatus`.
 
     Args:
         robot: The robot.
@@ -98,7 +99,7 @@ class StandingSystem(LeafSystem):
         truth: SignedDistanceField | None = None,
     ):
         super().__init__()
-        self.set_name("standing")
+        self.set_name("motion_status")
         self._robot = robot
         self._arrived = partial(has_arrived, config=arrival)
         self._parked = parked
@@ -118,46 +119,46 @@ class StandingSystem(LeafSystem):
         self._selection_input = self._declare("selection")
         self._memory_index = self.DeclareAbstractState(Value(_Memory()))
         self.DeclareAbstractOutputPort(
-            "standing",
+            "motion_status",
             Value(NOT_STARTED).Clone,
-            self._calc_standing,
+            self._calc_motion_status,
             {self.abstract_state_ticket(self._memory_index)},
         )
         # The event occurs at every tick, although it mostly does nothing: a
         # longer period of its own would add event times between the ticks.
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     @staticmethod
     def AddToBuilder(
         builder: DiagramBuilder, *, inputs: dict[str, OutputPort], **arguments
-    ) -> "StandingSystem":
+    ) -> "MotionStatusSystem":
         """Adds the system to a diagram, and connects its inputs.
 
         Args:
             builder: Builder of the diagram.
             inputs: Output ports to connect, by the names of the input ports.
-            **arguments: The arguments of `StandingSystem`.
+            **arguments: The arguments of `MotionStatusSystem`.
         """
-        system = builder.AddSystem(StandingSystem(**arguments))
+        system = builder.AddSystem(MotionStatusSystem(**arguments))
         for name, port in inputs.items():
             builder.Connect(port, system.GetInputPort(name))
         return system
 
-    def latest(self, context: Context) -> Standing:
+    def latest(self, context: Context) -> MotionStatus:
         """Returns the state at the latest update.
 
         Args:
             context: The system's own context.
         """
-        return self._memory(context).standing
+        return self._memory(context).motion_status
 
-    def now(self, context: Context) -> Standing:
+    def now(self, context: Context) -> MotionStatus:
         """Computes the current state without storing it.
 
         Args:
             context: The system's own context.
         """
-        return self._looked(context).standing
+        return self._updated(context).motion_status
 
     def _declare(self, name: str) -> InputPort:
         return self.DeclareAbstractInputPort(name, Value[object]())
@@ -165,21 +166,21 @@ class StandingSystem(LeafSystem):
     def _memory(self, context: Context) -> _Memory:
         return context.get_abstract_state(int(self._memory_index)).get_value()
 
-    def _calc_standing(self, context: Context, output: Value):
+    def _calc_motion_status(self, context: Context, output: Value):
         output.set_value(self.latest(context))
 
-    def _look(self, context: Context, state: State):
+    def _update(self, context: Context, state: State):
         memory = self._memory(context)
-        passed = context.get_time() - memory.looked
+        passed = context.get_time() - memory.updated_at
         # The tolerance of half a period is far greater than rounding errors.
-        is_early = 0 <= passed < LOOK - 0.5 * self._period
-        if is_early and memory.standing is not NOT_STARTED:
+        is_early = 0 <= passed < UPDATE_PERIOD - 0.5 * self._period
+        if is_early and memory.motion_status is not NOT_STARTED:
             return
         cell = int(self._memory_index)
-        looked = self._looked(context)
-        state.get_mutable_abstract_state(cell).set_value(looked)
+        updated = self._updated(context)
+        state.get_mutable_abstract_state(cell).set_value(updated)
 
-    def _looked(self, context: Context) -> _Memory:
+    def _updated(self, context: Context) -> _Memory:
         """Returns the memory after an update."""
         memory, time = self._memory(context), context.get_time()
         q = np.array(self._configuration_input.Eval(context))
@@ -193,7 +194,7 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
-        name, before = self._naming(context), memory.standing.link
+        name, before = self._naming(context), memory.motion_status.link
         robot = self._robot.holding(report.payload)
         selection = value_or_none(self._selection_input, context)
         hold = present_hold(
@@ -225,8 +226,8 @@ class StandingSystem(LeafSystem):
             supervision=supervision,
             selection=selection,
         )
-        standing = how_things_stand(situation, self._robot.description)
-        return _Memory(standing, still, time)
+        motion_status = describe_motion(situation, self._robot.description)
+        return _Memory(motion_status, still, time)
 
     def _beyond(
         self, aim: Aim, q: np.ndarray, *, drives: bool = False

@@ -12,21 +12,21 @@ from remosplat_drake.controller.planning.plan import (
     UNREACHED,
 )
 from remosplat_drake.controller.program.guidance import DIRECT
-from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import load_robot
-from remosplat_drake.signals import standing as stands
-from remosplat_drake.signals import supervisor_state as modes
-from remosplat_drake.signals import thing as things
-from remosplat_drake.signals.standing import Standing
-from remosplat_drake.signals.supervisor_state import SupervisorState
-from remosplat_drake.signals.target import Target
-from remosplat_drake.standing.hold import Hold
-from remosplat_drake.standing.sentence import (
+from remosplat_drake.motion_status.hold import Hold
+from remosplat_drake.motion_status.sentence import (
     CIRCLING,
     Situation,
     at_end,
-    how_things_stand,
+    describe_motion,
 )
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.signals import motion_status as states
+from remosplat_drake.signals import supervisor_state as modes
+from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.motion_status import MotionStatus
+from remosplat_drake.signals.supervisor_state import SupervisorState
+from remosplat_drake.signals.target import Target
 from remosplat_drake.task.target_sequence import TargetProgress
 
 
@@ -127,55 +127,55 @@ SENTENCES = {
     ),
     "elbow held at the lower limit of joint 4, 0.52 m from the target: turn"
     " the target": held(
-        stands.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
+        states.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
     ),
     "hand held 10 mm from the base, 0.52 m from the target: turn the"
-    " target": held(stands.SELF_COLLISION, "the base", HAND, 0.010),
+    " target": held(states.SELF_COLLISION, "the base", HAND, 0.010),
     "moving to the target, 0.52 m away: it is 0.30 m out of reach, move it"
     " nearer": dc.replace(FAR, beyond=0.3, no_nearer_for=CIRCLING + 2),
     "robot stands still, 0.52 m from the target: it is 0.30 m out of reach,"
-    " move it nearer": held(stands.NOTHING, beyond=0.3),
+    " move it nearer": held(states.NOTHING, beyond=0.3),
     "moving to the target, 0.52 m away: it is 0.30 m out of reach, the base is"
     " not allowed to drive: move it nearer": dc.replace(
         FAR, beyond=0.3, parked=True
     ),
     "robot stands still, 0.52 m from the target: the base is not allowed to"
-    " drive: move it nearer": held(stands.NOTHING, parked=True),
+    " drive: move it nearer": held(states.NOTHING, parked=True),
     "robot stands still, 0.52 m from the target; no configuration": held(
-        stands.NOTHING,
+        states.NOTHING,
         selection=Selection(
             DIRECT, unreachable="no configuration", lack=UNREACHED
         ),
     ),
     "moving out: hand 5 mm from the base, 0.52 m from the target": dc.replace(
-        FAR, inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, 0.005)
+        FAR, inside=Hold(states.SELF_COLLISION, "the base", HAND, ROUND, 0.005)
     ),
     "moving out: elbow beyond the upper limit of joint 4, 0.52 m from the"
     " target": dc.replace(
         FAR,
         inside=Hold(
-            stands.JOINT_LIMIT, "the upper limit of joint 4", "panda_link4"
+            states.JOINT_LIMIT, "the upper limit of joint 4", "panda_link4"
         ),
     ),
     "no motion away from it found: hand 31 mm inside the base, 0.52 m from"
     " the target": held(
-        stands.NOTHING,
-        inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, -0.031),
+        states.NOTHING,
+        inside=Hold(states.SELF_COLLISION, "the base", HAND, ROUND, -0.031),
     ),
     "hand waits for Ada, 0.52 m from the target: it continues when that has"
-    " passed": held(stands.MOVER, "Ada", HAND),
+    " passed": held(states.MOVER, "Ada", HAND),
     "robot held by leash (dog), 0.52 m from the target": held(
-        stands.CONSTRAINT, "leash (dog)"
+        states.CONSTRAINT, "leash (dog)"
     ),
     "hand held 22 mm from the floor, 0.52 m from the target: there would be no"
-    " way to stop in time": held(stands.VERIFICATION, "the floor", HAND, 0.022),
+    " way to stop in time": held(states.VERIFICATION, "the floor", HAND, 0.022),
     "braking: target is not finite, 0.52 m from the target": held(
-        stands.NO_COMMAND, "target is not finite"
+        states.NO_COMMAND, "target is not finite"
     ),
     "robot is commanded to move and stands still, 0.52 m from the target: see"
-    " whether the robot is enabled": held(stands.NOT_OBEYED),
+    " whether the robot is enabled": held(states.NOT_OBEYED),
     "robot stands still, 0.52 m from the target: nothing is in the way, it may"
-    " be out of reach": held(stands.NOTHING),
+    " be out of reach": held(states.NOTHING),
     "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
     " target; no path found": held(
         things.SOLID,
@@ -207,18 +207,18 @@ SENTENCES = {
 
 @pytest.mark.parametrize("text", sorted(SENTENCES))
 def test_the_sentence(text, frankie):
-    standing = how_things_stand(SENTENCES[text], frankie.description)
-    assert standing.text == text
-    assert standing.kind in stands.KINDS
-    assert standing.cause in ("", *stands.CAUSES)
+    status = describe_motion(SENTENCES[text], frankie.description)
+    assert status.text == text
+    assert status.kind in states.KINDS
+    assert status.cause in ("", *states.CAUSES)
 
 
 def test_the_parts_of_a_sentence(frankie):
     now = held(things.SOLID, "the can", HAND, 0.021)
-    standing = how_things_stand(now, frankie.description)
-    assert standing.document() == {
-        "kind": stands.HELD,
-        "text": standing.text,
+    status = describe_motion(now, frankie.description)
+    assert status.document() == {
+        "kind": states.HELD,
+        "text": status.text,
         "distance": 0.52,
         "cause": things.SOLID,
         "thing": "the can",
@@ -227,21 +227,21 @@ def test_the_parts_of_a_sentence(frankie):
         "clearance": 0.021,
         "way": "",
     }
-    assert stands.NOT_STARTED.document()["distance"] is None
+    assert states.NOT_STARTED.document()["distance"] is None
 
 
 @pytest.mark.parametrize(
     "now, cause",
     [
-        (dc.replace(FAR, beyond=0.3), stands.NO_CONFIGURATION),
-        (dc.replace(FAR, beyond=0.3, parked=True), stands.BASE),
-        (held(stands.JOINT_LIMIT, beyond=0.3), stands.NO_CONFIGURATION),
-        (held(stands.NOTHING, parked=True), stands.BASE),
-        (held(stands.JOINT_LIMIT, parked=True), stands.JOINT_LIMIT),
+        (dc.replace(FAR, beyond=0.3), states.NO_CONFIGURATION),
+        (dc.replace(FAR, beyond=0.3, parked=True), states.BASE),
+        (held(states.JOINT_LIMIT, beyond=0.3), states.NO_CONFIGURATION),
+        (held(states.NOTHING, parked=True), states.BASE),
+        (held(states.JOINT_LIMIT, parked=True), states.JOINT_LIMIT),
         *(
             (
                 held(
-                    stands.NOTHING,
+                    states.NOTHING,
                     selection=Selection(
                         DIRECT, unreachable="none found", lack=lack
                     ),
@@ -249,65 +249,65 @@ def test_the_parts_of_a_sentence(frankie):
                 cause,
             )
             for lack, cause in (
-                (UNREACHED, stands.NO_CONFIGURATION),
-                (CRAMPED, stands.NO_CONFIGURATION),
-                (CUT_OFF, stands.NO_PATH),
-                ("", stands.NOTHING),
+                (UNREACHED, states.NO_CONFIGURATION),
+                (CRAMPED, states.NO_CONFIGURATION),
+                (CUT_OFF, states.NO_PATH),
+                ("", states.NOTHING),
             )
         ),
         *(
             (dc.replace(FAR, supervision=supervision(mode), stop=stop), cause)
             for mode in (modes.STOPPING, modes.STOPPED)
             for stop, cause in (
-                (None, stands.SUPERVISOR),
-                (Hold(stands.BASE), stands.BASE),
+                (None, states.SUPERVISOR),
+                (Hold(states.BASE), states.BASE),
             )
         ),
     ],
 )
 def test_the_cause(now, cause, frankie):
     now = dc.replace(now, target=Target(np.eye(4)))
-    standing = how_things_stand(now, frankie.description)
-    assert standing.cause == cause
-    is_lit = cause in (stands.BASE, stands.NO_CONFIGURATION, stands.NO_PATH)
+    status = describe_motion(now, frankie.description)
+    assert status.cause == cause
+    is_lit = cause in (states.BASE, states.NO_CONFIGURATION, states.NO_PATH)
     if is_lit and now.supervision is None:
-        assert standing.p_W is not None
+        assert status.p_W is not None
 
 
 def test_a_stop_goes_before_all_else(frankie):
     stopped = supervision(modes.STOPPED, "stop button")
     now = held(things.SOLID, "the can", HAND, 0.021, supervision=stopped)
-    standing = how_things_stand(now, frankie.description)
-    assert (standing.kind, standing.link) == (stands.STOPPED, "")
-    assert standing.p_W is None
+    status = describe_motion(now, frankie.description)
+    assert (status.kind, status.link) == (states.STOPPED, "")
+    assert status.p_W is None
 
 
 @pytest.mark.parametrize("mode", (modes.STOPPING, modes.STOPPED))
 def test_a_stop_has_a_place(mode, frankie):
-    stop = Hold(stands.SUPERVISOR, "the can", HAND, ROUND, 0.009)
+    stop = Hold(states.SUPERVISOR, "the can", HAND, ROUND, 0.009)
     now = dc.replace(FAR, supervision=supervision(mode, "near"), stop=stop)
-    standing = how_things_stand(now, frankie.description)
-    assert standing.is_obstructed and standing.p_W is ROUND
-    assert (standing.link, standing.clearance) == (HAND, 0.009)
+    status = describe_motion(now, frankie.description)
+    assert status.is_obstructed and status.p_W is ROUND
+    assert (status.link, status.clearance) == (HAND, 0.009)
 
 
 @pytest.mark.parametrize(
-    "kind", (stands.REACHED, stands.STOPPED, stands.WAITING)
+    "kind", (states.REACHED, states.STOPPED, states.WAITING)
 )
 def test_the_end_says_what_was_said_before(kind):
-    standing = Standing(kind, "as it was")
-    assert at_end(standing, "time limit") is standing
+    status = MotionStatus(kind, "as it was")
+    assert at_end(status, "time limit") is status
 
 
 def test_targets_of_others_know_where_they_end(frankie):
-    end = at_end(how_things_stand(FAR, frankie.description), "reached")
-    assert (end.kind, end.text) == (stands.REACHED, "reached")
+    end = at_end(describe_motion(FAR, frankie.description), "reached")
+    assert (end.kind, end.text) == (states.REACHED, "reached")
 
 
 def test_the_end_of_a_robot_that_is_held(frankie):
     now = held(things.SOLID, "the can", HAND, 0.021)
-    end = at_end(how_things_stand(now, frankie.description), "time limit")
-    assert end.kind == stands.ENDED
+    end = at_end(describe_motion(now, frankie.description), "time limit")
+    assert end.kind == states.ENDED
     assert end.text == (
         "time limit: hand held 21 mm from the can, 0.52 m from the target:"
         " move or turn the target"
@@ -317,13 +317,13 @@ def test_the_end_of_a_robot_that_is_held(frankie):
 
 
 def test_other_numbers_are_no_news(frankie):
-    def said(thing: str, clearance: float) -> Standing:
+    def said(thing: str, clearance: float) -> MotionStatus:
         now = held(things.SOLID, thing, HAND, clearance)
-        return how_things_stand(now, frankie.description)
+        return describe_motion(now, frankie.description)
 
     assert not said("the can", 0.021).is_news_after(said("the can", 0.022))
     assert said("the can", 0.021).is_news_after(said("the box", 0.021))
-    assert said("the can", 0.021).is_news_after(stands.NOT_STARTED)
+    assert said("the can", 0.021).is_news_after(states.NOT_STARTED)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
+from remosplat_drake.motion_status.stillness import PAUSE, Stillness
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.scene.mover import Movers
@@ -18,17 +19,16 @@ from remosplat_drake.signals.binding import (
     Binding,
     BoundRow,
 )
-from remosplat_drake.signals.near_movers import NearMovers
-from remosplat_drake.signals.standing import (
+from remosplat_drake.signals.motion_status import (
     CONSTRAINT,
     NO_COMMAND,
     NOT_OBEYED,
     NOTHING,
     VERIFICATION,
 )
+from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
-from remosplat_drake.standing.stillness import PAUSE, Stillness
 
 _LEAST_PRESSURE = 1e-3
 """Pressure (see `pressures`) below which an active row does not hold the robot,
@@ -55,7 +55,7 @@ class Hold:
     """The cause that keeps a robot from moving.
 
     Attributes:
-        cause: One of `standing.CAUSES`.
+        cause: One of `motion_status.CAUSES`.
         thing: Name of the obstacle, joint or constraint.
         link: Name of the link that is held; empty if none is.
         p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
@@ -246,7 +246,7 @@ def nearest_hold(
         report: The latest tick, with at least one clearance.
         robot: The robot.
         name: Function that names the thing at a point.
-        cause: The cause of the hold, one of `standing.CAUSES`.
+        cause: The cause of the hold, one of `motion_status.CAUSES`.
     """
     nearest = int(report.clearances.distance.argmin())
     return dc.replace(_near(report, robot, name, nearest), cause=cause)
