@@ -1,6 +1,7 @@
 """Estimates the depth noise of a capture from its differences to a splat."""
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.optimize import nnls
 
 from remosplat_drake.capture.capture import Capture
@@ -19,6 +20,12 @@ _STEEPEST = 0.3
 """Surfaces are ignored if the cosine of their angle of incidence is below this,
 since they tell little about depth noise."""
 
+_WINDOW = 2
+"""Half width of the window of pixels whose median depth chooses the disc."""
+
+_LEAST_SHARE = 0.7
+"""Least fraction of a window's pixels that must have a depth."""
+
 _MAD = 1.4826
 """Ratio of a Gaussian's standard deviation to its median absolute deviation."""
 
@@ -28,9 +35,12 @@ def estimate_noise(
 ) -> DepthNoise:
     """Estimates the standard deviation of depths z, as floor + growth z^2.
 
-    The depths of random pixels are compared with the plane of the nearest disc.
-    Their robust spread is computed for each of a dozen ranges of depth, and the
-    formula is fitted to it.
+    The depths of random pixels are compared with the plane of a disc. This is
+    the disc nearest to the median depth of the pixel's surroundings. The disc
+    nearest to the pixel's own depth would be a biased choice: discs that were
+    placed on noise attract pixels with the same noise. The robust spread of the
+    differences is computed for each of a dozen ranges of depth, and the formula
+    is fitted to it.
 
     Args:
         capture: Posed RGB-D images.
@@ -40,25 +50,54 @@ def estimate_noise(
     rng = np.random.default_rng(seed)
     each = -(-_SAMPLES // len(capture))
     p_C = sample_points(capture, each, rng)
+    smooth = _median_depths(capture, p_C)
+    known = np.isfinite(smooth)
     p_W = np.array([to_world(capture, p, i) for i, p in enumerate(p_C)])
-    known = np.isfinite(p_W[..., 0])
-    ray_W = p_W - capture.X_WC[:, None, :3, 3]
-    p_W, z, ray_W = p_W[known], p_C[known][:, 2], ray_W[known]
+    p_WC = np.broadcast_to(capture.X_WC[:, None, :3, 3], p_W.shape)[known]
+    z = p_C[known][:, 2]
+    ray_W = (p_W[known] - p_WC) / z[:, None]
     field = SphereToEllipsoidField(splat_W, min_opacity=0.0)
-    nearest, _ = field.nearest_splats(Spheres.at(p_W))
+    nearest, _ = field.nearest_splats(
+        Spheres.at(p_WC + smooth[known][:, None] * ray_W)
+    )
     normal_W = splat_W.R_GK[nearest, :, 2]
-    height = ((p_W - splat_W.p_GK[nearest]) * normal_W).sum(axis=1)
-    slope = (ray_W * normal_W).sum(axis=1) / z
-    cosine = np.abs(slope) * z / np.linalg.norm(ray_W, axis=1)
-    facing = cosine > _STEEPEST
-    error, z = np.abs(height[facing] / slope[facing]), z[facing]
-    if not len(z):
+    slope = (ray_W * normal_W).sum(axis=1)
+    facing = np.abs(slope) > _STEEPEST * np.linalg.norm(ray_W, axis=1)
+    if not facing.any():
         return DepthNoise(_LEAST_NOISE, 0.0, 0.1, 0.1)
-    parts = np.array_split(np.argsort(z), _BINS)
-    depth = np.array([np.median(z[part]) for part in parts if len(part)])
+    above = ((splat_W.p_GK[nearest] - p_WC) * normal_W).sum(axis=1)
+    true = above[facing] / slope[facing]
+    error = np.abs(z[facing] - true)
+    parts = np.array_split(np.argsort(true), _BINS)
+    depth = np.array([np.median(true[part]) for part in parts if len(part)])
     spread = [_MAD * np.median(error[part]) for part in parts if len(part)]
     # The fit minimises relative errors, since near surfaces matter more.
     terms = np.stack([np.ones_like(depth), depth**2], axis=1)
     spread = np.maximum(spread, _LEAST_NOISE)
     (floor, growth), _ = nnls(terms / spread[:, None], np.ones(len(depth)))
     return DepthNoise(max(floor, _LEAST_NOISE), growth, 0.1, 0.1)
+
+
+def _median_depths(capture: Capture, p_C: np.ndarray) -> np.ndarray:
+    """Median depths of the windows around pixels.
+
+    On a plane, 1/z is linear in the pixel, so the median of 1/z is that of the
+    middle pixel.
+
+    Args:
+        capture: The n views.
+        p_C: Points of k pixels of each view, shape (n, k, 3) [m] or NaN.
+
+    Returns:
+        Shape (n, k) [m]; NaN where too few pixels have a depth.
+    """
+    median = np.full(p_C.shape[:2], np.nan)
+    size = 2 * _WINDOW + 1
+    for view in np.flatnonzero(capture.depth.any(axis=(1, 2))):
+        u, v, _ = (p_C[view] / p_C[view, :, 2:] @ capture.K[view].T).T
+        z = np.pad(capture.depth[view], _WINDOW)
+        z = sliding_window_view(z, (size, size))[v.astype(int), u.astype(int)]
+        z = np.where(z > 0, z, np.nan).reshape(len(u), -1)
+        enough = np.isfinite(z).mean(axis=1) >= _LEAST_SHARE
+        median[view, enough] = 1 / np.nanmedian(1 / z[enough], axis=1)
+    return median
