@@ -9,6 +9,7 @@ from pathlib import Path
 import hypothesis
 import numpy as np
 import pytest
+from effort import effort
 from pydrake.common.value import Value
 from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
@@ -29,7 +30,10 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 # CI tries the same examples each time; elsewhere each run tries new ones. None
 # has a deadline: a busy computer fails no test.
 hypothesis.settings.register_profile(
-    "project", deadline=None, derandomize=bool(os.environ.get("CI"))
+    "project",
+    deadline=None,
+    derandomize=bool(os.environ.get("CI")),
+    max_examples=effort(40, 100),
 )
 hypothesis.settings.load_profile("project")
 

@@ -52,7 +52,7 @@ SHORTER = {
         "--trajectory",
         "script.yaml",
     ],
-    "fit-spheres": [],
+    "fit-spheres": ["--links", "wrist"],
     "render-capture": ["--views", "12", "--width", "120", "--height", "90"],
     "reconstruct": ["--count", "3000", "--held-out", "4", "--device", "cpu"],
 }

@@ -1,11 +1,13 @@
 """The shipped tasks, judged by the true shapes at every tick."""
 
 import dataclasses as dc
+from functools import cache
 
 import numpy as np
 import pytest
 from runs import load_application
 from true_shapes import (
+    Moment,
     load_clearances,
     near_bodies,
     robot_clearances,
@@ -13,7 +15,7 @@ from true_shapes import (
     watched,
 )
 
-from remosplat_drake.app.diagram import build
+from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.hand_links import hand_links
@@ -79,13 +81,19 @@ ARMS = Job(
 LONG = [pytest.param(job, marks=pytest.mark.slow) for job in (SHELF, ROOM)]
 
 
+@cache
+def driven(name: str) -> tuple[Application, list[Moment]]:
+    """The run of a shipped task, and what each of its ticks has found."""
+    application = load_application(name)
+    return application, watched(application)
+
+
 @pytest.fixture(
     scope="module", params=[TABLE, ARMS, *LONG], ids=lambda job: job.name
 )
 def done(request):
     job = request.param
-    application = load_application(job.name)
-    return job, application, watched(application)
+    return job, *driven(job.name)
 
 
 def test_the_can_is_put_where_it_shall_stand(done):
@@ -147,10 +155,10 @@ def test_no_other_link_touches_what_is_carried(done):
 
 def test_a_bar_goes_from_hand_to_hand():
     """Each hand holds it, then both, then the other one alone."""
-    application = load_application("TwoArmsHandOver")
+    application, moments = driven(ARMS.name)
     robot = application.world.robot
     left, right = hand_links(robot), hand_links(robot, 1)
-    payloads = [m.state.payload for m in watched(application)]
+    payloads = [moment.state.payload for moment in moments]
     held = [(p.link, p.holders) for p in payloads if p is not None]
     assert list(dict.fromkeys(held)) == [
         ("left_hand", left),

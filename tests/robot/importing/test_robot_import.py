@@ -14,10 +14,12 @@ from toy_robot import toy_urdf, write_toy
 
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.robot_import import (
     ImportRequest,
     import_robot,
 )
+from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.station.motors import make_motors
 from remosplat_drake.station.station_config import DynamicStation
@@ -242,15 +244,10 @@ def test_xacro_is_expanded_with_packages_and_arguments(tmp_path):
             'upper="${reach}" velocity="$(arg speed)"',
         )
     )
-    out = tmp_path / "out"
-    out.mkdir()
-    robot = import_robot(
-        ImportRequest(xacro, arguments={"speed": "1.5"}, tolerance=0.04),
-        out,
-        Findings(),
-    )
-    assert robot.position_upper[0] == 2.5
-    assert robot.velocity_limit[0] == 1.5
+    packages = Packages(xacro, variables={})
+    urdf, _ = read_robot(xacro, packages, {"speed": "1.5"}, Findings())
+    assert urdf.joints["joint_1"].upper == 2.5
+    assert urdf.joints["joint_1"].velocity == 1.5
 
 
 def test_broken_xacro_is_one_line(tmp_path):
