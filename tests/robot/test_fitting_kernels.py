@@ -4,15 +4,28 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
+from scipy import ndimage
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from remosplat_drake.robot.fitting.convex_pieces import below
+from remosplat_drake.robot.fitting.kernels.distance_transform import (
+    squared_distances,
+)
 from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
 from remosplat_drake.robot.fitting.kernels.points_distance import (
     points_distances,
 )
+from remosplat_drake.robot.fitting.kernels.sphere_cover import (
+    close_covered,
+    count_covered,
+    enclosing_radii,
+    move_centers,
+    needed_bulges,
+)
 from remosplat_drake.robot.fitting.point_tree import point_tree
 from remosplat_drake.robot.fitting.simplified import welded
+from remosplat_drake.robot.fitting.solid_grid import SolidGrid
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.hull_distance_reference import (
     nearest_to_origin,
@@ -63,6 +76,96 @@ def test_the_least_distance_does_not_matter_where_another_is_small_enough():
         tree, tree, X_AB, np.array([0.05]), np.ones(1)
     )
     assert found[0] <= 0.05
+
+
+@given(SEEDS, st.integers(0, 9), st.integers(1, 3000))
+def test_balls_contain_their_points_and_are_halved(seed, digits, n):
+    """With fewer digits, more points have equal coordinates."""
+    p = np.random.default_rng(seed).uniform(0, 1, (n, 3)).round(digits)
+    tree = point_tree(p).values
+    np.testing.assert_array_equal(
+        tree.points[np.lexsort(tree.points.T)], p[np.lexsort(p.T)]
+    )
+    assert (tree.first[0], tree.last[0]) == (0, n)
+    for ball, right in enumerate(tree.right):
+        own = tree.points[tree.first[ball] : tree.last[ball]]
+        away = np.linalg.norm(own - tree.center[ball], axis=1)
+        np.testing.assert_allclose(tree.radius[ball], away.max())
+        if right < 0:
+            assert 1 <= len(own) <= 8
+            continue
+        assert tree.first[ball + 1] == tree.first[ball]
+        assert tree.last[ball + 1] == tree.first[right]
+        assert tree.last[right] == tree.last[ball]
+        middle = tree.first[right] - tree.first[ball]
+        assert middle == len(own) // 2
+        axis = np.ptp(own, axis=0).argmax()
+        assert own[:middle, axis].max() <= own[middle:, axis].min()
+
+
+@given(SEEDS, st.sampled_from([0.0, 0.001, 0.1, 0.9]))
+def test_voxels_are_as_far_as_the_nearest_marked_one(seed, share):
+    rng = np.random.default_rng(seed)
+    marked = rng.random(rng.integers(1, 30, 3)) < share
+    found = squared_distances(marked)
+    if marked.any():
+        true = ndimage.distance_transform_edt(~marked)
+        np.testing.assert_array_equal(found, np.rint(true**2))
+    else:
+        assert (found >= sum(marked.shape) ** 2).all()
+
+
+@given(SEEDS)
+def test_a_cover_counts_each_open_point_once(seed):
+    rng = np.random.default_rng(seed)
+    points, centers = rng.uniform(0, 1, (80, 3)), rng.uniform(0, 1, (30, 3))
+    depth = rng.uniform(0, 0.2, 30)
+    need = needed_bulges(points, centers, depth)
+    np.testing.assert_allclose(need, cdist(points, centers) - depth, atol=1e-6)
+    bulge = np.float32(0.3)
+    gain, is_open = count_covered(need, bulge), np.ones(80, bool)
+    for chosen in range(5):
+        close_covered(need, bulge, chosen, is_open, gain)
+        covers = need <= bulge
+        np.testing.assert_array_equal(is_open, ~covers[:, : chosen + 1].any(1))
+        np.testing.assert_array_equal(gain, covers[is_open].sum(axis=0))
+
+
+@given(SEEDS)
+def test_centers_move_to_the_neighbour_that_needs_the_least_bulge(seed):
+    rng = np.random.default_rng(seed)
+    grid = SolidGrid(rng.uniform(-0.1, 0.1, 3), 0.1, rng.random((9, 12, 11)))
+    points, before = rng.uniform(0, 1, (60, 3)), rng.uniform(-0.2, 1.2, (4, 3))
+    owner = (cdist(points, before) - grid.depth_at(before)).argmin(axis=1)
+    centers, step, lowest = before.copy(), 0.15, 0.1
+    move_centers(
+        points, centers, lowest, step, grid.depth, grid.origin, grid.pitch
+    )
+    steps = step * (np.indices((3, 3, 3)).reshape(3, -1).T - 1)
+    for k, center in enumerate(centers):
+        own = points[owner == k]
+        if len(own) == 0:
+            np.testing.assert_array_equal(center, before[k])
+            continue
+        trials = before[k] + steps
+        trials[:, 2] = np.maximum(trials[:, 2], lowest)
+        bulges = cdist(trials, own).max(axis=1) - grid.depth_at(trials)
+        best = np.linalg.norm(own - center, axis=1).max()
+        best -= grid.depth_at(center[None])[0]
+        np.testing.assert_allclose(best, bulges.min(), atol=1e-12)
+        assert np.abs(trials - center).max(axis=1).min() < 1e-12
+
+
+@given(SEEDS)
+def test_spheres_enclose_the_points_that_they_cover_with_least_bulge(seed):
+    rng = np.random.default_rng(seed)
+    points, centers = rng.uniform(0, 1, (60, 3)), rng.uniform(0, 1, (5, 3))
+    depth = rng.uniform(0, 0.2, 5)
+    away = cdist(points, centers)
+    owner = (away - depth).argmin(axis=1)
+    for k, radius in enumerate(enclosing_radii(points, centers, depth)):
+        farthest = away[owner == k, k].max(initial=0.0)
+        np.testing.assert_allclose(radius, farthest, atol=1e-12)
 
 
 @given(SEEDS)

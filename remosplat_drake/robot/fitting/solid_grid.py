@@ -5,6 +5,10 @@ import dataclasses as dc
 import numpy as np
 import scipy
 
+from remosplat_drake.robot.fitting.kernels.distance_transform import (
+    squared_distances,
+)
+
 # Largest number of voxels around a link in which neighbours are examined.
 _MAX_PAD = 24
 
@@ -138,6 +142,6 @@ def join_solids(
 
 def _depth(core: np.ndarray, pitch: float) -> np.ndarray:
     """Computes the depth [m], zero at the voxels just outside `core`."""
-    inside = np.asarray(scipy.ndimage.distance_transform_edt(core))
-    outside = np.asarray(scipy.ndimage.distance_transform_edt(~core))
+    inside = np.sqrt(squared_distances(~core))
+    outside = np.sqrt(squared_distances(core))
     return pitch * np.where(core, inside, 1.0 - outside)

@@ -13,9 +13,15 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial.distance import cdist
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.fitting.kernels.sphere_cover import (
+    close_covered,
+    count_covered,
+    enclosing_radii,
+    move_centers,
+    needed_bulges,
+)
 from remosplat_drake.robot.fitting.link_spheres import (
     LinkSpheres,
     measure_bulge,
@@ -35,11 +41,6 @@ surface's voxels is missed."""
 MOST_SPHERES = 16
 """Default of the largest number of spheres of a link, if a tolerance is
 given."""
-
-_STEPS = np.array(
-    [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
-    float,
-)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -138,18 +139,24 @@ def fit_spheres(
             f"{count} spheres are too few for {len(surfaces)} links; each link"
             " needs at least one"
         )
-    problems = {
-        link: _CoverProblem(surface, margin, np.random.default_rng(seed))
-        for link, surface in surfaces.items()
-    }
-    starts = {} if count is None else _share(problems, count)
+
+    def problem(link: str) -> _CoverProblem:
+        rng = np.random.default_rng(seed)
+        return _CoverProblem(surfaces[link], margin, rng)
+
     result = {}
-    for link, problem in problems.items():
-        if count is None:
-            assert tolerance is not None
-            bulge = tolerance / surfaces[link].weight
-            starts[link] = problem.within(bulge, most)
-        result[link] = problem.solve(starts[link], restarts)
+    if count is not None:
+        problems = {link: problem(link) for link in surfaces}
+        for link, start in _share(problems, count).items():
+            result[link] = problems[link].solve(start, restarts)
+            on_progress(link, len(result[link].radius))
+        return result
+    assert tolerance is not None
+    # A problem is large, so there is only one at a time.
+    for link, surface in surfaces.items():
+        cover = problem(link)
+        start = cover.within(tolerance / surface.weight, most)
+        result[link] = cover.solve(start, restarts)
         on_progress(link, len(result[link].radius))
     return result
 
@@ -172,25 +179,22 @@ class _CoverProblem:
         centres = _candidates(self._solid, rng)
         self._centres = centres[centres[:, 2] >= self._lowest]
         depth = self._solid.depth_at(self._centres)
-        # Bulge that each centre would need to cover each point.
-        self._need = cdist(self._centres, self._points).astype(np.float32)
-        self._need -= depth[:, None].astype(np.float32)
+        self._need = needed_bulges(self._points, self._centres, depth)
 
     def greedy(
         self, bulge: float, limit: int, randomness: float = 0.0
     ) -> list[int] | None:
         """Returns centres that cover all points; None if more than `limit`."""
-        # Numbers, not booleans: then counting is one fast matrix product.
-        covers = (self._need <= bulge - self._margin).astype(np.float32)
-        is_open = np.ones(covers.shape[1], np.float32)
+        enough = np.float32(bulge - self._margin)
+        is_open = np.ones(len(self._points), bool)
+        gain = count_covered(self._need, enough)
         chosen: list[int] = []
         while is_open.any():
-            gain = covers @ is_open
             if gain.max() == 0 or len(chosen) == limit:
                 return None
             luck = 1 - randomness * self._rng.random(len(gain))
             chosen.append(int((gain * luck).argmax()))
-            is_open[covers[chosen[-1]] > 0] = 0
+            close_covered(self._need, enough, chosen[-1], is_open, gain)
         return chosen
 
     def within(self, bulge: float, limit: int) -> list[int]:
@@ -204,7 +208,7 @@ class _CoverProblem:
         starts = [chosen]
         count = len(chosen)
         # Random covers with a slightly larger bulge need no more spheres.
-        bulge = self._need[chosen].min(axis=0).max() + self._margin
+        bulge = self._need[:, chosen].min(axis=1).max() + self._margin
         for slack in np.linspace(1.0, 1.3, restarts):
             start = self.greedy(slack * bulge, count, 0.3)
             if start is not None:
@@ -216,8 +220,8 @@ class _CoverProblem:
         """Adds centres where the bulge is largest."""
         chosen = list(chosen)
         while len(chosen) < count:
-            neediest = self._need[chosen].min(axis=0).argmax()
-            chosen.append(int(self._need[:, neediest].argmin()))
+            neediest = self._need[:, chosen].min(axis=1).argmax()
+            chosen.append(int(self._need[neediest].argmin()))
         return chosen
 
     def _cost(self, spheres: LinkSpheres) -> float:
@@ -233,32 +237,25 @@ class _CoverProblem:
         the least bulge.
         """
         p_LS = p_LS.copy()
+        solid = self._solid
         step = 0.5 * self._thickness
         for _ in range(_ROUNDS):
-            depth = self._solid.depth_at(p_LS)
-            owner = (cdist(self._points, p_LS) - depth).argmin(axis=1)
-            for i in range(len(p_LS)):
-                own = self._points[owner == i]
-                if len(own):
-                    p_LS[i] = self._better_centre(p_LS[i], own, step)
-            step = max(0.82 * step, 0.05 * self._solid.pitch)
+            move_centers(
+                self._points,
+                p_LS,
+                self._lowest,
+                step,
+                solid.depth,
+                solid.origin,
+                solid.pitch,
+            )
+            step = max(0.82 * step, 0.05 * solid.pitch)
         return self._enclose(p_LS)
-
-    def _better_centre(
-        self, centre: np.ndarray, points: np.ndarray, step: float
-    ) -> np.ndarray:
-        trials = centre + step * _STEPS
-        trials[:, 2] = np.maximum(trials[:, 2], self._lowest)
-        depth = self._solid.depth_at(trials)
-        return trials[(cdist(trials, points).max(axis=1) - depth).argmin()]
 
     def _enclose(self, p_LS: np.ndarray) -> LinkSpheres:
         """Returns the smallest radii that enclose all surface points."""
         depth = self._solid.depth_at(p_LS)
-        distance = cdist(self._all_points, p_LS)
-        owner = (distance - depth).argmin(axis=1)
-        radius = np.zeros(len(p_LS))
-        np.maximum.at(radius, owner, distance[np.arange(len(owner)), owner])
+        radius = enclosing_radii(self._all_points, p_LS, depth)
         used = radius > 0
         return LinkSpheres(p_LS[used], radius[used] + self._margin)
 
