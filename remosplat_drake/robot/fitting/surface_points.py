@@ -39,11 +39,12 @@ class SurfacePoints:
             surface: Triangles, shape (t, 3, 3) [m].
             rng: Source of randomness.
         """
-        corners = np.arange(3 * len(surface)).reshape(-1, 3)
-        p = sample_triangles(surface.reshape(-1, 3), corners, SPACING, rng)
+        corners = surface.reshape(-1, 3)
+        triangles = np.arange(len(corners)).reshape(-1, 3)
+        p = sample_triangles(corners, triangles, SPACING, rng)
         # Keeps one point for each crowded cell, and all extreme points.
         one = np.unique(grid_cells(p, 0.5 * SPACING), return_index=True)[1]
-        self.tree = KDTree(np.vstack([p[one], convex_corners(p)]))
+        self.tree = KDTree(np.vstack([p[one], convex_corners(corners)]))
         self.surface = clustered(surface, TOUCHING)
 
     @cached_property

@@ -1,8 +1,9 @@
 """Guesses a home configuration: manipulable and far from self-collision."""
 
-from itertools import combinations
+from itertools import combinations, groupby
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from remosplat_drake.robot.importing.mirror import find_mirror
 from remosplat_drake.robot.robot_model import RobotModel
@@ -114,39 +115,40 @@ def _ability(robot: RobotModel, q_arm: np.ndarray, foot: float) -> float:
 def _clearness(
     robot: RobotModel,
     q_arm: np.ndarray,
-    pairs: list[tuple[np.ndarray, np.ndarray]],
+    pairs: np.ndarray,
 ) -> float:
     """Returns the sum of the links' distances, each up to `_CLEAR` [m]."""
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
     return 10.0 * float(np.minimum(_gaps(robot, q, pairs), _CLEAR).sum())
 
 
-def _watched(robot: RobotModel) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Indices of the spheres of links that are two moving joints apart."""
+def _watched(robot: RobotModel) -> np.ndarray:
+    """Pairs of links that are two moving joints apart, shape (n, 2).
+
+    A link is given by its place among the links that have spheres.
+    """
     tree = robot.tree
-    on_link: dict[str, list[int]] = {}
-    for i, link in enumerate(robot.spheres.links):
-        on_link.setdefault(link, []).append(i)
+    links = [link for link, _ in groupby(robot.spheres.links)]
     pairs = []
-    for a, b in combinations(on_link, 2):
+    for (i, a), (j, b) in combinations(enumerate(links), 2):
         between = set(tree.chain(tree.index(a))) ^ set(
             tree.chain(tree.index(b))
         )
         if sum(tree.position[body] >= 0 for body in between) >= 2:
-            pairs.append((np.array(on_link[a]), np.array(on_link[b])))
-    return pairs
+            pairs.append((i, j))
+    return np.array(pairs, int).reshape(-1, 2)
 
 
-def _gaps(
-    robot: RobotModel,
-    q: np.ndarray,
-    pairs: list[tuple[np.ndarray, np.ndarray]],
-) -> np.ndarray:
+def _gaps(robot: RobotModel, q: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Returns the least distance between spheres of each pair of links [m]."""
     spheres = robot.spheres_at(q)
     p, r = spheres.p_WS, spheres.radius
-    distance = np.linalg.norm(p[:, None] - p[None], axis=2) - r[:, None] - r
-    return np.array([distance[np.ix_(a, b)].min() for a, b in pairs])
+    distance = cdist(p, p) - r[:, None] - r
+    count = [len(list(own)) for _, own in groupby(robot.spheres.links)]
+    first = np.cumsum([0, *count[:-1]])
+    for axis in range(2):
+        distance = np.minimum.reduceat(distance, first, axis=axis)
+    return distance[tuple(pairs.T)]
 
 
 def _foot(robot: RobotModel) -> float:

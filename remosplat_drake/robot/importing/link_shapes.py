@@ -168,6 +168,7 @@ class _Converter:
         self._on_mesh = on_mesh
         self._drawn: dict[tuple, str] = {}
         self._triangles: dict[tuple, np.ndarray] = {}
+        self._loaded: dict[tuple, trimesh.Scene] = {}
 
     @property
     def count(self) -> int:
@@ -238,9 +239,13 @@ class _Converter:
     def _load(
         self, source: Path, scale: np.ndarray, where: str
     ) -> "trimesh.Scene":
-        scene = load_mesh(source, scale)
-        self._check_size(scene, source, scale, where)
-        return scene
+        key = source, scale.tobytes()
+        if key not in self._loaded:
+            scene = load_mesh(source, scale)
+            self._check_size(scene, source, scale, where)
+            # Most links are drawn with the mesh with which they collide.
+            self._loaded = {key: scene}
+        return self._loaded[key]
 
     def _scale(self, mesh: Element, where: str) -> np.ndarray:
         text = mesh.get("scale", "1 1 1")

@@ -5,7 +5,7 @@ robot could not move otherwise. A hull that contains its whole neighbour was
 probably made from the wrong mesh, or from a mesh in another unit.
 """
 
-from itertools import product
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -70,18 +70,23 @@ def _held(
             X_WL[robot.tree.index(outer)], X_WL[robot.tree.index(inner)]
         )
         holders, held = shapes.of(outer), shapes.of(inner)
-        within = [_holds(a, b, X_OI) for a, b in product(holders, held)]
-        if np.reshape(within, (len(holders), len(held))).any(axis=0).all():
+        within = [_holds(shape, held, X_OI) for shape in holders]
+        if np.any(within, axis=0).all():
             return outer, inner
     return None
 
 
-def _holds(outer: ConvexShape, inner: ConvexShape, X_OI: np.ndarray) -> bool:
-    """Whether a shape contains another one; a flat or thin one does not."""
+def _holds(
+    outer: ConvexShape, inner: Sequence[ConvexShape], X_OI: np.ndarray
+) -> list[bool]:
+    """Whether a shape contains others; a flat or thin one does not."""
     try:
         planes = ConvexHull(outer.vertices).equations
     except (QhullError, ValueError):
-        return False
-    p_O = inner.vertices @ X_OI[:3, :3].T + X_OI[:3, 3]
-    height = p_O @ planes[:, :3].T + planes[:, 3]
-    return bool(height.max() + inner.radius <= outer.radius)
+        return [False] * len(inner)
+    holds = []
+    for shape in inner:
+        p_O = shape.vertices @ X_OI[:3, :3].T + X_OI[:3, 3]
+        height = p_O @ planes[:, :3].T + planes[:, 3]
+        holds.append(bool(height.max() + shape.radius <= outer.radius))
+    return holds

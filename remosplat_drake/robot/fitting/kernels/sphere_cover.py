@@ -20,10 +20,13 @@ def needed_bulges(points, centers, depth):
         The bulges, shape (n, k) float32 [m].
     """
     need = np.empty((len(points), len(centers)), np.float32)
+    # With its own array for each axis, the inner loop is vectorized.
+    x, y, z = centers[:, 0].copy(), centers[:, 1].copy(), centers[:, 2].copy()
     for i in range(len(points)):
-        for k in range(len(centers)):
-            need[i, k] = _distance(points[i], centers[k])
-            need[i, k] -= np.float32(depth[k])
+        p, q, r = points[i]
+        for k in range(len(x)):
+            square = (x[k] - p) ** 2 + (y[k] - q) ** 2 + (z[k] - r) ** 2
+            need[i, k] = math.sqrt(square) - depth[k]
     return need
 
 
