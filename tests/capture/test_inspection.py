@@ -8,6 +8,7 @@ import pytest
 
 from remosplat_drake.capture.checks.findings import INTRINSICS, list_frames
 from remosplat_drake.capture.checks.inspection import inspect_capture
+from remosplat_drake.capture.checks.repair import repair
 from remosplat_drake.capture.formats import read_capture
 
 
@@ -85,6 +86,30 @@ def test_focal_lengths_that_differ_as_the_sides_do(scene_capture, axis):
     K[:, axis, axis] *= (3 / 4) ** 0.5
     text = warnings_of(scene_capture, K=K)
     assert "the ratio of the images' sides" not in text
+
+
+def test_focal_lengths_that_are_exchanged_are_exchanged_back(scene_capture):
+    """Images whose pixels are twice as wide as they are high."""
+    K = scene_capture.K.copy()
+    K[:, 0] /= 2
+    wide = dc.replace(
+        scene_capture,
+        K=K,
+        rgb=np.ascontiguousarray(scene_capture.rgb[:, :, ::2]),
+        depth=np.ascontiguousarray(scene_capture.depth[:, :, ::2]),
+    )
+    assert "look exchanged" not in warnings_of(wide)
+    f_x, f_y = K[0, 0, 0], K[0, 1, 1]
+    K = K.copy()
+    K[:, 0, 0], K[:, 1, 1] = f_y, f_x
+    wrong = dc.replace(wide, K=K)
+    inspection = inspect_capture(wrong)
+    (found,) = inspection.defects
+    assert found.name == "intrinsics"
+    assert f"f_x = {f_y:.0f} and f_y = {f_x:.0f} look exchanged" in str(found)
+    repaired = repair(wrong, inspection)
+    np.testing.assert_array_equal(repaired.capture.K, wide.K)
+    assert not repaired.inspection.defects
 
 
 def test_focal_lengths_of_another_size(scene_capture):

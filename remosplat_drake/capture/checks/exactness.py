@@ -7,6 +7,7 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.checks.findings import (
     INEXACT,
+    INTRINSICS,
     POSES,
     WARNING,
     Finding,
@@ -25,8 +26,12 @@ from remosplat_drake.capture.checks.wide_baselines import (
 _MIN_PAIRS = 3
 """Least number of pairs of views for a decision."""
 
-_SHIFTED_PAIRS = 60
-"""Largest number of pairs of views in the test for a shift by one frame."""
+_FEWER_PAIRS = 60
+"""Largest number of pairs of views in the test of a possible cause."""
+
+_UNEQUAL = 0.03
+"""Relative difference of focal lengths from which on an exchange would be a
+serious error."""
 
 _LEAST_OFFSET = 5e-4
 """Disagreement below this is within the resolution of depth files, which store
@@ -113,6 +118,44 @@ def disagreement(wide: WideBaselines) -> Disagreement | None:
     )
 
 
+def judge_exchange(capture: Capture, wide: WideBaselines) -> list[Finding]:
+    """Judges whether f_x and f_y were exchanged.
+
+    Args:
+        capture: The capture.
+        wide: The comparison of its views.
+    """
+    f_x, f_y = np.median(capture.K[:, [0, 1], [0, 1]], axis=0)
+    found = disagreement(wide)
+    if abs(f_x - f_y) < _UNEQUAL * f_y or not (found and found.is_excessive):
+        return []
+    after = _offset(_exchanged(capture))
+    before = float(np.median(wide.offset[wide.compared]))
+    if not after < _EXPLAINED * before:
+        return []
+    problem = (
+        f"the focal lengths f_x = {f_x:.0f} and f_y = {f_y:.0f} look"
+        f" exchanged: views disagree by {1e3 * before:.1f} mm (median), but by"
+        f" {1e3 * after:.1f} mm with the other order"
+    )
+    remedy = "exchanged f_x and f_y"
+    return [Finding(INTRINSICS, problem, remedy=remedy, mend=_exchanged)]
+
+
+def _exchanged(capture: Capture) -> Capture:
+    K = capture.K.copy()
+    K[:, [0, 1], [0, 1]] = K[:, [1, 0], [1, 0]]
+    return dc.replace(capture, K=K)
+
+
+def _offset(capture: Capture) -> float:
+    """Median disagreement of views [m]; NaN if too few can be compared."""
+    offset = measure_wide_baselines(capture, most=_FEWER_PAIRS).offset
+    if np.isfinite(offset).sum() < _MIN_PAIRS:
+        return np.nan
+    return float(np.nanmedian(offset))
+
+
 def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """Judges whether views disagree by more than noise explains.
 
@@ -178,13 +221,9 @@ def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
     for shift in SHIFTS:
         if not shift.moves_depth or len(capture) < _MIN_PAIRS:
             continue
-        offset = measure_wide_baselines(
-            shift.undo(capture), most=_SHIFTED_PAIRS
-        ).offset
-        if np.isfinite(offset).sum() < _MIN_PAIRS:
-            continue
-        if np.nanmedian(offset) < least:
-            best, least = shift, float(np.nanmedian(offset))
+        offset = _offset(shift.undo(capture))
+        if offset < least:
+            best, least = shift, offset
     if best is None:
         return None
     best = as_colours_tell(best, capture)

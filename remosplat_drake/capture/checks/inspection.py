@@ -9,7 +9,10 @@ from remosplat_drake.capture.checks.contradictions import (
     contradicting_frames,
     judge_motion,
 )
-from remosplat_drake.capture.checks.exactness import judge_exactness
+from remosplat_drake.capture.checks.exactness import (
+    judge_exactness,
+    judge_exchange,
+)
 from remosplat_drake.capture.checks.findings import (
     DEFECT,
     READING,
@@ -107,7 +110,9 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     percentiles = (
         np.percentile(depths, (1, 50, 99)) if len(depths) else [np.nan] * 3
     )
-    pose_findings = judge_overlap(capture, overlap, wrong)
+    camera_findings = judge_camera(capture, fov)
+    exchanged = [] if camera_findings else judge_exchange(capture, wide)
+    pose_findings = exchanged or judge_overlap(capture, overlap, wrong)
     if not pose_findings:
         # With wrong poses, the checks below could only report the same problem
         # again.
@@ -115,7 +120,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     mended = any(finding.mend for finding in pose_findings)
     findings = (
         *(Finding(READING, note, WARNING) for note in capture.notes),
-        *judge_camera(capture, fov),
+        *camera_findings,
         *judge_depth(capture, float(percentiles[1])),
         *judge_path(float(np.ptp(p_WC, axis=0).max())),
         *pose_findings,
