@@ -180,7 +180,7 @@ def test_events_are_written_at_once_and_read(tmp_path):
         b'{"time": 1, "kind": "map", "text": "", "version": 1.5}\n',
         b'{"time": 1, "kind": "motion_status", "text": "", "link": 7}\n',
         b'{"time": 1, "kind": "motion_status", "text": "", "place": [1, 2]}\n',
-        b'{"time": 1, "kind": "motion_status", "text": "", "place": ["x"]}\n',
+        b'{"time": 1,"kind":"motion_status", "text": "", "place": [1,2,"x"]}\n',
     ],
 )
 def test_what_holds_no_events_is_an_error_of_the_user(tmp_path, content):
