@@ -31,7 +31,7 @@ def printed_number(script: str, *arguments: str, **environment: str) -> int:
         environment: Variables that are set for it.
     """
     here = Path(__file__).parent
-    path = os.pathsep.join([str(here), str(here / "sight")])
+    path = os.pathsep.join([str(here), str(here / "detection")])
     result = subprocess.run(
         [sys.executable, "-c", script, *arguments],
         env=os.environ | {"PYTHONPATH": path} | environment,

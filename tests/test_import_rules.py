@@ -199,7 +199,7 @@ def test_a_run_waits_for_nothing_that_it_may_not_need():
         f"{NAME}.mapping.live_map",
         f"{NAME}.reconstruction.pipeline",
         f"{NAME}.cockpit.cockpit_process",
-        f"{NAME}.sight.sight",
+        f"{NAME}.detection.detection_state",
     ]
     program = (
         f"import sys, {NAME}.commands.run; "

@@ -20,6 +20,7 @@ from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
+from remosplat_drake.detection.map_announcer import MapAnnouncer
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
@@ -27,7 +28,6 @@ from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
-from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.station.actuated_command import ActuatedCommand
 from remosplat_drake.task.velocity_profile import VelocityProfile
 from remosplat_drake.teleop.lcm_operator import LcmOperator

@@ -47,12 +47,12 @@ def measure_loop(rate: float) -> LoopQuality:
     return _measured(f"at {rate:g} Hz", ["--scenario-text", text])
 
 
-def measure_sight() -> LoopQuality:
+def measure_detection() -> LoopQuality:
     """Drives past a person that two cameras see, and measures the loop.
 
     Together, both cameras send at most 30 images of 640 x 480 pixels per
-    second. The two cameras, the robot, `remosplat sight` and the controller are
-    five processes.
+    second. The two cameras, the robot, `remosplat detect` and the controller
+    are five processes.
 
     Raises:
         RemoSplatError: The run did not complete, or no person was detected.
@@ -62,13 +62,13 @@ def measure_sight() -> LoopQuality:
         "with cameras",
         ["--scenario", SEEN],
         SEEN,
-        ["sight", SEEN],
+        ["detect", SEEN],
         *(
             ["camera-sim", SEEN, "--camera", camera.name, "--rate", "15"]
             for camera in cameras
         ),
     )
-    if found.sight is None:
+    if found.image_to_command is None:
         raise RemoSplatError("no image has reached a command")
     return found
 
@@ -111,7 +111,7 @@ def _measured(
 
 
 def _quality(values: dict) -> LoopQuality:
-    for name in ("age", "jitter", "work", "busy", "sight"):
+    for name in ("age", "jitter", "work", "busy", "image_to_command"):
         values[name] = values[name] and Spread(**values[name])
     return LoopQuality(**values)
 

@@ -45,6 +45,10 @@ from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
 from remosplat_drake.controller.tick.reactive_law import LONGEST_VERIFIED
+from remosplat_drake.detection.detection_camera_config import (
+    DetectionCameraConfig,
+)
+from remosplat_drake.detection.detection_config import DetectionConfig
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.oracle_config import (
@@ -58,8 +62,6 @@ from remosplat_drake.scene.mover import MOST
 from remosplat_drake.scene.moving.door import SwingingDoor
 from remosplat_drake.scene.moving.mover_track import MoverConfig
 from remosplat_drake.scene.moving.person import Person
-from remosplat_drake.sight.sight_camera_config import SightCameraConfig
-from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.station.mover_sensing import (
     KnownMovers,
     MoverSensing,
@@ -158,11 +160,11 @@ class Scenario(Config):
         KnownMovers | StandingMovers | UnknownMovers | MoverSensing
     ) = dc.field(default_factory=KnownMovers)
     # Depth cameras that detect movers, in the room or on the robot.
-    cameras: Annotated[list[SightCameraConfig], Len(0, MOST_CAMERAS)] = (
+    cameras: Annotated[list[DetectionCameraConfig], Len(0, MOST_CAMERAS)] = (
         dc.field(default_factory=list)
     )
     # Settings of the detection of movers with `cameras`.
-    sight: SightConfig = dc.field(default_factory=SightConfig)
+    detection: DetectionConfig = dc.field(default_factory=DetectionConfig)
     # Source of the movers that a simulated robot avoids: the `truth`, or the
     # detections of its simulated `cameras`.
     movers_from: Annotated[str, OneOf(MOVERS_FROM)] = TRUTH
@@ -239,7 +241,7 @@ class Scenario(Config):
             return make_wrist_camera(self.wrist_camera)
         return self.wrist_camera
 
-    def sight_camera(self, name: str) -> SightCameraConfig:
+    def detection_camera(self, name: str) -> DetectionCameraConfig:
         """Returns one of the cameras that detect movers.
 
         Args:

@@ -153,10 +153,14 @@ def _plan_once(scenario: Scenario, world: World) -> None:
 
 def _look(scenario: Scenario, world: World) -> None:
     """Rehearses the detection of movers with a scenario's cameras."""
-    from remosplat_drake.app.stages.camera_sight import known_scene
-    from remosplat_drake.sight.rehearsal import rehearse as rehearse_sight
+    from remosplat_drake.app.stages.camera_detection import known_scene
+    from remosplat_drake.detection.rehearsal import (
+        rehearse as rehearse_detection,
+    )
 
-    rehearse_sight(world.robot, known_scene(scenario, world), scenario.sight)
+    rehearse_detection(
+        world.robot, known_scene(scenario, world), scenario.detection
+    )
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:

@@ -100,8 +100,8 @@ class LoopQuality:
         work: Time from the arrival of the status to the command [s].
         busy: Processor time of the loop's thread from one command to the next;
             unlike `work` it excludes waiting [s].
-        sight: Time from the stamp of an image used to detect movers to the
-            stamp of the first command computed with it [s]; None without
+        image_to_command: Time from the stamp of an image used to detect movers
+            to the stamp of the first command computed with it [s]; None without
             images.
     """
 
@@ -113,7 +113,7 @@ class LoopQuality:
     jitter: Spread
     work: Spread
     busy: Spread
-    sight: Spread | None = None
+    image_to_command: Spread | None = None
 
 
 class LoopLog:
@@ -182,7 +182,7 @@ class LoopLog:
             jitter=Spread.of(np.abs(np.diff(sent) - self._period)),
             work=Spread.of(work),
             busy=Spread.of(np.diff(processor)),
-            sight=Spread.of((sent - image)[1:][is_new])
+            image_to_command=Spread.of((sent - image)[1:][is_new])
             if is_new.any()
             else None,
         )

@@ -19,13 +19,13 @@ from remosplat_drake.benchmark.result import (
     MovingResult,
 )
 from remosplat_drake.benchmark.watched_run import WatchedRun
+from remosplat_drake.detection.simulated.camera_detection import placed_cameras
 from remosplat_drake.recording.metrics import path_length
 from remosplat_drake.recording.mover_contacts import KINDS, judge_movers
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.scene.moving.track import Track, movers_at
-from remosplat_drake.sight.simulated.camera_sight import placed_cameras
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.task.arrival import ArrivalConfig
@@ -158,7 +158,7 @@ def judge_contacts(
             trajectory,
             movers,
             placed_cameras(scenario.cameras, robot, world.truth, seed),
-            scenario.sight.least_points,
+            scenario.detection.least_points,
             scenario.controller.movers.separation,
             dt,
         ).judged(judged)

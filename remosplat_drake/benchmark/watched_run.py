@@ -15,6 +15,7 @@ from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
     protective_separation,
 )
+from remosplat_drake.detection.simulated.simulated_detection import PlacedCamera
 from remosplat_drake.recording.mover_contacts import (
     TOWARDS,
     UNSEEN,
@@ -24,7 +25,6 @@ from remosplat_drake.recording.mover_contacts import (
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
-from remosplat_drake.sight.simulated.simulated_sight import PlacedCamera
 
 
 @dc.dataclass(frozen=True, eq=False)

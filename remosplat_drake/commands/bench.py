@@ -13,9 +13,9 @@ from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.bench_hardware import (
     fault_rows,
+    run_detection,
     run_faults,
     run_loops,
-    run_sight,
 )
 from remosplat_drake.commands.json_output import json_text, print_json
 from remosplat_drake.commands.tables import open_console, print_table
@@ -49,7 +49,7 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
 """Packages of other projects that a group also times, if they are installed."""
 
-ON_A_WIRE = ("hardware", "sight", "faults")
+ON_A_WIRE = ("hardware", "detection", "faults")
 """Groups that run the real-time loop with a simulated robot (stand-in); each
 prints its own table."""
 
@@ -72,9 +72,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=[*GROUPS, *ON_A_WIRE],
         help=(
             "only this group of cases (default: all timed groups). The "
-            "groups hardware, sight and faults drive the stand-in for a "
-            "real robot: hardware in real time, sight with cameras that see "
-            "a moving person, faults with injected faults"
+            "groups hardware, detection and faults drive the stand-in for a "
+            "real robot: hardware in real time, detection with cameras that "
+            "see a moving person, faults with injected faults"
         ),
     )
     parser.add_argument(
@@ -118,8 +118,8 @@ def run(arguments: argparse.Namespace) -> int:
                 )
     if arguments.json not in (None, STDOUT):
         check_writable(Path(arguments.json))
-    if arguments.group in ("hardware", "sight"):
-        drive = run_loops if arguments.group == "hardware" else run_sight
+    if arguments.group in ("hardware", "detection"):
+        drive = run_loops if arguments.group == "hardware" else run_detection
         loops = drive(console)
         _write(arguments.json, [dc.asdict(loop) for loop in loops])
         return 0

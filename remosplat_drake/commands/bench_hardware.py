@@ -14,8 +14,8 @@ from remosplat_drake.acceptance.hardware_processes import (
 from remosplat_drake.acceptance.loop_cases import (
     RATES,
     load,
+    measure_detection,
     measure_loop,
-    measure_sight,
 )
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
@@ -69,11 +69,11 @@ def run_loops(console: Console) -> list[LoopQuality]:
     return loops
 
 
-def run_sight(console: Console) -> list[LoopQuality]:
+def run_detection(console: Console) -> list[LoopQuality]:
     """Measures the loop with cameras that detect movers, and prints a table."""
     _check_wire()
     console.print(load())
-    loops = [measure_sight()]
+    loops = [measure_detection()]
     print_table(console, loop_table(loops))
     return loops
 
@@ -152,7 +152,9 @@ def loop_table(loops: list[LoopQuality]) -> Table:
             (
                 f"{1 / loop.period:.0f} Hz",
                 _spread(loop.age),
-                "–" if loop.sight is None else _spread(loop.sight),
+                "–"
+                if loop.image_to_command is None
+                else _spread(loop.image_to_command),
                 _spread(loop.jitter),
                 _spread(loop.work),
                 _spread(loop.busy),

@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario)
     config, channel = scenario.camera or WristCameraConfig(), WRIST_CAMERA
     if arguments.camera is not None:
-        camera = scenario.sight_camera(arguments.camera)
+        camera = scenario.detection_camera(arguments.camera)
         config, channel = camera.lens, camera.channel_name
     lcm, url = open_camera_wire(arguments)
     open_camera = partial(

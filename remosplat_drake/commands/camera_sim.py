@@ -24,9 +24,9 @@ from remosplat_drake.commands.wire import (
     open_camera_wire,
     open_wire,
 )
+from remosplat_drake.detection.simulated.wire_camera import WireCamera
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
 from remosplat_drake.hardware.wire.inbox import Inbox
-from remosplat_drake.sight.simulated.wire_camera import WireCamera
 
 _YIELD = 10
 
@@ -75,7 +75,9 @@ def run(arguments: argparse.Namespace) -> int:
     """
     scenario = load_scenario(arguments.scenario)
     if arguments.camera is not None:
-        scenario.sight_camera(arguments.camera)  # Before the files are read.
+        scenario.detection_camera(
+            arguments.camera
+        )  # Before the files are read.
     world = load_world(scenario, blank=True)
     heard = HeardConfiguration(world.robot.description)
     inbox = Inbox(open_wire(arguments.lcm_url), heard.channels)
@@ -102,7 +104,9 @@ def _camera(
     if name is None:
         wrist = scenario.camera or WristCameraConfig()
         return CameraSim(wrist, robot, truth, tracks, lcm)
-    return WireCamera(scenario.sight_camera(name), robot, truth, tracks, lcm)
+    return WireCamera(
+        scenario.detection_camera(name), robot, truth, tracks, lcm
+    )
 
 
 def _listen(inbox: Inbox, heard: HeardConfiguration, duration: float) -> None:

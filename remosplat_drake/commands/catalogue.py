@@ -69,7 +69,7 @@ GROUPS = (
             "ros2-objects": "read a scenario's objects from MoveIt on ROS 2",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "simulate the real robot and its drivers",
-            "sight": ("detect movers by cameras, and send them to a robot"),
+            "detect": ("detect movers by cameras, and send them to a robot"),
             "camera-sim": "simulate a camera of the real robot",
         },
     ),

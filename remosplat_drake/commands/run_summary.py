@@ -74,8 +74,8 @@ def facts_of(
                 f" {loop.unheard} without a new status",
             ),
         ]
-        if loop.sight is not None:
-            facts.append(("image to command", _spread(loop.sight)))
+        if loop.image_to_command is not None:
+            facts.append(("image to command", _spread(loop.image_to_command)))
     statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
     return [*facts, ("ticks", f"{metrics.ticks}: {statuses}")]
 

@@ -63,17 +63,17 @@ def test_a_log_of_three_ticks():
     assert quality.work.max == pytest.approx(0.001)
     assert quality.jitter.max == pytest.approx(0.002)
     assert 0 <= quality.busy.max < 10
-    assert quality.sight is None
+    assert quality.image_to_command is None
 
 
 def test_an_image_counts_at_the_first_command_that_rests_on_it():
     log = LoopLog(0.01)
     for sent, image in ((5.0, 4.9), (5.01, 4.98), (5.02, 4.98), (5.03, 5.01)):
         log.record(stamp=sent, heard=sent, sent=sent, image=image)
-    sight = log.quality().sight
-    assert sight is not None
-    assert sight.p50 == pytest.approx(0.025)
-    assert sight.max == pytest.approx(0.03)
+    image_to_command = log.quality().image_to_command
+    assert image_to_command is not None
+    assert image_to_command.p50 == pytest.approx(0.025)
+    assert image_to_command.max == pytest.approx(0.03)
 
 
 def test_in_long_runs_the_latest_ticks_count():

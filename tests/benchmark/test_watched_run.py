@@ -5,6 +5,10 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.benchmark.watched_run import WatchedRun
+from remosplat_drake.detection.detection_camera_config import (
+    DetectionCameraConfig,
+)
+from remosplat_drake.detection.simulated.camera_detection import placed_cameras
 from remosplat_drake.recording.mover_contacts import (
     TOWARDS,
     UNSEEN,
@@ -13,11 +17,11 @@ from remosplat_drake.recording.mover_contacts import (
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.sight.sight_camera_config import SightCameraConfig
-from remosplat_drake.sight.simulated.camera_sight import placed_cameras
 
 DT = 0.1
-CONFIG = SightCameraConfig(translation=[-1.5, 0, 1.3], look_at=[0.6, 0, 1.3])
+CONFIG = DetectionCameraConfig(
+    translation=[-1.5, 0, 1.3], look_at=[0.6, 0, 1.3]
+)
 
 
 def judged(robot, start: float, wall: tuple[float, float] | None = None):

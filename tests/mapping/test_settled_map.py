@@ -15,18 +15,20 @@ from pydrake.systems.primitives import ConstantVectorSource
 from remosplat_drake.app.world import World
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.rendered_camera import RenderedCamera
+from remosplat_drake.detection.detection_camera_config import (
+    DetectionCameraConfig,
+)
+from remosplat_drake.detection.detection_config import DetectionConfig
+from remosplat_drake.detection.known_scene import KnownScene, surface_points
+from remosplat_drake.detection.settled_requests import SettledRequests
+from remosplat_drake.detection.simulated.camera_detection import (
+    CameraDetection,
+    simulated_detection,
+)
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.scene.moving.mover_track import MoverConfig, WaypointConfig
-from remosplat_drake.sight.known_scene import KnownScene, surface_points
-from remosplat_drake.sight.settled_requests import SettledRequests
-from remosplat_drake.sight.sight_camera_config import SightCameraConfig
-from remosplat_drake.sight.sight_config import SightConfig
-from remosplat_drake.sight.simulated.camera_sight import (
-    CameraSight,
-    simulated_sight,
-)
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.station.mover_source import MoverSource
@@ -35,9 +37,9 @@ PERIOD, LATENCY = 0.02, 0.4
 HALF = np.array([0.07, 0.07, 0.05])
 PLACE = np.array([0.85, -0.19, 0.4])
 ARRIVAL = 1.2
-SIGHT = SightConfig(settle=0.6)
+DETECTION = DetectionConfig(settle=0.6)
 CAMERAS = [
-    SightCameraConfig(
+    DetectionCameraConfig(
         name, translation=[-0.2, y, 1.7], look_at=[0.9, -0.1, 0.4], rate=15
     )
     for name, y in (("left", 1.6), ("right", -1.8))
@@ -77,12 +79,12 @@ class Room:
             configuration=q,
         )
         known = KnownScene(
-            world.field, SIGHT, surface_points(world.splat_W, None)
+            world.field, DETECTION, surface_points(world.splat_W, None)
         )
-        self.sight = CameraSight.AddToBuilder(
+        self.detection = CameraDetection.AddToBuilder(
             builder,
-            sight=simulated_sight(
-                CAMERAS, robot, world.truth, known, SIGHT, seed=0
+            detection=simulated_detection(
+                CAMERAS, robot, world.truth, known, DETECTION, seed=0
             ),
             configuration=q,
             truth=truth.get_output_port(),
@@ -93,9 +95,9 @@ class Room:
         settled = SettledRequests.AddToBuilder(
             builder,
             configuration=q,
-            movers=self.sight.GetOutputPort("movers"),
+            movers=self.detection.GetOutputPort("movers"),
             in_view=lambda q, p_W: CAMERA.sees(mount.pose(q), p_W),
-            settle=SIGHT.settle,
+            settle=DETECTION.settle,
         )
         self.map = LiveMap.AddToBuilder(
             builder,
@@ -131,7 +133,7 @@ class Room:
     def who_knows(self) -> set[str]:
         """Which of map and movers contain the parcel at this time."""
         field = self.evaluated(self.oracle, "distance_field")
-        movers = self.evaluated(self.sight, "movers")
+        movers = self.evaluated(self.detection, "movers")
         return who_knows(PLACE, HALF, field, movers)
 
 
@@ -156,4 +158,4 @@ def test_what_settles_is_in_the_map_before_it_leaves_the_movers(room):
             story.append(known)
     assert story == [{"movers"}, {"movers", "map"}, {"map"}]
     assert room.map.status(room.map.GetMyContextFromRoot(room.root)).swaps == 1
-    assert not len(room.evaluated(room.sight, "movers"))
+    assert not len(room.evaluated(room.detection, "movers"))

@@ -103,9 +103,11 @@ def AddMoverSensor(
         return None
     if scenario.movers_from != TRUTH:
         # Runs without cameras do not import the modules of cameras.
-        from remosplat_drake.app.stages.camera_sight import AddCameraSight
+        from remosplat_drake.app.stages.camera_detection import (
+            AddCameraDetection,
+        )
 
-        return AddCameraSight(
+        return AddCameraDetection(
             builder, scenario, world, configuration, oracle, truth
         )
     if isinstance(scenario.mover_sensing, KnownMovers):

@@ -20,13 +20,13 @@ from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
+from remosplat_drake.detection.map_announcer import MapAnnouncer
+from remosplat_drake.detection.settled_requests import SettledRequests
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
-from remosplat_drake.sight.map_announcer import MapAnnouncer
-from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.station.hand import robot_hands
 from remosplat_drake.teleop.command_merger import CommandMerger
@@ -299,7 +299,7 @@ def AddSettledRequests(
         configuration=loop.configuration,
         movers=loop.known_movers,
         in_view=lambda q, p_W: config.sees(mount.pose(q), p_W),
-        settle=loop.scenario.sight.settle,
+        settle=loop.scenario.detection.settle,
     )
 
 

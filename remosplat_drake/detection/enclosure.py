@@ -1,0 +1,130 @@
+"""Encloses points in few and small rounded boxes."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+
+from remosplat_drake.detection.kernels.fit_box import fit_box, rounded_volume
+
+MOST_PARTS = 6
+"""Largest number of boxes around the points of one object."""
+
+_GAIN = 0.75
+"""Two boxes replace one box if their total volume is at most this share of its
+volume."""
+
+_FEW = 8
+"""Smallest number of points that are divided."""
+
+_SHORT = 0.35
+"""Boxes that extend no farther than this from their centres are not divided
+[m]."""
+
+_LOOKS = 100
+"""Approximate number of sampled points that determine a division."""
+
+_CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
+"""Candidate divisions: index of the main axis that is divided, and the share of
+points on the lower side."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RoundedBox:
+    """All points within a radius of a box: the shape of a `Mover`.
+
+    Attributes:
+        R_WM: Orientation, shape (3, 3).
+        p_WM: Centre in W, shape (3,) [m].
+        half_extents: Half side lengths of the core, shape (3,) [m].
+        radius: Radius around the core [m].
+    """
+
+    R_WM: np.ndarray
+    p_WM: np.ndarray
+    half_extents: np.ndarray
+    radius: float
+
+    @property
+    def X_WM(self) -> RigidTransform:
+        """Its pose in W."""
+        return RigidTransform(RotationMatrix(self.R_WM), self.p_WM)
+
+    @property
+    def volume(self) -> float:
+        """Its volume [m^3]."""
+        a, b, c = self.half_extents
+        return rounded_volume(a, b, c, self.radius)
+
+    def distance(self, p_W: np.ndarray) -> np.ndarray:
+        """Returns distances of points (n, 3) from it; negative inside [m]."""
+        p_M = (p_W - self.p_WM) @ self.R_WM
+        apart = np.abs(p_M) - self.half_extents
+        outside = np.linalg.norm(np.maximum(apart, 0), axis=1)
+        return outside + np.minimum(apart.max(axis=1), 0) - self.radius
+
+
+def enclose(
+    face_W: np.ndarray,
+    back_W: np.ndarray,
+    padding: float,
+    most: int = MOST_PARTS,
+) -> tuple[RoundedBox, ...]:
+    """Encloses segments in one rounded box, or in several smaller ones.
+
+    Args:
+        face_W: Starts of n > 0 segments in W, shape (n, 3) [m].
+        back_W: Their ends, of the same shape. Each segment lies in one of the
+            boxes, at least `padding` below its surface.
+        padding: Margin on all sides [m].
+        most: Largest number of boxes.
+    """
+    pairs = np.stack([face_W, back_W], axis=1)
+    parts = [(_one(pairs, padding), pairs)]
+    while len(parts) < most:
+        # The largest first, since it has most to gain.
+        parts.sort(key=lambda part: -part[0].volume)
+        for i, (box, members) in enumerate(parts):
+            if box.half_extents.max() + box.radius < _SHORT:
+                continue
+            low = _division(members, padding)
+            if low is not None:
+                halves = members[low], members[~low]
+                parts[i : i + 1] = [(_one(h, padding), h) for h in halves]
+                break
+        else:
+            break
+    return tuple(box for box, _ in parts)
+
+
+def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
+    """Returns which segments should get their own box, shape (n,) bool.
+
+    None if two boxes are not better.
+    """
+    if len(pairs) < _FEW:
+        return None
+    middle = pairs.mean(axis=1)
+    centered = middle - middle.mean(axis=0)
+    _, axes = np.linalg.eigh(centered.T @ centered)
+    every = len(pairs) // _LOOKS + 1
+    few = pairs[::every]
+    least = _GAIN * _one(few, padding).volume
+    best = None
+    for axis, share in _CUTS:
+        along = centered @ axes[:, axis]
+        place = np.partition(along, int(share * len(along)))
+        low = along < place[int(share * len(along))]
+        part = low[::every]
+        if part.all() or not part.any():
+            continue
+        volume = sum(_one(few[s], padding).volume for s in (part, ~part))
+        if volume < least:
+            best, least = low, volume
+    return best
+
+
+def _one(pairs: np.ndarray, padding: float) -> RoundedBox:
+    """Returns the smaller of a box and a capsule, along the main axes."""
+    R_WM, p_WM, half_extents, radius = fit_box(pairs.reshape(-1, 3), padding)
+    return RoundedBox(R_WM, p_WM, half_extents, radius)

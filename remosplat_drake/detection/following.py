@@ -1,0 +1,213 @@
+"""Data association: matches detected things to tracks."""
+
+import dataclasses as dc
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from remosplat_drake.detection.detection_config import DetectionConfig
+from remosplat_drake.detection.edge_filter import Edges, outline
+from remosplat_drake.detection.kernels.near_any import near_any
+from remosplat_drake.detection.known_scene import KnownScene
+from remosplat_drake.detection.things import Thing
+from remosplat_drake.detection.track import TRUSTED, Stretches, Track
+from remosplat_drake.detection.view import View
+from remosplat_drake.robot.sphere_model import Spheres
+
+_LEFT = 0.05
+"""The hidden points of a thing are stray points if they are less than this
+share of all its points."""
+
+_NEAR = 0.05
+"""Largest distance of a thing from the region that the matching track can have
+reached [m]."""
+
+_NEVER = 1e6
+"""Cost of an impossible match."""
+
+_STILL = 0.03
+"""Largest displacement of a thing at rest, apart from position errors [m]."""
+
+_AGAIN = 0.06
+"""Distance to a seen point within which a hidden point counts as seen again,
+and largest distance of a hidden point from its prediction [m]."""
+
+_MOST_HIDDEN = 100
+"""Largest number of hidden points of a thing."""
+
+
+def follow(
+    tracks: Sequence[Track],
+    count: int,
+    things: Sequence[Thing],
+    time: float,
+    hidden: Callable[..., Stretches],
+    config: DetectionConfig,
+) -> tuple[tuple[Track, ...], int]:
+    """Updates tracks, starts new ones and removes those that are gone.
+
+    Args:
+        tracks: The tracks so far.
+        count: Number of tracks so far, for the names of new ones.
+        things: The things seen now.
+        time: The present time [s].
+        hidden: Function that returns the part of a predicted track that may be
+            hidden from all cameras now; its second argument is whether any part
+            `is_seen`.
+        config: Bounds on the motion of things.
+
+    Returns:
+        The tracks, first those of the seen things in their order; and the
+        number of tracks so far.
+    """
+    old = [track.after(time, config) for track in tracks]
+    cost = _costs(old, things, time, config)
+    matched = {
+        int(j): old[i]
+        for i, j in zip(*linear_sum_assignment(cost), strict=True)
+        if cost[i, j] < _NEVER
+    }
+    new: list[Track] = []
+    for j, thing in enumerate(things):
+        if j in matched:
+            track = matched[j]
+            rest = hidden(track, is_seen=True)
+            new.append(_followed(track, thing, rest, config))
+        else:
+            count += 1
+            # A part that separates from a thing was seen before.
+            whole = np.flatnonzero(cost[:, j] < _NEVER)
+            images = 1 + max((old[i].images for i in whole), default=0)
+            new.append(_begun(f"seen {count}", thing, images, time, config))
+    followed = {track.name for track in matched.values()}
+    for track in old:
+        if track.name not in followed and track.images >= TRUSTED:
+            rest = hidden(track, is_seen=False)
+            if len(rest):
+                new.append(dc.replace(track, hidden=rest))
+    return tuple(new), count
+
+
+def _costs(
+    old: Sequence[Track],
+    things: Sequence[Thing],
+    time: float,
+    config: DetectionConfig,
+) -> np.ndarray:
+    """Returns the costs of matching things with tracks, at most `_NEVER`."""
+    cost = np.full((len(old), len(things)), _NEVER)
+    for i, track in enumerate(old):
+        far = min(config.max_speed * (time - track.seen), 1.0)
+        middle = track.edges.place.mean(axis=0)
+        for j, thing in enumerate(things):
+            near = Track.nearness(track.face_W, thing.shown.face_W)
+            if near <= _NEAR + track.error + far:
+                off = outline(thing.shown.face_W).mean(axis=0) - middle
+                cost[i, j] = near + np.linalg.norm(off)
+    return cost
+
+
+def _begun(
+    name: str, thing: Thing, images: int, time: float, config: DetectionConfig
+) -> Track:
+    place = outline(thing.shown.face_W)
+    return Track(
+        name,
+        thing.parts,
+        thing.shown,
+        Stretches.none(),
+        Edges.first(place, thing.deviation, config.max_speed, time),
+        images,
+        thing.pitch,
+        thing.error,
+        time,
+        place,
+    )
+
+
+def _followed(
+    track: Track, thing: Thing, hidden: Stretches, config: DetectionConfig
+) -> Track:
+    place, time = outline(thing.shown.face_W), track.edges.time
+    apart = np.abs(place - track.home).max()
+    moved = apart > _STILL + 4 * thing.deviation
+    return dc.replace(
+        track,
+        parts=thing.parts,
+        shown=thing.shown,
+        hidden=hidden,
+        edges=track.edges.seen(place, thing.deviation, config.max_speed),
+        images=track.images + 1,
+        padding=thing.pitch,
+        error=thing.error,
+        still_since=time if moved else track.still_since,
+        home=place if moved else track.home,
+    )
+
+
+def still_hidden(
+    track: Track,
+    *,
+    is_seen: bool,
+    things: Sequence[Thing],
+    views: Mapping[str, View],
+    spheres: Spheres,
+    scene: KnownScene,
+    config: DetectionConfig,
+) -> Stretches:
+    """Returns the part of a predicted track that may be hidden now.
+
+    A point in open space is dropped if a camera looks through it, if something
+    else is seen in its place, if it lies within a seen part of this or another
+    thing, or if it is too old. Close to the robot or to surfaces of the map,
+    images do not distinguish the thing from these. So points there are kept as
+    long as the rest of the track is seen, until they are seen again. This
+    covers a person who touches the robot.
+
+    Args:
+        track: A track, predicted to the time of the newest image.
+        is_seen: Whether any part of the track is seen now.
+        things: The things seen now.
+        views: The view of each camera, by name.
+        spheres: The robot's spheres in W.
+        scene: The map.
+        config: Errors, margins and the time for which things are remembered.
+    """
+    old, time = track.hidden, track.edges.time
+    blurred = _blurred(track, spheres, scene, config)
+    if is_seen:
+        old = dc.replace(old, seen=np.where(blurred, time, old.seen))
+    left = time - old.seen <= config.memory
+    if track.is_still(config):
+        # It has settled: the map may contain it by now.
+        left &= scene.distances(old.face_W) > track.error
+    hidden, clear = np.flatnonzero(blurred), np.flatnonzero(left & ~blurred)
+    gone = np.zeros(len(clear), bool)
+    for view in views.values():
+        if time - view.seen < config.expiry:
+            gone |= view.tells(old.face_W[clear], spheres, config)
+    shows_again = np.zeros(len(hidden), bool)
+    for thing in things:
+        gone |= thing.distances(old.face_W[clear]) <= 0
+        seen_W = thing.shown.face_W
+        again = np.full(len(seen_W), _AGAIN)
+        shows_again |= near_any(old.face_W[hidden], seen_W, again)
+    left[clear[gone]] = left[hidden[shows_again]] = False
+    few = left.sum() < max(config.least_points, _LEFT * len(old))
+    if few and not blurred[left].any():
+        return Stretches.none()
+    found = np.flatnonzero(left)
+    return old.select(found[:: len(found) // _MOST_HIDDEN + 1])
+
+
+def _blurred(
+    track: Track, spheres: Spheres, scene: KnownScene, config: DetectionConfig
+) -> np.ndarray:
+    """Returns which hidden points may be inseparable from robot or map."""
+    p_W, off = track.hidden.face_W, track.error + _AGAIN
+    beside = config.beside(track.error) + _AGAIN
+    near = near_any(p_W, spheres.p_WS, np.asarray(spheres.radius) + beside)
+    if not track.is_still(config):
+        near |= scene.distances(p_W) <= off
+    return near

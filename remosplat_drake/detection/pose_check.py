@@ -1,0 +1,51 @@
+"""Checks whether a camera's image contradicts its assumed pose.
+
+New objects hide the map's surfaces, and a person close to a camera hides all of
+them. But no new object lets a camera look through a wall. So if a camera looks
+through most of the surface points that it should see, its pose or the map is
+wrong.
+"""
+
+import numpy as np
+
+from remosplat_drake.detection.depth_image import DepthImage
+from remosplat_drake.detection.detection_config import DetectionConfig
+from remosplat_drake.detection.known_scene import KnownScene
+
+_FEWEST = 30
+"""Least number of visible points for a decision."""
+
+_MOST_THROUGH = 0.5
+"""Largest share of visible surface points that a camera may look through.
+"""
+
+
+def contradiction(
+    image: DepthImage, scene: KnownScene, config: DetectionConfig
+) -> str:
+    """Returns whether an image contradicts its pose.
+
+    Args:
+        image: The depth image.
+        scene: The map, with points of its surfaces.
+        config: Errors and margins.
+
+    Returns:
+        The contradiction; empty if there is none.
+    """
+    p_C, measured = image.depths_at(scene.surface_W)
+    z = p_C[:, 2]
+    off = measured - z
+    counts = (z < config.range) & ~np.isnan(measured)
+    margin = 2 * config.margin(z)
+    through = int((counts & (off > margin)).sum())
+    agreeing = int((counts & (np.abs(off) <= margin)).sum())
+    if through + agreeing < _FEWEST:
+        return ""
+    share = through / (through + agreeing)
+    if share <= _MOST_THROUGH:
+        return ""
+    return (
+        f"looks through {100 * share:.0f} % of the map's surfaces:"
+        " its pose or the map is wrong; calibrate the camera, or map again"
+    )

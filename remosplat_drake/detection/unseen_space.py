@@ -1,0 +1,235 @@
+"""`UnseenSpace`: space in which something may be hidden from all cameras.
+
+Something hidden in unseen space may come out of it. It can only be in places
+that it could reach without being seen. So the set of possible places of hidden
+things is tracked: in each step it expands as fast as things may move, and
+places that a camera looks through are removed. The robot's own shadow, which
+moves with the robot through space that was seen as free, therefore contains
+nothing.
+
+The places are the voxels of a grid that may contain the centre of a hidden ball
+of radius r. Such a ball contains everything within r - rho of the voxel's
+middle, with rho half the voxel's diagonal. If a camera has looked through that
+middle at most (r - rho) / v ago, with v the speed of hidden things, then no
+such centre is in the voxel now. The same holds if the middle lies in the robot,
+in the map, or in the floor. A thing that is a union of such balls lies within r
+of the voxels that may contain their centres.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.math import RigidTransform
+from scipy.ndimage import binary_dilation
+from scipy.spatial import KDTree
+
+from remosplat_drake.detection.depth_image import DepthImage
+from remosplat_drake.detection.detection_config import DetectionConfig
+from remosplat_drake.detection.known_scene import KnownScene
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.mover import Mover
+
+UNSEEN = "unseen space"
+"""Name of hypothetical movers in unseen space."""
+
+VOXEL, RADIUS = 0.08, 0.1
+"""Edge of the voxels, and radius r of hidden balls [m]."""
+
+START = 0.3
+"""Distance from the robot within which nothing is assumed to be hidden at the
+start, since an operator checks this space [m]."""
+
+NEAR = 1.0
+"""Distance from the robot's spheres beyond which hidden things are not reported
+[m]."""
+
+_LOOKED_AT = 1.2
+"""Distance from the robot beyond which space is not checked, and may contain
+anything [m]."""
+
+MOST_BOXES = 100
+"""Largest number of boxes around the places; if needed, boxes are merged."""
+
+_REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
+_LATEST = 0.75
+"""Share of a voxel's edge that hidden things may have moved when the set of
+their places expands by one voxel."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class UnseenSpace:
+    """Possible places of hidden things; copying returns the object itself.
+
+    Attributes:
+        time: Time of the state [s].
+        holds: Which voxels of the box of `DetectionConfig` may contain the
+            centre of a hidden ball, shape (nx, ny, nz).
+        boxes: Boxes around those that are near the robot: their least and
+            greatest corners in W, shape (k, 2, 3) [m].
+    """
+
+    time: float
+    holds: np.ndarray
+    boxes: np.ndarray
+
+    def __deepcopy__(self, memo) -> "UnseenSpace":
+        return self
+
+    @staticmethod
+    def first(
+        spheres: Spheres, time: float, config: DetectionConfig
+    ) -> "UnseenSpace":
+        """Starts with all space except the robot's surroundings.
+
+        Args:
+            spheres: The robot's spheres in W.
+            time: The present time [s].
+            config: The box.
+        """
+        size = np.subtract(config.upper, config.lower)
+        holds = np.ones(np.ceil(size / VOXEL).astype(int), bool)
+        voxels = np.argwhere(holds)
+        near = _within(_middles(voxels, config), spheres, START)
+        holds[tuple(voxels[near].T)] = False
+        return UnseenSpace(time, holds, np.zeros((0, 2, 3)))
+
+    def after(
+        self,
+        images: Sequence[DepthImage],
+        spheres: Spheres,
+        scene: KnownScene,
+        config: DetectionConfig,
+    ) -> "UnseenSpace":
+        """Expands the possible places, and removes those seen to be free.
+
+        Args:
+            images: The cameras' latest images.
+            spheres: The robot's spheres in W at the newest of them.
+            scene: The map.
+            config: Speeds of things that may come out of unseen space.
+        """
+        speed = config.unseen_speed
+        time = max(image.time for image in images)
+        step = speed * (time - self.time)
+        if step < _LATEST * VOXEL:
+            return self
+        holds = np.ones_like(self.holds)
+        steps = math.ceil(step / VOXEL)
+        region = _around(spheres, holds.shape, config)
+        spread = binary_dilation(self.holds, np.ones((3, 3, 3)), steps)
+        holds[region] = spread[region]
+        voxels = np.argwhere(holds[region])
+        voxels += [part.start for part in region]
+        p_W = _middles(voxels, config)
+        free = p_W[:, 2] < config.floor_height
+        for image in images:
+            if speed * (time - image.time) <= _REST:
+                p_C, measured = image.depths_at(p_W)
+                z = p_C[:, 2]
+                free |= measured > z + config.margin(z)
+        left = np.flatnonzero(~free)
+        solid = _within(p_W[left], spheres, 0.0)
+        solid |= scene.distances(p_W[left]) <= 0.0
+        free[left] = solid
+        holds[tuple(voxels[free].T)] = False
+        near = ~free
+        near[near] = _within(p_W[near], spheres, NEAR)
+        lower, upper = _boxes(voxels[near])
+        corner = np.array(config.lower)
+        boxes = corner + VOXEL * np.stack([lower, upper], axis=1)
+        return UnseenSpace(time, holds, boxes)
+
+    def movers(self, time: float, config: DetectionConfig) -> list[Mover]:
+        """Returns hidden things that may approach the robot, as movers.
+
+        Each has zero velocity, and may move in any direction at the speed
+        `DetectionConfig.unseen_speed`.
+
+        Args:
+            time: The time of the movers [s].
+            config: Speeds of things that may come out of unseen space.
+        """
+        speed = config.unseen_speed
+        return [
+            Mover(
+                UNSEEN,
+                RigidTransform(0.5 * (lower + upper)),
+                0.5 * (upper - lower),
+                RADIUS,
+                max_speed=speed,
+                max_acceleration=0.0,
+                velocity_error=speed,
+                position_error=speed * max(time - self.time, 0.0),
+            )
+            for lower, upper in self.boxes
+        ]
+
+
+def _around(
+    spheres: Spheres, shape: tuple[int, ...], config: DetectionConfig
+) -> tuple[slice, ...]:
+    """Returns the voxels around the robot that are checked."""
+    radius = np.asarray(spheres.radius)[:, None] + _LOOKED_AT
+    lower = (np.asarray(spheres.p_WS) - radius).min(axis=0) - config.lower
+    upper = (np.asarray(spheres.p_WS) + radius).max(axis=0) - config.lower
+    first = np.clip(np.floor(lower / VOXEL).astype(int), 0, shape)
+    last = np.clip(np.ceil(upper / VOXEL).astype(int), 0, shape)
+    return tuple(slice(a, b) for a, b in zip(first, last, strict=True))
+
+
+def _middles(voxels: np.ndarray, config: DetectionConfig) -> np.ndarray:
+    """Returns middles of voxels in W, shape (n, 3) [m]."""
+    return np.array(config.lower) + VOXEL * (voxels + 0.5)
+
+
+def _within(p_W: np.ndarray, spheres: Spheres, distance: float) -> np.ndarray:
+    """Returns which points are within a distance of spheres, (n,) bool."""
+    found = np.zeros(len(p_W), bool)
+    if not len(p_W):
+        return found
+    points = KDTree(p_W)
+    reach = np.asarray(spheres.radius) + distance
+    for near in points.query_ball_point(spheres.p_WS, reach):
+        found[near] = True
+    return found
+
+
+def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Covers voxels with boxes, exactly or with larger ones.
+
+    Args:
+        voxels: Indices of voxels, shape (n, 3).
+
+    Returns:
+        Their least and greatest corners in voxels, shape (k, 3) each, with k up
+        to `MOST_BOXES`.
+    """
+    if not len(voxels):
+        return voxels, voxels
+    edge = 1
+    while True:
+        lower = np.unique(voxels // edge, axis=0)
+        lower, upper = _joined(lower, lower + 1)
+        if len(lower) <= MOST_BOXES:
+            return edge * lower, edge * upper
+        edge *= 2
+
+
+def _joined(
+    lower: np.ndarray, upper: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Merges boxes that share a face, along one axis after the other."""
+    for axis in (2, 1, 0):
+        others = [c for c in range(3) if c != axis]
+        sides = np.column_stack([lower[:, others], upper[:, others]])
+        order = np.lexsort((lower[:, axis], *sides.T))
+        lower, upper, sides = lower[order], upper[order], sides[order]
+        begins = np.ones(len(lower), bool)
+        begins[1:] = (sides[1:] != sides[:-1]).any(axis=1)
+        begins[1:] |= lower[1:, axis] != upper[:-1, axis]
+        first = np.flatnonzero(begins)
+        last = np.append(first[1:], len(lower)) - 1
+        lower, upper = lower[first], upper[last]
+    return lower, upper
