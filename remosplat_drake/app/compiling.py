@@ -61,7 +61,7 @@ class _Shown:
             self._progress.show(self._stage)
             if self._start is None:
                 self._start = monotonic()
-                _say_why()
+                _print_reason()
                 self._progress.print_line()
         if waits:
             self._tell(f"{self._stage.what}: {self._stage.state()[1]}")
@@ -79,7 +79,7 @@ class _Shown:
         return min(count.work_done / max(count.work, 1e-9), 0.99), left
 
 
-def _say_why() -> None:
+def _print_reason() -> None:
     """Prints a line if a wheel's kernels do not fit this computer."""
     made = files.unfit()
     if made:

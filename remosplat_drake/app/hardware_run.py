@@ -189,7 +189,7 @@ def run_on_hardware(
                     if between_ticks is not None:
                         between_ticks(loop.context)
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             # If the run has sent no command, it must send no zero commands
             # either: another program may drive the robot.
             if math.isfinite(loop.link.sent):

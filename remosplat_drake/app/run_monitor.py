@@ -153,8 +153,8 @@ class RunMonitor:
         else:
             self.is_finished = self._until(targets.error(context))
         self._listen(time, root)
-        self._heed_map(root)
-        self._heed_guidance(root)
+        self._report_map(root)
+        self._report_guidance(root)
         if self.is_finished:
             return EventStatus.ReachedTermination(
                 self._application.diagram, "the run is over"
@@ -172,7 +172,7 @@ class RunMonitor:
         if self._on_motion_status is not None:
             self._on_motion_status(time, motion_status)
 
-    def _heed_map(self, root: Context) -> None:
+    def _report_map(self, root: Context) -> None:
         """Reports changes of the live map."""
         status = map_status_of(self._application, root)
         if status is None or self._on_map is None:
@@ -185,7 +185,7 @@ class RunMonitor:
         if self._map_news != before:
             self._on_map(status)
 
-    def _heed_guidance(self, root: Context) -> None:
+    def _report_guidance(self, root: Context) -> None:
         """Ends the run if guidance has given up and `give_up` is set."""
         selection = selection_of(self._application, root)
         if selection is None:

@@ -13,13 +13,13 @@ class StopRequest:
 
     Attributes:
         made: Whether a signal has arrived.
-        is_heeded: Whether the loop has ended. From then on, further signals are
+        has_ended: Whether the loop has ended. From then on, further signals are
             ignored, so that they do not interrupt the braking ramp.
     """
 
     def __init__(self):
         self.made = False
-        self.is_heeded = False
+        self.has_ended = False
 
     def make(self, *_) -> None:
         """Records the first signal; a second one raises KeyboardInterrupt.
@@ -27,8 +27,8 @@ class StopRequest:
         Raises: KeyboardInterrupt: The loop has not ended since the first
         signal.
         """
-        if self.made and not self.is_heeded:
-            self.is_heeded = True
+        if self.made and not self.has_ended:
+            self.has_ended = True
             raise KeyboardInterrupt
         self.made = True
 

@@ -46,7 +46,7 @@ class Format:
     """A format in which captures are stored.
 
     Attributes:
-        looks_for: Description of the files of the format.
+        expected_files: Description of the files of the format.
         recognises: Function that returns whether a path is of this format, by
             its content.
         open_recording: Function that reads the poses of a capture's files, but
@@ -57,7 +57,7 @@ class Format:
             format; None if the format does not document it.
     """
 
-    looks_for: str
+    expected_files: str
     recognises: Callable[[Path], bool]
     open_recording: Callable[[Path], Recording]
     notes: Callable[[Path], list[str]]
@@ -66,7 +66,7 @@ class Format:
 
 FORMATS = {
     name: Format(
-        module.LOOKS_FOR,
+        module.EXPECTED_FILES,
         module.recognises,
         module.open_recording,
         module.notes,
@@ -299,5 +299,5 @@ def detect_format(path: Path) -> str:
     for name, candidate in FORMATS.items():
         if candidate.recognises(path):
             return name
-    expected = "; ".join(f"{n}: {f.looks_for}" for n, f in FORMATS.items())
+    expected = "; ".join(f"{n}: {f.expected_files}" for n, f in FORMATS.items())
     raise FileError(path, f"no known capture; expected {expected}")

@@ -14,7 +14,7 @@ from remosplat_drake.visualization.live_page.page_files import resource
 _MOST = 64
 """Largest number of axes, or of buttons, of a gamepad."""
 
-Hear = Callable[[GamepadState | None], None]
+GamepadCallback = Callable[[GamepadState | None], None]
 
 
 class ClientChannel:
@@ -36,7 +36,7 @@ class ClientChannel:
         self,
         client: viser.ClientHandle,
         age: Callable[[], float],
-        hear: Hear,
+        hear: GamepadCallback,
     ):
         self._client, self._age, self._hear = client, age, hear
         self._answered = 0

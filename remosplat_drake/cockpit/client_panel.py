@@ -8,7 +8,7 @@ import viser
 
 from remosplat_drake.cockpit.authority import is_whole
 from remosplat_drake.cockpit.client_channel import ClientChannel
-from remosplat_drake.cockpit.messages import Look
+from remosplat_drake.cockpit.messages import PageContent
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
 from remosplat_drake.cockpit.task_list import task_html
 from remosplat_drake.cockpit.viewpoints import (
@@ -40,7 +40,7 @@ _UNSEEN = (
 )
 
 
-class Crew(Protocol):
+class PageActions(Protocol):
     """The functions of the page that a client's panel calls."""
 
     def stop(self) -> None:
@@ -68,8 +68,8 @@ class ClientPanel:
 
     Args:
         client: The client.
-        crew: Interface of the page that contains the panel.
-        look: The page's content at present.
+        page_actions: Interface of the page that contains the panel.
+        content: The page's content at present.
         shows_unseen: Whether the boundary of unseen space is drawn; None if the
             map has no such boundary.
 
@@ -82,17 +82,17 @@ class ClientPanel:
     def __init__(
         self,
         client: viser.ClientHandle,
-        crew: Crew,
-        look: Look,
+        page_actions: PageActions,
+        content: PageContent,
         shows_unseen: bool | None,
     ):
         self.client = client
         self.operator: OperatorPanel | None = None
-        self._crew = crew
-        self._look = look
+        self._page_actions = page_actions
+        self._content = content
         self._follows = False
         gui = client.gui
-        self._channel = ClientChannel(client, crew.age, self._lead)
+        self._channel = ClientChannel(client, page_actions.age, self._lead)
         self._stop = gui.add_button("STOP", color="red", order=0.0)
         self._status = gui.add_html("", order=1.0)
         self._task = gui.add_html("", order=12.0, visible=False)
@@ -100,19 +100,19 @@ class ClientPanel:
         self._add_code(gui)
         self._add_views(gui, shows_unseen)
         self._look_from(SCENE)
-        self.show(look)
+        self.show(content)
 
     def _add_stop(self) -> None:
         @self._stop.on_click
         async def _(_):
-            self._crew.stop()
+            self._page_actions.stop()
 
         for key in ("escape", "space"):
             command = self.client.gui.add_command(f"STOP ({key})", hotkey=key)
 
             @command.on_trigger
             async def _(_):
-                self._crew.stop()
+                self._page_actions.stop()
 
     def _add_code(self, gui: viser.GuiApi) -> None:
         self._entry = gui.add_folder("Operate", order=5.0)
@@ -124,7 +124,7 @@ class ClientPanel:
         def enter():
             # Adding the operator's controls takes long, so it does not run in
             # the event loop that handles STOP.
-            self._refuse(self._crew.admit(self, self._code.value))
+            self._refuse(self._page_actions.admit(self, self._code.value))
 
         @button.on_click
         def _(_):
@@ -150,7 +150,7 @@ class ClientPanel:
                 @veil.on_update
                 async def _(event: viser.GuiEvent):
                     if event.client is not None:
-                        self._crew.show_unseen(veil.value)
+                        self._page_actions.show_unseen(veil.value)
 
         @views.on_click
         async def _(_):
@@ -159,7 +159,7 @@ class ClientPanel:
                 self._look_from(views.value)
 
     def _look_from(self, view: str) -> None:
-        self._set_camera(viewpoint(view, self._look))
+        self._set_camera(viewpoint(view, self._content))
 
     def _set_camera(self, view: Viewpoint) -> None:
         with self.client.atomic():
@@ -167,25 +167,25 @@ class ClientPanel:
             self.client.camera.look_at = view.p_WT
             self.client.camera.up_direction = view.up_W
 
-    def show(self, look: Look, pace: float | None = None) -> None:
+    def show(self, content: PageContent, pace: float | None = None) -> None:
         """Shows the run's state at one moment.
 
         Args:
-            look: The page's content at that moment.
+            content: The page's content at that moment.
             pace: Simulated seconds per second; None if unknown.
         """
-        before, self._look = self._look, look
-        status = _status(look, pace)
+        before, self._content = self._content, content
+        status = _status(content, pace)
         if status != self._status.content:
             self._status.content = status
-            self._stop.disabled = pages.STOP not in look.state.buttons
-        task = task_html(look.outline)
+            self._stop.disabled = pages.STOP not in content.state.buttons
+        task = task_html(content.outline)
         if task != self._task.content:
             self._task.content, self._task.visible = task, bool(task)
         if self.operator is not None:
-            self.operator.show(look)
+            self.operator.show(content)
         if self._follows:
-            step = look.X_WB[:3, 3] - before.X_WB[:3, 3]
+            step = content.X_WB[:3, 3] - before.X_WB[:3, 3]
             if np.abs(step).max() > 1e-4:
                 camera = self.client.camera
                 with self.client.atomic():
@@ -211,23 +211,23 @@ class ClientPanel:
             self._entry.visible = True
 
 
-def _status(look: Look, pace: float | None) -> str:
+def _status(content: PageContent, pace: float | None) -> str:
     """The robot's state, as HTML."""
-    state: PageState = look.state
+    state: PageState = content.state
     colour = _COLOURS.get(state.phase, _GREY)
     lines = [
         f'<div style="background:{colour};color:white;font-weight:700;'
         f'padding:6px 10px;border-radius:6px">{html.escape(state.title)}'
         f'<div style="font-weight:400">{html.escape(state.text)}</div></div>'
     ]
-    for name, text in (("Target", look.target), ("Map", look.map)):
+    for name, text in (("Target", content.target), ("Map", content.map)):
         if text:
             lines.append(f"<div><b>{name}</b> {html.escape(text)}</div>")
     if pace is not None and pace < _SLOW:
         lines.append(f"<div><b>Slow</b> {pace:.1f} of real time</div>")
-    if look.trouble:
+    if content.trouble:
         lines.append(
-            f'<div style="color:#c92a2a"><b>{html.escape(look.trouble)}</b>'
+            f'<div style="color:#c92a2a"><b>{html.escape(content.trouble)}</b>'
             "</div>"
         )
     body = "".join(lines)

@@ -7,7 +7,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import Context, LeafSystem
 
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
-from remosplat_drake.cockpit.messages import Wishes
+from remosplat_drake.cockpit.messages import CockpitRequests
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
@@ -55,38 +55,38 @@ class CockpitOperator(LeafSystem):
 
     def _calc_command(self, context: Context, output: Value):
         process = self._process
-        output.set_value(command_now(process.wishes, process.silence))
+        output.set_value(command_now(process.requests, process.silence))
 
     def _calc_map_requests(self, context: Context, output: Value):
-        output.set_value(map_requests(self._process.wishes, self._scenes))
+        output.set_value(map_requests(self._process.requests, self._scenes))
 
     def _calc_operator(self, context: Context, output: Value):
-        wishes, trouble = self._process.wishes, self._process.trouble
-        output.set_value(dc.replace(wishes.operator, trouble=trouble))
+        requests, trouble = self._process.requests, self._process.trouble
+        output.set_value(dc.replace(requests.operator, trouble=trouble))
 
 
-def command_now(wishes: Wishes, silence: float) -> OperatorCommand:
+def command_now(requests: CockpitRequests, silence: float) -> OperatorCommand:
     """Returns the command for the target.
 
     Args:
-        wishes: All requests so far.
+        requests: All requests so far.
         silence: Time since the cockpit's last message [s]. After `SILENCE` a
             dead-man switch counts as released.
     """
     if silence > SILENCE:
-        return dc.replace(wishes.command, V_W=None)
-    return wishes.command
+        return dc.replace(requests.command, V_W=None)
+    return requests.command
 
 
 def map_requests(
-    wishes: Wishes, scenes: Sequence[PrimitiveScene]
+    requests: CockpitRequests, scenes: Sequence[PrimitiveScene]
 ) -> MapRequests:
     """Returns the requests to the map.
 
     Args:
-        wishes: All requests so far.
+        requests: All requests so far.
         scenes: The scenes that a simulated camera can show; it shows the first
             one at the start.
     """
-    scene = scene_in_turn(scenes, wishes.scene_changes)
-    return dc.replace(wishes.requests, scene=scene)
+    scene = scene_in_turn(scenes, requests.scene_changes)
+    return dc.replace(requests.map_requests, scene=scene)

@@ -7,7 +7,7 @@ from time import monotonic
 import numpy as np
 import viser
 
-from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.messages import CockpitJob, PageContent
 from remosplat_drake.visualization.clearance_plot import AMBER, clearance_plot
 from remosplat_drake.visualization.live_plots import RollingTrace
 from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
@@ -87,18 +87,18 @@ class CockpitPlots:
         picture = self._server.gui.add_html("")
         return _Curve(plot, RollingTrace(SPAN, _BIN, worse), picture, grows)
 
-    def add(self, look: Look) -> None:
+    def add(self, content: PageContent) -> None:
         """Adds the values of one moment.
 
         Args:
-            look: The page's content at that moment.
+            content: The page's content at that moment.
         """
-        self._now = look.time
-        distance = np.linalg.norm(look.X_WT[:3, 3] - look.X_WE[:3, 3])
-        self._distance.trace.add(look.time, float(distance))
-        if look.worst is not None:
-            self._clearance.trace.add(look.time, look.worst.clearance)
-            self._duration.trace.add(look.time, 1e3 * look.worst.duration)
+        self._now = content.time
+        distance = np.linalg.norm(content.X_WT[:3, 3] - content.X_WE[:3, 3])
+        self._distance.trace.add(content.time, float(distance))
+        if content.worst is not None:
+            self._clearance.trace.add(content.time, content.worst.clearance)
+            self._duration.trace.add(content.time, 1e3 * content.worst.duration)
 
     def draw(self) -> None:
         """Draws the plots, unless they were drawn less than `PERIOD` ago."""

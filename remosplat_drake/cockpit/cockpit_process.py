@@ -13,12 +13,12 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.cockpit.messages import (
     Beat,
     CockpitJob,
+    CockpitRequests,
     CodeIssued,
     Failed,
-    Look,
     MapPicture,
+    PageContent,
     Serving,
-    Wishes,
 )
 
 START_TIME = 120.0
@@ -48,7 +48,7 @@ class CockpitProcess:
     another thread reads requests.
 
     Attributes:
-        wishes: All requests so far.
+        requests: All requests so far.
     """
 
     def __init__(self, announce: Callable[[CodeIssued], None]):
@@ -58,11 +58,11 @@ class CockpitProcess:
             announce: Called, in a thread, with every code that lets a client
                 operate.
         """
-        self.wishes = Wishes()
+        self.requests = CockpitRequests()
         self._announce = announce
         self._child = ChildProcess(_serve, "cockpit", _NICENESS)
         self._news = Condition()
-        self._look: Look | None = None
+        self._content: PageContent | None = None
         self._picture: MapPicture | None = None
         self._heard_at = float("inf")
         self._is_dead = False
@@ -98,16 +98,16 @@ class CockpitProcess:
             Thread(target=work, daemon=True).start()
         return message.url
 
-    def show(self, look: Look) -> None:
+    def show(self, content: PageContent) -> None:
         """Queues the page's content; replaces content that is not sent yet.
 
         The newer content includes the worst control tick of the replaced one.
 
         Args:
-            look: The page's content at that moment.
+            content: The page's content at that moment.
         """
         with self._news:
-            self._look = look.after(self._look)
+            self._content = content.after(self._content)
             self._news.notify()
 
     def show_map(self, picture: MapPicture) -> None:
@@ -137,14 +137,14 @@ class CockpitProcess:
         try:
             while True:
                 with self._news:
-                    while self._look is None and self._picture is None:
+                    while self._content is None and self._picture is None:
                         self._news.wait()
-                    look, self._look = self._look, None
+                    content, self._content = self._content, None
                     picture, self._picture = self._picture, None
                 if picture is not None:
                     send_arrays(self._connection, picture)
-                if look is not None:
-                    self._connection.send(look)
+                if content is not None:
+                    self._connection.send(content)
         except OSError:
             self._is_dead = True
 
@@ -154,8 +154,8 @@ class CockpitProcess:
             while True:
                 message = self._connection.recv()
                 self._heard_at = monotonic()
-                if isinstance(message, Wishes):
-                    self.wishes = message
+                if isinstance(message, CockpitRequests):
+                    self.requests = message
                 elif isinstance(message, CodeIssued):
                     self._announce(message)
                 else:

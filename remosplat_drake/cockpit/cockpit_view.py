@@ -12,8 +12,8 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
-from remosplat_drake.cockpit.desk import SOURCE
-from remosplat_drake.cockpit.messages import Look, MapPicture
+from remosplat_drake.cockpit.messages import MapPicture, PageContent
+from remosplat_drake.cockpit.operator_input import SOURCE
 from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.map_status import MapStatus
@@ -134,7 +134,7 @@ class CockpitView(LeafSystem):
         if status is not None and status.scene_map is not self._map:
             self._map = status.scene_map
             self._process.show_map(picture_of(self._map, self._show_unseen))
-        look = look_at(
+        content = page_content(
             context.get_time(),
             q,
             self._robot,
@@ -149,8 +149,8 @@ class CockpitView(LeafSystem):
             payload = self._input(context, "report").payload
             objects = self._input(context, "objects")
             objects = at_present(objects, payload, self._robot, q)
-            look = dc.replace(look, outline=outline, objects=objects)
-        self._process.show(look)
+            content = dc.replace(content, outline=outline, objects=objects)
+        self._process.show(content)
         self._worst = None
 
 
@@ -166,7 +166,7 @@ def picture_of(scene_map: SceneMap, show_unseen: bool) -> MapPicture:
     )
 
 
-def look_at(
+def page_content(
     time: float,
     q: np.ndarray,
     robot: RobotModel,
@@ -175,7 +175,7 @@ def look_at(
     supervision: SupervisorState | None,
     status: MapStatus | None,
     worst: WorstTick | None = None,
-) -> Look:
+) -> PageContent:
     """Collects the cockpit's content at one moment.
 
     Args:
@@ -204,7 +204,7 @@ def look_at(
     does = target.text or target.mode
     if target.X_WTs is not None:
         does = f"{robot.effectors[target.effector]}: {does}"
-    return Look(
+    return PageContent(
         time=time,
         q=np.array(q),
         X_WE=robot_state.X_WEs[target.effector],

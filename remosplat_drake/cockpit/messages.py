@@ -85,7 +85,7 @@ class MapPicture:
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Look:
+class PageContent:
     """The content of the page at one moment.
 
     Attributes:
@@ -136,7 +136,7 @@ class Look:
     outline: TaskOutline = dc.field(default_factory=TaskOutline)
     objects: tuple[SceneObject, ...] = ()
 
-    def after(self, earlier: "Look | None") -> "Look":
+    def after(self, earlier: "PageContent | None") -> "PageContent":
         """Returns this content, merged with the worst tick of a skipped one.
 
         Args:
@@ -149,12 +149,12 @@ class Look:
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Wishes:
+class CockpitRequests:
     """All requests of people at the cockpit so far.
 
     Attributes:
         command: The operator's command for the target.
-        requests: The operator's requests to the map.
+        map_requests: The operator's requests to the map.
         scene_changes: Number of requests to switch the scene of a simulated
             camera.
         operator: Numbers of presses: of STOP by all clients, and of RELEASE by
@@ -162,7 +162,7 @@ class Wishes:
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
-    requests: MapRequests = dc.field(default_factory=MapRequests)
+    map_requests: MapRequests = dc.field(default_factory=MapRequests)
     scene_changes: int = 0
     operator: OperatorRequests = dc.field(default_factory=OperatorRequests)
 

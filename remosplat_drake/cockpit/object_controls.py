@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import viser
 
-from remosplat_drake.cockpit.desk import Desk
+from remosplat_drake.cockpit.operator_input import OperatorInput
 from remosplat_drake.signals.task_outline import TaskOutline
 
 
@@ -19,14 +19,19 @@ class ObjectControls:
     Args:
         gui: The operator's panel.
         names: Names of the objects.
-        desk: Stores the requests.
+        inputs: Stores the requests.
 
     Attributes:
         folder: The folder that contains the controls.
     """
 
-    def __init__(self, gui: viser.GuiApi, names: Sequence[str], desk: Desk):
-        self._desk = desk
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        names: Sequence[str],
+        inputs: OperatorInput,
+    ):
+        self._inputs = inputs
         self._clicked: tuple[str, np.ndarray] | None = None
         self._shown: tuple[TaskOutline, bool, str] | None = None
         self._outline, self._is_stopped = TaskOutline(), False
@@ -36,7 +41,7 @@ class ObjectControls:
             self._take = self._button(gui, "Take it", self._take_it)
             self._put = self._button(gui, "Put it there", self._put_it)
             self._give_up = self._button(
-                gui, "Give up", lambda: desk.press("holds")
+                gui, "Give up", lambda: inputs.press("holds")
             )
         self._put.visible = self._give_up.visible = False
 
@@ -56,12 +61,12 @@ class ObjectControls:
         return button
 
     def _take_it(self) -> None:
-        self._desk.take(self._choice.value)
+        self._inputs.take(self._choice.value)
 
     def _put_it(self) -> None:
         name, p_W = self._clicked or ("", None)
         support = self._choice.value
-        self._desk.place(support, p_W if name == support else None)
+        self._inputs.place(support, p_W if name == support else None)
 
     def choose(self, name: str, p_W: np.ndarray) -> None:
         """Chooses an object that was clicked in the scene.

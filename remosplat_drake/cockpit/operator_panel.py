@@ -7,11 +7,11 @@ from time import monotonic
 import numpy as np
 import viser
 
-from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.ghost import COLOURS, Ghost
-from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.messages import CockpitJob, PageContent
 from remosplat_drake.cockpit.object_controls import ObjectControls
 from remosplat_drake.cockpit.offers import LABELS, Offer
+from remosplat_drake.cockpit.operator_input import OperatorInput
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.teleop.gamepad import (
@@ -65,8 +65,8 @@ class OperatorPanel:
     Args:
         client: The client that operates.
         job: The settings of the cockpit.
-        desk: Stores the requests.
-        look: The present content of the page.
+        inputs: Stores the requests.
+        content: The present content of the page.
         shapes: The look of the robot's links.
         hand_over: Called when the operator hands over.
     """
@@ -75,17 +75,17 @@ class OperatorPanel:
         self,
         client: viser.ClientHandle,
         job: CockpitJob,
-        desk: Desk,
-        look: Look,
+        inputs: OperatorInput,
+        content: PageContent,
         shapes: Shapes,
         hand_over: Press,
     ):
         self._client = client
         self._job = job
-        self._desk = desk
-        self._look = look
-        self._chosen, self._chosen_at = look.effector, -np.inf
-        self._coordinates = self._coordinates_of(look.effector)
+        self._inputs = inputs
+        self._content = content
+        self._chosen, self._chosen_at = content.effector, -np.inf
+        self._coordinates = self._coordinates_of(content.effector)
         self._proposal: np.ndarray | None = None
         self._moved_at = self._asked_at = -np.inf
         self._pressed: frozenset[str] = frozenset()
@@ -108,16 +108,16 @@ class OperatorPanel:
         if job.mapping:
             self._add_map()
         self._objects: ObjectControls | None = None
-        if look.objects:
-            names = [each.name for each in look.objects]
-            self._objects = ObjectControls(client.gui, names, desk)
+        if content.objects:
+            names = [each.name for each in content.objects]
+            self._objects = ObjectControls(client.gui, names, inputs)
             self._parts.append(self._objects.folder)
         self._parts.append(
             self._button(client.gui, "Hand over", hand_over, order=90.0)
         )
         self._gizmo = self._add_gizmo()
         self._ghost = Ghost(client.scene, job.robot, shapes)
-        self.show(look)
+        self.show(content)
 
     def _coordinates_of(self, effector: int) -> PoseCoordinates:
         job = self._job
@@ -129,12 +129,12 @@ class OperatorPanel:
         label: str,
         press: Press,
         hotkey: str | None = None,
-        **look,
+        **style,
     ) -> viser.GuiButtonHandle:
         """Adds a button, and a key that has the same effect."""
         hint = f"key {hotkey}" if hotkey else None
-        look.setdefault("color", "indigo")
-        button = gui.add_button(label, hint=hint, **look)
+        style.setdefault("color", "indigo")
+        button = gui.add_button(label, hint=hint, **style)
 
         @button.on_click
         async def _(_):
@@ -151,7 +151,7 @@ class OperatorPanel:
 
     def _free(self) -> None:
         self._let_go.visible = False
-        self._desk.release()
+        self._inputs.release()
 
     def _key(self, label: str, hotkey: str, press: Press) -> None:
         command = self._client.gui.add_command(label, hotkey=hotkey)
@@ -163,7 +163,7 @@ class OperatorPanel:
         self._commands.append(command)
 
     def _add_target(self) -> None:
-        gui, desk = self._client.gui, self._desk
+        gui, inputs = self._client.gui, self._inputs
         folder = gui.add_folder("Target", order=10.0)
         self._parts.append(folder)
         with folder:
@@ -179,8 +179,8 @@ class OperatorPanel:
                 self._hand = self._add_choice(gui)
             # Requests to a stopped robot are ignored.
             self._motions = [
-                self._button(gui, "Hold", lambda: desk.press("holds"), "H"),
-                self._button(gui, "Go home", lambda: desk.press("homes")),
+                self._button(gui, "Hold", lambda: inputs.press("holds"), "H"),
+                self._button(gui, "Go home", lambda: inputs.press("homes")),
                 *(
                     self._button(gui, f"→ {name}", self._picking(name))
                     for name in self._job.config.poses
@@ -218,7 +218,7 @@ class OperatorPanel:
         """Adds the buttons of the robot's hand, if it has one."""
         if self._job.robot.description.hand is None:
             return
-        press = self._desk.press
+        press = self._inputs.press
         self._motions += [
             self._button(gui, "Open hand", lambda: press("opens"), "O"),
             self._button(gui, "Close hand", lambda: press("closes"), "C"),
@@ -227,7 +227,7 @@ class OperatorPanel:
     @property
     def _gamepad_does(self) -> dict[str, Press]:
         """The actions of a gamepad's buttons, keyed by their effect."""
-        press = self._desk.press
+        press = self._inputs.press
         return {
             OPEN: lambda: press("opens"),
             CLOSE: lambda: press("closes"),
@@ -253,7 +253,7 @@ class OperatorPanel:
         V_W = gamepad_velocity(pad.axes, pad.buttons, config)
         if V_W is not None:
             V_W = 0.01 * self._speed.value * V_W
-        self._desk.lead(V_W)
+        self._inputs.lead(V_W)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
         """Adds a selector of the hand; the other controls move this hand."""
@@ -276,7 +276,7 @@ class OperatorPanel:
         effector %= len(names)
         if effector != self._chosen:
             self._chosen_at = monotonic()
-            self._desk.choose(names[effector])
+            self._inputs.choose(names[effector])
             self._show_hand(effector)
 
     def _show_hand(self, effector: int) -> None:
@@ -285,15 +285,15 @@ class OperatorPanel:
         self._drop()
         self._coordinates = self._coordinates_of(effector)
         self._hand.value = self._job.robot.effectors[effector]
-        if self._look.X_WTs is not None:
-            self._place(self._look.X_WTs[effector])
+        if self._content.X_WTs is not None:
+            self._place(self._content.X_WTs[effector])
 
     def _picking(self, name: str) -> Press:
-        return lambda: self._desk.pick(name)
+        return lambda: self._inputs.pick(name)
 
     def _add_sliders(self, gui: viser.GuiApi) -> list[viser.GuiSliderHandle]:
         config = self._job.config
-        begin = self._coordinates.of(self._look.X_WT)
+        begin = self._coordinates.of(self._content.X_WT)
         ends = list(
             zip(config.workspace_lower, config.workspace_upper, strict=True)
         )
@@ -326,29 +326,32 @@ class OperatorPanel:
 
     def _nudging(self, axis: int, step: float) -> Press:
         def nudge():
-            values = self._coordinates.of(self._wished())
+            values = self._coordinates.of(self._desired_pose())
             values[axis] += step * self._speed.value / _SPEED
             self._move(self._coordinates.pose(values))
 
         return nudge
 
     def _add_map(self) -> None:
-        gui, desk = self._client.gui, self._desk
+        gui, inputs = self._client.gui, self._inputs
         folder = gui.add_folder("Map", order=20.0)
         self._parts.append(folder)
         with folder:
-            self._button(gui, "Scan", lambda: desk.press("scans"))
+            self._button(gui, "Scan", lambda: inputs.press("scans"))
             self._button(
-                gui, "Add a frame", lambda: desk.request("frames"), "M"
+                gui,
+                "Add a frame",
+                lambda: inputs.request("frames"),
+                "M",
             )
-            self._button(gui, "Refine", lambda: desk.request("refines"))
-            self._button(gui, "Undo", lambda: desk.request("undos"))
-            self._button(gui, "Save splat", lambda: desk.request("saves"))
+            self._button(gui, "Refine", lambda: inputs.request("refines"))
+            self._button(gui, "Undo", lambda: inputs.request("undos"))
+            self._button(gui, "Save splat", lambda: inputs.request("saves"))
             if len(self._job.scenes) > 1:
-                self._button(gui, "Put or take an object", desk.change_scene)
+                self._button(gui, "Put or take an object", inputs.change_scene)
 
     def _add_gizmo(self) -> viser.TransformControlsHandle:
-        wxyz, position = wxyz_position(self._look.X_WT)
+        wxyz, position = wxyz_position(self._content.X_WT)
         gizmo = self._client.scene.add_transform_controls(
             "/gizmo",
             scale=_GIZMO,
@@ -394,10 +397,10 @@ class OperatorPanel:
         self._proposal = None
         self._go.visible = self._discard.visible = False
         self.withdraw()
-        wished = self._desk.X_WT if self._look.is_followed else None
-        self._place(self._look.X_WT if wished is None else wished)
+        desired = self._inputs.X_WT if self._content.is_followed else None
+        self._place(self._content.X_WT if desired is None else desired)
 
-    def _wished(self) -> np.ndarray:
+    def _desired_pose(self) -> np.ndarray:
         """Pose of gizmo and sliders, shape (4, 4)."""
         return _pose(self._gizmo.wxyz, self._gizmo.position)
 
@@ -405,13 +408,16 @@ class OperatorPanel:
         """Moves the proposal if there is one, else the target."""
         # Until the next update, gizmo and keys still have the previous hand's
         # pose.
-        if not np.isfinite(X_WT).all() or self._look.effector != self._chosen:
+        if (
+            not np.isfinite(X_WT).all()
+            or self._content.effector != self._chosen
+        ):
             return
         self._moved_at = monotonic()
         if self._proposal is not None:
             self._proposal = X_WT
         else:
-            self._desk.move(X_WT)
+            self._inputs.move(X_WT)
         self._place(X_WT, gizmo=not by_gizmo)
 
     def _place(self, X_WT: np.ndarray, *, gizmo: bool = True) -> None:
@@ -424,42 +430,42 @@ class OperatorPanel:
             if abs(value - slider.value) > 0.51 * slider.step:
                 slider.value = value
 
-    def show(self, look: Look) -> None:
+    def show(self, content: PageContent) -> None:
         """Shows the run's state at one moment.
 
         Args:
-            look: The page's content at that moment.
+            content: The page's content at that moment.
         """
-        self._look = look
-        can_release = "release" in look.state.buttons
+        self._content = content
+        can_release = "release" in content.state.buttons
         if self._release.visible != can_release:
             self._release.visible = can_release
         if self._let_go.visible:
             is_late = monotonic() - self._asked_at > _ANSWER
             if is_late or not can_release:
                 self._let_go.visible = False
-        is_stopped = look.state.phase == STOPPED
+        is_stopped = content.state.phase == STOPPED
         if self._objects is not None:
-            self._objects.show(look.outline, is_stopped=is_stopped)
+            self._objects.show(content.outline, is_stopped=is_stopped)
         for button in self._motions:
             if button.disabled != is_stopped:
                 button.disabled = is_stopped
-        if look.effector != self._chosen:
+        if content.effector != self._chosen:
             if monotonic() - self._chosen_at < _GRACE:
                 return
-            self._show_hand(look.effector)  # Another source has chosen.
+            self._show_hand(content.effector)  # Another source has chosen.
         in_hand = monotonic() - self._moved_at < _GRACE
-        if self._proposal is None and not (in_hand or look.is_followed):
-            self._place(look.X_WT)
+        if self._proposal is None and not (in_hand or content.is_followed):
+            self._place(content.X_WT)
 
     @property
     def question(self) -> np.ndarray | None:
         """The target whose configuration is searched, shape (4, 4), or None."""
         if self._proposal is not None:
             return self._proposal
-        X_WT, p_WE = self._wished(), self._look.X_WE[:3, 3]
+        X_WT, p_WE = self._desired_pose(), self._content.X_WE[:3, 3]
         is_away = np.linalg.norm(X_WT[:3, 3] - p_WE) > _AWAY
-        return X_WT if self._look.is_followed and is_away else None
+        return X_WT if self._content.is_followed and is_away else None
 
     def answer(self, reach: Reach, X_WT: np.ndarray) -> None:
         """Shows whether a target can be reached.

@@ -49,11 +49,11 @@ def robot_shapes(robot: RobotModel) -> Shapes:
     drawn = drawn_plant(robot)
     shapes: dict[str, list[trimesh.Trimesh]] = {}
     for body in drawn.bodies:
-        for look in drawn.looks(body):
-            colour = look.colour
+        for content in drawn.looks(body):
+            colour = content.colour
             rgba = colour.r(), colour.g(), colour.b(), colour.a()
-            for mesh in _meshes(look.shape, rgba):
-                mesh.apply_transform(look.X_LG.GetAsMatrix4())
+            for mesh in _meshes(content.shape, rgba):
+                mesh.apply_transform(content.X_LG.GetAsMatrix4())
                 shapes.setdefault(body.name(), []).append(mesh)
     return Shapes(shapes, {name: _joined(m) for name, m in shapes.items()})
 

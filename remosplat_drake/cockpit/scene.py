@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 import viser
 
-from remosplat_drake.cockpit.messages import CockpitJob, Look, MapPicture
+from remosplat_drake.cockpit.messages import CockpitJob, MapPicture, PageContent
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.robot.self_collision.shapes import convex_core
 from remosplat_drake.scene.objects.drake_shapes import drake_shape
@@ -111,21 +111,21 @@ class CockpitScene:
         if self._veil is not None:
             self._veil.visible = shown
 
-    def show(self, look: Look) -> None:
+    def show(self, content: PageContent) -> None:
         """Draws the robot and its targets at one moment.
 
         Args:
-            look: The page's content at that moment.
+            content: The page's content at that moment.
         """
-        X_WL = self._robot.body_poses(look.q)
+        X_WL = self._robot.body_poses(content.q)
         with self._server.atomic():
             for name, frame in self._links.items():
                 X = X_WL[self._robot.tree.index(name)]
                 frame.wxyz, frame.position = wxyz_position(X)
-            X_WTs = [look.X_WT] if look.X_WTs is None else look.X_WTs
+            X_WTs = [content.X_WT] if content.X_WTs is None else content.X_WTs
             for frame, X_WT in zip(self._targets, X_WTs, strict=False):
                 frame.wxyz, frame.position = wxyz_position(X_WT)
-            for thing in look.objects:
+            for thing in content.objects:
                 if thing.name not in self._objects:
                     self._objects[thing.name] = _draw_object(
                         self._server.scene, thing
@@ -134,11 +134,11 @@ class CockpitScene:
                 X_WO = thing.X_WO.GetAsMatrix4()
                 node.wxyz, node.position = wxyz_position(X_WO)
         for name, glow in self._glow.items():
-            if glow.visible != (name == look.held_link):
-                glow.visible = name == look.held_link
-        has_place = look.p_WHeld is not None
-        if look.p_WHeld is not None:
-            self._held.position = look.p_WHeld
+            if glow.visible != (name == content.held_link):
+                glow.visible = name == content.held_link
+        has_place = content.p_WHeld is not None
+        if content.p_WHeld is not None:
+            self._held.position = content.p_WHeld
         if self._held.visible != has_place:
             self._held.visible = has_place
 

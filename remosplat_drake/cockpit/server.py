@@ -14,14 +14,13 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.cockpit.authority import Authority
 from remosplat_drake.cockpit.client_panel import ClientPanel
 from remosplat_drake.cockpit.cockpit_plots import CockpitPlots
-from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.messages import (
     Beat,
     CockpitJob,
     CodeIssued,
     Failed,
-    Look,
     MapPicture,
+    PageContent,
     Serving,
 )
 from remosplat_drake.cockpit.offers import (
@@ -29,6 +28,7 @@ from remosplat_drake.cockpit.offers import (
     Trouble,
     place_at_home,
 )
+from remosplat_drake.cockpit.operator_input import OperatorInput
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
 from remosplat_drake.cockpit.pace import Pace
 from remosplat_drake.cockpit.reach import (
@@ -71,7 +71,7 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
 
     Args:
         connection: Pipe to the control process, from which the page receives
-            `Look`s and `MapPicture`s; the page sends the other types of
+            `PageContent`s and `MapPicture`s; the page sends the other types of
             `messages`.
         job: The settings of the cockpit.
         picture: The map at the start.
@@ -113,10 +113,10 @@ class Page:
         self._lock = RLock()
         self._job = job
         self._picture = picture
-        self._look = _first_look(job)
+        self._content = _first_content(job)
         self._authority = Authority()
         self._panels: dict[int, ClientPanel] = {}
-        self._desk = Desk(self._send)
+        self._inputs = OperatorInput(self._send)
         self._pace = Pace()
         self._asked: tuple[object, np.ndarray] | None = None
         self._answered: Reach | None = None
@@ -132,7 +132,7 @@ class Page:
         self._shapes = robot_shapes(job.robot)
         self._scene = CockpitScene(self._server, job, self._shapes)
         self._scene.show_map(picture)
-        self._scene.show(self._look)
+        self._scene.show(self._content)
         self._plots = CockpitPlots(self._server, job)
         self._server.on_client_connect(self._arrive)
         self._server.on_client_disconnect(self._leave)
@@ -149,7 +149,7 @@ class Page:
                 self._receive()
             self._answer_operator()
             self._offer()
-            self._desk.expire()
+            self._inputs.expire()
 
     def _keep_beating(self) -> None:
         """Reports periodically from STOP's event loop that STOP works."""
@@ -172,7 +172,7 @@ class Page:
 
     def _receive(self) -> None:
         """Reads all messages that have arrived; shows the newest content."""
-        look = None
+        content = None
         while self._connection.poll():
             message = self._connection.recv()
             if isinstance(message, ArrayHeader):
@@ -181,22 +181,22 @@ class Page:
                 # work meanwhile.
                 self._scene.show_map(self._picture)
             else:
-                look = message
-                self._plots.add(look)
-        if look is not None:
+                content = message
+                self._plots.add(content)
+        if content is not None:
             self._looked_at = monotonic()
-            self._pace.add(look.time, self._looked_at)
+            self._pace.add(content.time, self._looked_at)
             with self._lock:
-                self._look = look
-                self._scene.show(look)
+                self._content = content
+                self._scene.show(content)
                 for panel in self._panels.values():
-                    panel.show(look, self._pace.share)
+                    panel.show(content, self._pace.share)
             self._plots.draw()
 
     def _arrive(self, client: viser.ClientHandle) -> None:
         with self._lock:
             self._panels[client.client_id] = ClientPanel(
-                client, self, self._look, self._scene.shows_unseen
+                client, self, self._content, self._scene.shows_unseen
             )
 
     def _leave(self, client: viser.ClientHandle) -> None:
@@ -204,13 +204,13 @@ class Page:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
                 # No person watches the robot any more.
-                self._desk.let_go()
+                self._inputs.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
 
     def stop(self) -> None:
         """Stops the robot; every client may do so."""
-        self._desk.stop()
+        self._inputs.stop()
 
     def show_unseen(self, shown: bool) -> None:
         """Draws or hides the boundary of unseen space, for all clients."""
@@ -239,8 +239,8 @@ class Page:
             operator = OperatorPanel(
                 client,
                 self._job,
-                self._desk,
-                self._look,
+                self._inputs,
+                self._content,
                 self._shapes,
                 lambda: self._hand_over(panel),
             )
@@ -257,7 +257,7 @@ class Page:
         with self._lock:
             if self._authority.leave(panel.client.client_id):
                 panel.retire()
-                self._desk.let_go()
+                self._inputs.let_go()
                 why = "the operator has handed over"
                 self._send(CodeIssued(self._authority.code, why))
 
@@ -268,7 +268,7 @@ class Page:
 
         If the point is on an object, the object is chosen, too.
         """
-        objects = self._look.objects
+        objects = self._content.objects
         if objects:
             ray = np.array(event.ray_origin), np.array(event.ray_direction)
             clicked = clicked_object(self._picture.field, objects, *ray)
@@ -284,7 +284,9 @@ class Page:
         )
         if surface is not None:
             standoff = self._job.stopping + _STANDOFF
-            operator.propose(target_before(surface, self._look.X_WE, standoff))
+            operator.propose(
+                target_before(surface, self._content.X_WE, standoff)
+            )
 
     def _answer_operator(self) -> None:
         """Tests whether the operator's target can be reached, if it is new."""
@@ -318,19 +320,19 @@ class Page:
 
     def _trouble(self, operator: OperatorPanel) -> Trouble | None:
         """The situation in which offers help; None if there is none."""
-        look, reach = self._look, self._answered
+        content, reach = self._content, self._answered
         p_W = None
         if reach is not None and reach.verdict != REACHABLE:
             p_W = reach.p_W if reach.verdict == UNSEEN_THERE else None
-        elif look.cause and not operator.proposes:
-            p_W = look.p_WHeld if look.cause == UNSEEN else None
+        elif content.cause and not operator.proposes:
+            p_W = content.p_WHeld if content.cause == UNSEEN else None
         else:
             return None
-        X_WT = look.X_WT if operator.question is None else operator.question
-        p_WHome = place_at_home(self._job.robot, look.q, look.effector)
-        is_cut_off = look.cause == NO_PATH
+        X_WT = content.X_WT if operator.question is None else operator.question
+        p_WHome = place_at_home(self._job.robot, content.q, content.effector)
+        is_cut_off = content.cause == NO_PATH
         return Trouble(
-            X_WT, look.X_WE, p_WHome, p_W, self._job.X_EC, is_cut_off
+            X_WT, content.X_WE, p_WHome, p_W, self._job.X_EC, is_cut_off
         )
 
     @property
@@ -347,19 +349,19 @@ class Page:
 
     def _question(self, X_WT: np.ndarray) -> tuple:
         """Returns the arguments of `find_reach` for a target."""
-        job, field, look = self._job, self._picture.field, self._look
+        job, field, content = self._job, self._picture.field, self._content
         targets: list[Target | None] = [None] * len(job.robot.effectors)
-        if look.X_WTs is not None:  # The other hands are held.
-            targets = [Target(X) for X in look.X_WTs]
-        targets[look.effector] = Target(X_WT).without(*job.config.free)
+        if content.X_WTs is not None:  # The other hands are held.
+            targets = [Target(X) for X in content.X_WTs]
+        targets[content.effector] = Target(X_WT).without(*job.config.free)
         aim = Aim(tuple(targets))
-        return job.planner, field, job.stopping, look.q, aim
+        return job.planner, field, job.stopping, content.q, aim
 
     def _show_pictures(self) -> None:
         """Shows the wrist camera's image, in a separate thread."""
 
-        def now() -> tuple[Look, int]:
-            return self._look, self._desk.wishes.scene_changes
+        def now() -> tuple[PageContent, int]:
+            return self._content, self._inputs.requests.scene_changes
 
         monitor = WristMonitor(self._server)
         try:
@@ -371,6 +373,6 @@ class Page:
             _log.warning("no pictures of the wrist camera: %s", error)
 
 
-def _first_look(job: CockpitJob) -> Look:
+def _first_content(job: CockpitJob) -> PageContent:
     state = job.robot.state(job.q0)
-    return Look(0.0, job.q0, state.X_WE, state.X_WB, state.X_WE)
+    return PageContent(0.0, job.q0, state.X_WE, state.X_WB, state.X_WE)

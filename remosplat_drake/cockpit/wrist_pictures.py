@@ -7,7 +7,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.messages import CockpitJob, PageContent
 from remosplat_drake.signals.map_requests import scene_in_turn
 
 _PERIOD = 0.1
@@ -21,7 +21,7 @@ _LISTEN = 0.02
 
 
 def wrist_pictures(
-    job: CockpitJob, now: Callable[[], tuple[Look, int]]
+    job: CockpitJob, now: Callable[[], tuple[PageContent, int]]
 ) -> Iterator[Frame]:
     """Yields the wrist camera's image ten times a second, forever.
 
@@ -41,7 +41,7 @@ def wrist_pictures(
     changes, due = 0, -np.inf
     while True:
         camera.listen()
-        look, wanted = now()
+        content, wanted = now()
         scene = scene_in_turn(job.scenes, wanted)
         if scene is not None and wanted != changes:
             changes = wanted
@@ -52,7 +52,7 @@ def wrist_pictures(
         begun = monotonic()
         due = begun + _PERIOD
         try:
-            frame = camera.frame(look.q, look.time)
+            frame = camera.frame(content.q, content.time)
         except RemoSplatError:
             continue
         due = max(due, begun + (monotonic() - begun) / _SHARE)

@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
                 report = driver.step(wall_utime(), time.monotonic())
                 problem = report.problem if report else ""
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             _leave(driver, link, pacer, bool(problem))
     if problem:
         raise RemoSplatError(f"the arm has stopped: {problem}")

@@ -106,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
                 pacer.wait()
                 driver.step(wall_utime(), time.monotonic())
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             _leave(driver, link, pacer)
     return 0
 

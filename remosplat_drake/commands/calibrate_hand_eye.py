@@ -175,5 +175,5 @@ def _capture(
             return not request.made
 
         capture = collect_still_frames(camera, arguments.frames, tell)
-        request.is_heeded = True
+        request.has_ended = True
     return capture

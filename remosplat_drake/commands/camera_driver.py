@@ -85,7 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             _drive(driver, console, request)
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             driver.close()
     return 0
 

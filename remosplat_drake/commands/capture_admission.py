@@ -140,7 +140,9 @@ def _otherwise(result: Repair, tried: bool) -> str:
         return f"--repair {done}, which does not suffice; {anyway}"
     if tried:
         return f"--repair knows no remedy; {anyway}"
-    if any(f.mend and f.severity == DEFECT for f in result.inspection.findings):
+    if any(
+        f.repair and f.severity == DEFECT for f in result.inspection.findings
+    ):
         return f"--repair corrects it if possible; {anyway}"
     return f"only a better capture helps; {anyway}"
 

@@ -83,7 +83,7 @@ class CommandParser(argparse.ArgumentParser):
             if word == "--":
                 break
             flag = word.partition("=")[0]
-            if self._is_flag(word) and not self._knows(flag):
+            if self._is_flag(word) and not self._accepts(flag):
                 self._refuse(flag)
         namespace, rest = self.parse_known_args(args, namespace)
         if rest:
@@ -109,7 +109,7 @@ class CommandParser(argparse.ArgumentParser):
             and not _NUMBER.fullmatch(word)
         )
 
-    def _knows(self, flag: str) -> bool:
+    def _accepts(self, flag: str) -> bool:
         flags = self._option_string_actions
         if not flag.startswith("--"):
             return flag[:2] in flags

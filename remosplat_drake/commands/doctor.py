@@ -251,5 +251,5 @@ def show_finding(finding: Finding, console: Console) -> None:
         console.print(f"         wanted: {finding.wanted}")
         if finding.source:
             console.print(f"         source: {finding.source}")
-        if finding.mend:
-            console.print(f"         to mend: {finding.mend}")
+        if finding.remedy:
+            console.print(f"         remedy: {finding.remedy}")

@@ -144,7 +144,7 @@ def _listen(
             # A motion that was just detected continues for a while; the rest of
             # it is recorded, too.
             if ends or (complete and not still):
-                request.is_heeded = True
+                request.has_ended = True
                 return gather(packets, config, robot, passed)
             complete = not still
             line = "; ".join(still)

@@ -81,7 +81,7 @@ def drive(
             live.update(progress_line(t, status, report), refresh=True)
             if log is not None and log.trouble and not has_told:
                 has_told = True
-                say_trouble(log.trouble, console)
+                print_error(log.trouble, console)
 
         def tell(supervision: SupervisorState):
             if supervision.refusal:
@@ -134,11 +134,11 @@ def log_is_whole(application: Application, console: Console) -> bool:
     parts = application.recorder.ticks, application.log
     troubles = [part.trouble for part in parts if part and part.trouble]
     for trouble in troubles:
-        say_trouble(trouble, console)
+        print_error(trouble, console)
     return not troubles
 
 
-def say_trouble(trouble: str, console: Console) -> None:
+def print_error(trouble: str, console: Console) -> None:
     """Prints a message about an incomplete file in one line."""
     console.print(Text(trouble, "bold red"), soft_wrap=True)
 

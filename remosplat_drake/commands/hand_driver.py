@@ -52,5 +52,5 @@ def run(arguments: argparse.Namespace) -> int:
         while not request.made:
             pacer.wait()
             driver.step(wall_utime())
-        request.is_heeded = True
+        request.has_ended = True
     return 0

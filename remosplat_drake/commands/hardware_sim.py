@@ -198,7 +198,7 @@ def run(
                 if motion is not None:
                     motion.sample(robot.time)
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             if motion is not None:
                 motion.save(arguments.record)
     console.print(

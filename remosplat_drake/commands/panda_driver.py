@@ -131,7 +131,7 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
                 driver.step(wall_utime())
                 problem = arm.problem()
         finally:
-            request.is_heeded = True
+            request.has_ended = True
             _release(arm, driver, pacer)
     if problem:
         raise RemoSplatError(f"the arm has stopped: {problem}")

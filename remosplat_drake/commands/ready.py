@@ -73,7 +73,7 @@ def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
     """Describes distance and direction to the target, relative to the base."""
     effector, target = aim.items[0]
     p_EO_W = target.X_WT[:3, 3] - robot.end_effector_poses(q)[effector][:3, 3]
-    if not target.asks_for_place:
+    if not target.constrains_position:
         return "turn the hand"
     x, y, z = robot.state(q).X_WB[:3, :3].T @ p_EO_W
     parts = [
@@ -95,7 +95,7 @@ def _beside(application: Application, aim: Aim) -> str:
     """Names the object nearest to the target; empty if there is none."""
     world, p_WT = application.world, aim.first.X_WT[:3, 3]
     near = world.field.clearances(Spheres.at(p_WT), _NEAR)
-    if not len(near) or not aim.first.asks_for_place:
+    if not len(near) or not aim.first.constrains_position:
         return ""
     i = int(near.distance.argmin())
     floor = application.scenario.scene.floor_height

@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
                 if problem not in problems:
                     console.print(problem, highlight=False, markup=False)
                 problems[problem] = None
-    request.is_heeded = True
+    request.has_ended = True
     entries = objects.entries()
     text = yaml.safe_dump({"objects": entries}, sort_keys=False)
     if arguments.out:

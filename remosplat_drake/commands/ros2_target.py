@@ -98,5 +98,5 @@ def run(arguments: argparse.Namespace) -> int:
             pacer.wait()
             for target in targets:
                 target.step()
-    request.is_heeded = True
+    request.has_ended = True
     return 0

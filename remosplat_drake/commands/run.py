@@ -203,7 +203,7 @@ def run(arguments: argparse.Namespace) -> int:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
     admission.announce(console)
-    preparation.say_address()
+    preparation.print_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
     # A real robot does not move until an operator releases it; this holds at
@@ -273,7 +273,7 @@ class _Preparation:
         self._page, self._console = page, console
         self._is_said = page is None or headless
 
-    def say_address(self) -> None:
+    def print_address(self) -> None:
         """Prints the page's address once."""
         if self._page is not None and not self._is_said:
             self._console.print(f"watch at [bold]{self._page.url}[/bold]")
@@ -281,7 +281,7 @@ class _Preparation:
 
     def tell(self, text: str) -> None:
         """Prints the current step."""
-        self.say_address()
+        self.print_address()
         # Meshcat must be called from one thread only, but other threads compile
         # kernels, too.
         if self._page is not None and current_thread() is main_thread():

@@ -12,7 +12,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account, Moment
 
-_TOLD = (states.MOVING, states.HELD, states.STOPPED)
+_LISTED_KINDS = (states.MOVING, states.HELD, states.STOPPED)
 """Kinds of robot states that a saved page lists as events of a run."""
 
 
@@ -70,7 +70,7 @@ def account_of(
     moments = [
         Moment(at, motion_status.text)
         for at, motion_status in result.motion_history
-        if motion_status.kind in _TOLD
+        if motion_status.kind in _LISTED_KINDS
     ]
     if len(time):
         moments.append(Moment(float(time[-1]), state.title))

@@ -186,7 +186,7 @@ def still_hidden(
     gone = np.zeros(len(clear), bool)
     for view in views.values():
         if time - view.seen < config.expiry:
-            gone |= view.tells(old.face_W[clear], spheres, config)
+            gone |= view.observes(old.face_W[clear], spheres, config)
     shows_again = np.zeros(len(hidden), bool)
     for thing in things:
         gone |= thing.distances(old.face_W[clear]) <= 0

@@ -59,7 +59,7 @@ class View:
         """
         return _is_behind(*self.image.depths_at(p_W), config)
 
-    def tells(
+    def observes(
         self, p_W: np.ndarray, spheres: Spheres, config: DetectionConfig
     ) -> np.ndarray:
         """Marks points for which the image shows whether something is there.

@@ -43,7 +43,7 @@ _VETO = 0.5
 """If verification scales the command by less than this factor, verification
 counts as the cause that holds the robot."""
 
-_TOLD = 0.03
+_LEAST_COMMAND = 0.03
 """Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
@@ -127,8 +127,8 @@ def find_hold(
     if row is None:
         if report.objection and report.scale < _VETO:
             return _vetoed(report, robot, name)
-        is_told = np.abs(report.command).max(initial=0.0) > _TOLD
-        return Hold(NOT_OBEYED if is_told else NOTHING)
+        is_commanded = np.abs(report.command).max(initial=0.0) > _LEAST_COMMAND
+        return Hold(NOT_OBEYED if is_commanded else NOTHING)
     return _of_row(row, report, robot, name)
 
 

@@ -241,7 +241,7 @@ class MotionStatusSystem(LeafSystem):
                 self._robot, q, target.X_WT[:3, 3], effector, parked=parked
             )
             for effector, target in aim.items
-            if target.asks_for_all_of_place
+            if target.constrains_full_position
         )
         return max(lacking, default=0.0)
 

@@ -324,9 +324,9 @@ def _away(now: Situation) -> str:
         return f"{error.distance:.2f} m"
     place = f"{1e3 * error.distance:.0f} mm"
     angle = f"{math.degrees(error.angle):.0f} deg"
-    if target is not None and not target.asks_to_turn:
+    if target is not None and not target.constrains_rotation:
         return place
-    if target is not None and not target.asks_for_place:
+    if target is not None and not target.constrains_position:
         return angle
     return f"{place} and {angle}"
 

@@ -135,4 +135,4 @@ def _moved(before: np.ndarray, X_WEs: np.ndarray, aim: Aim) -> float:
 
 
 def _left(target: Target, error: PoseError) -> float:
-    return error.distance if target.asks_for_place else _ARM * error.angle
+    return error.distance if target.constrains_position else _ARM * error.angle

@@ -7,7 +7,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernels.packed import Packed
-from remosplat_drake.oracle.question import asked_in_one
+from remosplat_drake.oracle.sphere_queries import query_maps
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -91,7 +91,7 @@ class CompositeDistanceField(DistanceField):
         maps = self.compiled_rows
         if maps is None:
             return self.gathered(spheres, max_distance)
-        return asked_in_one(maps, spheres, max_distance, self.revision)
+        return query_maps(maps, spheres, max_distance, self.revision)
 
     def gathered(
         self, spheres: Spheres, max_distance: float = np.inf

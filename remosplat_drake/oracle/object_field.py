@@ -11,7 +11,6 @@ import scipy
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.question import asked_in_one
 from remosplat_drake.oracle.signed_distance import (
     Primitives,
     in_primitive,
@@ -20,6 +19,7 @@ from remosplat_drake.oracle.signed_distance import (
     primitive_distance,
     write_answer,
 )
+from remosplat_drake.oracle.sphere_queries import query_maps
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
 from remosplat_drake.scene.objects.scene_object import SceneObject
@@ -98,7 +98,7 @@ class ObjectField(DistanceField):
             At most one row per sphere: the least distance, including reliefs.
         """
         maps = self.compiled_rows
-        return asked_in_one(maps, spheres, max_distance, self.revision)
+        return query_maps(maps, spheres, max_distance, self.revision)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
         """Returns the object at a point; see `DistanceField.thing_at`."""

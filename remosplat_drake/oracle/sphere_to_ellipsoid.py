@@ -16,7 +16,7 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query_parallel,
 )
 from remosplat_drake.oracle.prepared_solids import prepare_solids
-from remosplat_drake.oracle.question import asked_in_one, question
+from remosplat_drake.oracle.sphere_queries import query_maps, sphere_queries
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -168,7 +168,7 @@ class SphereToEllipsoidField(DistanceField):
         """
         if self._num_threads == 1:
             maps = self.compiled_rows
-            return asked_in_one(maps, spheres, max_distance, self.revision)
+            return query_maps(maps, spheres, max_distance, self.revision)
         answer = self._answer(spheres, max_distance)
         found = np.flatnonzero(answer[:, 0] >= 0)
         answer = answer[found]
@@ -201,7 +201,7 @@ class SphereToEllipsoidField(DistanceField):
         return place, distance
 
     def _answer(self, spheres: Spheres, max_distance: float) -> np.ndarray:
-        asked = question(spheres, max_distance)
+        asked = sphere_queries(spheres, max_distance)
         answer = np.full((len(spheres), 8), -1.0)
         if self._num_threads == 1:
             query(self._packed, asked, answer)

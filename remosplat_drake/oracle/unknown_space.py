@@ -9,7 +9,7 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.kernels.nearest_voxel import query
-from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.sphere_queries import sphere_queries
 from remosplat_drake.oracle.voxel_octree import (
     VoxelOctree,
     child_masks,
@@ -112,7 +112,7 @@ class UnknownSpaceField(DistanceField):
             ValueError: A centre is not finite, or a radius or `ignore_below` is
                 NaN.
         """
-        asked = question(spheres, max_distance)
+        asked = sphere_queries(spheres, max_distance)
         answer = np.empty((len(spheres), 8))
         query(self._packed, asked, answer)
         found = np.flatnonzero(answer[:, 0] > 0)

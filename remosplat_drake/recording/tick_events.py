@@ -97,14 +97,14 @@ def _supervision_changes(
 def _motion_status_changes(
     before: LoggedSignals, now: LoggedSignals, time: float
 ) -> Iterator[Event]:
-    if now.motion_status is None or _is_told(now.motion_status):
+    if now.motion_status is None or _is_supervisor_event(now.motion_status):
         return
     known = before.motion_status
     if known is None or now.motion_status.is_news_after(known):
         yield _motion_status_event(now.motion_status, time)
 
 
-def _is_told(motion_status: MotionStatus) -> bool:
+def _is_supervisor_event(motion_status: MotionStatus) -> bool:
     """Whether an event of the supervisor states the same.
 
     It does not state the place of a stop, which a replay highlights.

@@ -156,17 +156,17 @@ class Target:
         return bool(np.isfinite(self.X_WT.sum() + start))
 
     @property
-    def asks_to_turn(self) -> bool:
+    def constrains_rotation(self) -> bool:
         """Whether any rotation has a weight."""
         return bool(self.weights[:3].any())
 
     @property
-    def asks_for_all_of_place(self) -> bool:
+    def constrains_full_position(self) -> bool:
         """Whether all translations have a weight."""
         return not set(self.free) & {"x", "y", "z"}
 
     @property
-    def asks_for_place(self) -> bool:
+    def constrains_position(self) -> bool:
         """Whether any translation has a weight."""
         return bool(self.weights[3:].any())
 

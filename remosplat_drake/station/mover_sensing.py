@@ -60,7 +60,7 @@ class KnownMovers(Config):
     ) -> MoverSensor:
         """Makes a sensor that returns the truth."""
         del robot, scene
-        return _Told(standing=False)
+        return _TrueMovers(at_rest=False)
 
 
 @dc.dataclass
@@ -76,7 +76,7 @@ class StandingMovers(Config):
     ) -> MoverSensor:
         """Makes a sensor without velocities."""
         del robot, scene
-        return _Told(standing=True)
+        return _TrueMovers(at_rest=True)
 
 
 @dc.dataclass
@@ -89,19 +89,19 @@ class UnknownMovers(Config):
 
 
 @dc.dataclass(frozen=True)
-class _Told:
-    standing: bool
+class _TrueMovers:
+    at_rest: bool
     period: float = 0.0
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:
         """Returns the true movers, with or without motion."""
         del q
-        if not self.standing:
+        if not self.at_rest:
             return truth
-        return Movers(truth.stamp, [as_if_standing(m) for m in truth])
+        return Movers(truth.stamp, [without_motion(m) for m in truth])
 
 
-def as_if_standing(mover: Mover) -> Mover:
+def without_motion(mover: Mover) -> Mover:
     """Returns a mover at rest, whose bounds on its motion are zero."""
     return dc.replace(
         mover,

@@ -61,7 +61,7 @@ def _wanted_velocity(
         assert state.command.V_W is not None
         w_W = limit_norm(state.command.V_W[:3], config.max_rotation)
         v_W = limit_norm(state.command.V_W[3:], config.max_speed)
-        v_W = _leashed(law, state.X_WT, X_WE, v_W)
+        v_W = _limited(law, state.X_WT, X_WE, v_W)
         return np.concatenate([w_W, _along_walls(law, state.X_WT, v_W)])
     goal, R_WT = state.X_WT_goal, state.X_WT[:3, :3]
     turn = rotation_to_go(
@@ -77,7 +77,7 @@ def _wanted_velocity(
     return np.concatenate([w_W, v_W])
 
 
-def _leashed(
+def _limited(
     law: MotionLaw, X_WT: np.ndarray, X_WE: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
     """Bounds a velocity so that the target never leads by over `max_lead`."""

@@ -106,7 +106,7 @@ class TrajectoryFile(Config):
 
 
 @dc.dataclass(frozen=True, eq=False)
-class Asked:
+class AccumulatedRequests:
     """All requests of a script up to a time.
 
     Attributes:
@@ -205,9 +205,9 @@ def _check_step(
         )
 
 
-def asked_over_time(
+def accumulate_requests(
     steps: Sequence[OperatorStep], scenes: Sequence[PrimitiveScene] = ()
-) -> list[Asked]:
+) -> list[AccumulatedRequests]:
     """Accumulates the requests of a script over time.
 
     Args:
@@ -219,7 +219,7 @@ def asked_over_time(
         entry for each step.
     """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
-    asked = [Asked(-np.inf, command, requests)]
+    asked = [AccumulatedRequests(-np.inf, command, requests)]
     pose = SavedPose()
     changes = 0
     for step in steps:
@@ -256,7 +256,7 @@ def asked_over_time(
             changes += 1
             scene = scene_in_turn(scenes, changes)
             requests = dc.replace(requests, scene=scene)
-        asked.append(Asked(step.time, command, requests))
+        asked.append(AccumulatedRequests(step.time, command, requests))
     return asked
 
 

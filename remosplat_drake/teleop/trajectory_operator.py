@@ -10,9 +10,9 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.trajectory_file import (
-    Asked,
+    AccumulatedRequests,
     OperatorStep,
-    asked_over_time,
+    accumulate_requests,
 )
 
 _ROUNDING = 1e-9
@@ -45,7 +45,7 @@ class TrajectoryOperator(LeafSystem):
     ):
         super().__init__()
         self.set_name("trajectory_operator")
-        self._asked = asked_over_time(steps, scenes)
+        self._asked = accumulate_requests(steps, scenes)
         self._times = [asked.time for asked in self._asked]
         self._start_index = self.DeclareDiscreteState(1)
         self.DeclareInitializationDiscreteUpdateEvent(self._begin)
@@ -59,7 +59,7 @@ class TrajectoryOperator(LeafSystem):
     def _begin(self, context: Context, state: DiscreteValues):
         state.set_value(int(self._start_index), [context.get_time()])
 
-    def _now(self, context: Context) -> Asked:
+    def _now(self, context: Context) -> AccumulatedRequests:
         start = context.get_discrete_state(int(self._start_index)).value()
         time = context.get_time() - start[0] + _ROUNDING
         return self._asked[bisect_right(self._times, time) - 1]

@@ -38,7 +38,7 @@ def test_the_second_one_interrupts_at_once():
 def test_nothing_interrupts_what_follows_the_loop():
     with stop_signals() as request:
         os.kill(os.getpid(), signal.SIGINT)
-        request.is_heeded = True
+        request.has_ended = True
         for number in (signal.SIGINT, signal.SIGTERM):
             os.kill(os.getpid(), number)
     assert request.made

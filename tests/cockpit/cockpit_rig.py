@@ -13,8 +13,8 @@ from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import (
     CockpitJob,
     CodeIssued,
-    Look,
     MapPicture,
+    PageContent,
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -30,7 +30,7 @@ RUNNING = PageState(LIVE, "Live", "moving to target 1 of 1", (STOP,))
 AT_REST = PageState(STOPPED, "Stopped", "stop button", (STOP, RELEASE))
 
 
-_FIELDS = [f for f in dc.fields(Look) if f.name != "time"]
+_FIELDS = [f for f in dc.fields(PageContent) if f.name != "time"]
 
 
 class Rig:
@@ -77,12 +77,12 @@ class Rig:
         self.picture = MapPicture(world.field, splat_W, None, False)
         self.url = self.process.start(self.job, self.picture)
         state = world.robot.state(world.q0)
-        self.look = Look(
+        self.content = PageContent(
             0.0, world.q0, state.X_WE, state.X_WB, state.X_WE, state=RUNNING
         )
-        self._first = self.look
+        self._first = self.content
         self._used = 0
-        self.process.show(self.look)
+        self.process.show(self.content)
         self.until(lambda: self.codes)
 
     def begin(self):
@@ -100,18 +100,18 @@ class Rig:
         return self.codes[-1].code
 
     @property
-    def wishes(self):
+    def requests(self):
         """All that people have asked for."""
-        return self.process.wishes
+        return self.process.requests
 
     def show(self, **changes):
         """Tells the cockpit of another moment."""
-        self.look = dc.replace(self.look, **changes)
-        self.process.show(self.look)
+        self.content = dc.replace(self.content, **changes)
+        self.process.show(self.content)
 
     def follow(self):
         """Lets the target be where the cockpit has put it."""
-        X_WT = self.wishes.command.X_WT
+        X_WT = self.requests.command.X_WT
         assert X_WT is not None
         self.show(X_WT=np.array(X_WT), is_followed=True)
 
@@ -119,5 +119,5 @@ class Rig:
         """Waits until something is so."""
         end = time.monotonic() + PATIENCE
         while not condition():
-            assert time.monotonic() < end, self.wishes
+            assert time.monotonic() < end, self.requests
             time.sleep(0.02)

@@ -57,7 +57,7 @@ def now_and_then(watcher: CockpitTab, rig: Rig, condition: str):
     """Tells of moments as a run does, until the page shows something."""
 
     def is_so() -> bool:
-        rig.show(time=rig.look.time + 0.05)
+        rig.show(time=rig.content.time + 0.05)
         return watcher.tab.evaluate(condition)
 
     rig.until(is_so)
@@ -80,7 +80,7 @@ def leads_nothing(watcher: CockpitTab, rig: Rig):
     hold_button(watcher, rig.job.config.gamepad.dead_man, 1)
     before = watcher.tab.wait_for("reads")
     watcher.tab.wait_for(f"reads > {before + 5}")
-    assert rig.wishes.command.V_W is None
+    assert rig.requests.command.V_W is None
     hold_button(watcher, rig.job.config.gamepad.dead_man, 0)
 
 
@@ -93,10 +93,10 @@ def keys_have_a_speed(operator: CockpitTab, rig: Rig):
             "[...document.querySelectorAll('input')]"
             f".some(e => e.value === '{percent}')"
         )
-        moves, before = rig.wishes.command.moves, rig.look.X_WT
+        moves, before = rig.requests.command.moves, rig.content.X_WT
         operator.key("KeyR", "r")
-        rig.until(lambda moves=moves: rig.wishes.command.moves == moves + 1)
-        after = rig.wishes.command.X_WT
+        rig.until(lambda moves=moves: rig.requests.command.moves == moves + 1)
+        after = rig.requests.command.X_WT
         assert after is not None
         step = 1e3 * (after[:3, 3] - before[:3, 3])
         np.testing.assert_allclose(step, [0, 0, millimetres], atol=1e-3)
@@ -104,15 +104,15 @@ def keys_have_a_speed(operator: CockpitTab, rig: Rig):
 
 
 def hand_opens_and_closes(operator: CockpitTab, rig: Rig):
-    before = rig.wishes.command
+    before = rig.requests.command
     operator.press("Close hand")
-    rig.until(lambda: rig.wishes.command.closes == before.closes + 1)
+    rig.until(lambda: rig.requests.command.closes == before.closes + 1)
     operator.press("Open hand")
-    rig.until(lambda: rig.wishes.command.opens == before.opens + 1)
+    rig.until(lambda: rig.requests.command.opens == before.opens + 1)
     operator.key("KeyC", "c")
-    rig.until(lambda: rig.wishes.command.closes == before.closes + 2)
+    rig.until(lambda: rig.requests.command.closes == before.closes + 2)
     operator.key("KeyO", "o")
-    rig.until(lambda: rig.wishes.command.opens == before.opens + 2)
+    rig.until(lambda: rig.requests.command.opens == before.opens + 2)
     rig.show(state=AT_REST)
     operator.tab.wait_for(
         "[...document.querySelectorAll('button')]"
@@ -126,27 +126,27 @@ def gamepad_leads(operator: CockpitTab, rig: Rig):
     config, tab = rig.job.config.gamepad, operator.tab
     tab.evaluate("pad.axes[1] = -1")
     hold_button(operator, config.dead_man, 1)
-    rig.until(lambda: rig.wishes.command.V_W is not None)
+    rig.until(lambda: rig.requests.command.V_W is not None)
     V_W = [0, 0, 0, 0.6 * config.speed, 0, 0]
-    np.testing.assert_allclose(rig.wishes.command.V_W, V_W)
+    np.testing.assert_allclose(rig.requests.command.V_W, V_W)
     hold_button(operator, 12, 1)
     faster = 0.7 * config.speed
     rig.until(lambda: abs(ahead(rig) - faster) < 1e-6)
     hold_button(operator, 12, 0)
-    closes = rig.wishes.command.closes
+    closes = rig.requests.command.closes
     hold_button(operator, 0, 1)
-    rig.until(lambda: rig.wishes.command.closes == closes + 1)
+    rig.until(lambda: rig.requests.command.closes == closes + 1)
     hold_button(operator, config.dead_man, 0)
-    rig.until(lambda: rig.wishes.command.V_W is None)
+    rig.until(lambda: rig.requests.command.V_W is None)
     # Each press counted once, while it was held for many messages.
-    assert rig.wishes.command.closes == closes + 1
+    assert rig.requests.command.closes == closes + 1
 
     hold_button(operator, 0, 0)
     hold_button(operator, config.dead_man, 1)
     rig.until(lambda: abs(ahead(rig) - faster) < 1e-6)
     # A page that hangs holds no switch.
     tab.evaluate("setTimeout(() => { for (;;); }), 0")
-    rig.until(lambda: rig.wishes.command.V_W is None)
+    rig.until(lambda: rig.requests.command.V_W is None)
 
 
 def hold_button(tab: CockpitTab, number: int, value: float):
@@ -155,5 +155,5 @@ def hold_button(tab: CockpitTab, number: int, value: float):
 
 def ahead(rig: Rig) -> float:
     """Speed along x that is wished for [m/s]."""
-    V_W = rig.wishes.command.V_W
+    V_W = rig.requests.command.V_W
     return 0.0 if V_W is None else V_W[3]

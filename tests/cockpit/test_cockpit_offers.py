@@ -35,7 +35,7 @@ def test_what_is_offered_works(rig):
         tab.run_first(DRAW_NOTHING)
         operator = CockpitTab(tab, rig.url)
         operator.operate(rig.code)
-        home = np.array(rig.look.X_WT)
+        home = np.array(rig.content.X_WT)
         within = home.copy()
         within[:3, 3] = 1.1, 0.0, 0.44
         wants(operator, rig, within, "Blocked")
@@ -77,16 +77,16 @@ def wants(operator: CockpitTab, rig: Rig, X_WT: np.ndarray, verdict: str):
 
 def accepts(operator: CockpitTab, rig: Rig, label: str) -> np.ndarray:
     """Clicks an offer, and lets the robot go there; returns the target."""
-    moves = rig.wishes.command.moves
+    moves = rig.requests.command.moves
     operator.press(label)
     operator.wait_for_text("Reachable")
     operator.wait_for_button("Go there")
-    assert rig.wishes.command.moves == moves
+    assert rig.requests.command.moves == moves
     operator.press("Go there")
-    rig.until(lambda: rig.wishes.command.moves == moves + 1)
-    X_WT = rig.wishes.command.X_WT
+    rig.until(lambda: rig.requests.command.moves == moves + 1)
+    X_WT = rig.requests.command.X_WT
     assert X_WT is not None
-    job, look = rig.job, rig.look
+    job, content = rig.job, rig.content
     reach = partial(find_reach, job.planner, rig.picture.field, job.stopping)
-    assert reach(look.q, Target(X_WT)).verdict == REACHABLE
+    assert reach(content.q, Target(X_WT)).verdict == REACHABLE
     return X_WT

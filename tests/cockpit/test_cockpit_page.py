@@ -30,21 +30,21 @@ def test_a_watcher_may_stop_and_nothing_else(rig):
     with open_cockpit(rig.url) as watcher:
         assert not OPERATORS_OWN & set(watcher.buttons)
         assert "RELEASE" not in watcher.buttons
-        stops, moves = rig.wishes.operator.stops, rig.wishes.command.moves
+        stops, moves = rig.requests.operator.stops, rig.requests.command.moves
         watcher.press("STOP")
-        rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+        rig.until(lambda: rig.requests.operator.stops == stops + 1)
         rig.show(state=AT_REST)
         watcher.wait_for_text("stop button")
         assert "RELEASE" not in watcher.buttons
         watcher.click_at(*TABLE)
         watcher.key("Escape", "Escape")
-        rig.until(lambda: rig.wishes.operator.stops == stops + 2)
+        rig.until(lambda: rig.requests.operator.stops == stops + 2)
         assert "Go there" not in watcher.buttons
         # Nor does a wrong code make an operator of it.
         watcher.type_code("AAAA-AAAA")
         watcher.wait_for_text("not the code that the terminal shows")
         assert not OPERATORS_OWN & set(watcher.buttons)
-        assert rig.wishes.command.moves == moves
+        assert rig.requests.command.moves == moves
         assert watcher.errors == []
 
 
@@ -60,41 +60,41 @@ def test_an_operator_operates_and_leaves(rig):
         with open_cockpit(rig.url) as second:
             second.type_code("AAAA-AAAA")
             second.wait_for_text("another client operates")
-        holds, issued = rig.wishes.command.holds, len(rig.codes)
+        holds, issued = rig.requests.command.holds, len(rig.codes)
     # It has closed its page: the target holds, and another code is issued.
     rig.until(lambda: len(rig.codes) == issued + 1)
-    rig.until(lambda: rig.wishes.command.holds == holds + 1)
+    rig.until(lambda: rig.requests.command.holds == holds + 1)
     assert "left" in rig.codes[-1].why
 
 
 def presses_count(operator: CockpitTab, rig: Rig):
     """Buttons and their keys."""
-    before = rig.wishes
+    before = rig.requests
     operator.press("Hold")
-    rig.until(lambda: rig.wishes.command.holds == before.command.holds + 1)
+    rig.until(lambda: rig.requests.command.holds == before.command.holds + 1)
     operator.key("KeyH", "h")
-    rig.until(lambda: rig.wishes.command.holds == before.command.holds + 2)
+    rig.until(lambda: rig.requests.command.holds == before.command.holds + 2)
     operator.press("→ over the table")
-    rig.until(lambda: rig.wishes.command.pose == "over the table")
+    rig.until(lambda: rig.requests.command.pose == "over the table")
     operator.press("Scan")
-    rig.until(lambda: rig.wishes.command.scans == before.command.scans + 1)
+    rig.until(lambda: rig.requests.command.scans == before.command.scans + 1)
     operator.key("KeyM", "m")
-    frames = before.requests.frames
-    rig.until(lambda: rig.wishes.requests.frames == frames + 1)
+    frames = before.map_requests.frames
+    rig.until(lambda: rig.requests.map_requests.frames == frames + 1)
     operator.press("Put or take an object")
-    rig.until(lambda: rig.wishes.scene_changes == before.scene_changes + 1)
-    moves = rig.wishes.command.moves
+    rig.until(lambda: rig.requests.scene_changes == before.scene_changes + 1)
+    moves = rig.requests.command.moves
     operator.key("KeyW", "w")
-    rig.until(lambda: rig.wishes.command.moves == moves + 1)
-    X_WT = rig.wishes.command.X_WT
+    rig.until(lambda: rig.requests.command.moves == moves + 1)
+    X_WT = rig.requests.command.X_WT
     assert X_WT is not None
-    step = X_WT[:3, 3] - rig.look.X_WT[:3, 3]
+    step = X_WT[:3, 3] - rig.content.X_WT[:3, 3]
     np.testing.assert_allclose(step, [0.005, 0, 0], atol=1e-6)
 
 
 def proposes(operator: CockpitTab, rig: Rig):
     """A click on a surface moves nothing before the operator agrees."""
-    moves = rig.wishes.command.moves
+    moves = rig.requests.command.moves
     operator.click_at(*TABLE)
     operator.wait_for_button("Go there")
     operator.wait_for_text("Reachable")
@@ -103,14 +103,14 @@ def proposes(operator: CockpitTab, rig: Rig):
         " d.innerText.startsWith('Reachable')).at(-1)).backgroundColor"
     )
     assert background == f"rgb{COLOURS[REACHABLE]}"
-    assert rig.wishes.command.moves == moves
+    assert rig.requests.command.moves == moves
     operator.press("Discard")
     operator.wait_without_button("Go there")
     operator.click_at(*TABLE)
     operator.wait_for_button("Go there")
     operator.press("Go there")
-    rig.until(lambda: rig.wishes.command.moves == moves + 1)
-    X_WT = rig.wishes.command.X_WT
+    rig.until(lambda: rig.requests.command.moves == moves + 1)
+    X_WT = rig.requests.command.X_WT
     assert X_WT is not None
     # Before the floor, along its normal, at its distance from it.
     np.testing.assert_allclose(X_WT[:3, 2], [0, 0, -1], atol=0.05)
@@ -120,7 +120,7 @@ def proposes(operator: CockpitTab, rig: Rig):
 
 def drags(operator: CockpitTab, rig: Rig):
     """The gizmo's middle, dragged across the picture."""
-    moves, before = rig.wishes.command.moves, rig.wishes.command.X_WT
+    moves, before = rig.requests.command.moves, rig.requests.command.X_WT
     assert before is not None
     x, y = TABLE
     tab = operator.tab
@@ -132,11 +132,11 @@ def drags(operator: CockpitTab, rig: Rig):
         for k in range(1, 6):
             tab._mouse("mouseMoved", [x + 8 * k, y + dy - 6 * k])
         tab._mouse("mouseReleased", [x + 40, y + dy - 30])
-        if rig.wishes.command.moves > moves:
+        if rig.requests.command.moves > moves:
             break
 
     def has_moved() -> bool:
-        after = rig.wishes.command.X_WT
+        after = rig.requests.command.X_WT
         assert after is not None
         error = pose_error(before, after)
         return error.distance > 1e-3 or error.angle > 1e-3
@@ -146,24 +146,24 @@ def drags(operator: CockpitTab, rig: Rig):
 
 def stops_and_releases(operator: CockpitTab, rig: Rig):
     stops, releases = (
-        rig.wishes.operator.stops,
-        rig.wishes.operator.releases,
+        rig.requests.operator.stops,
+        rig.requests.operator.releases,
     )
     assert "RELEASE" not in operator.buttons
     operator.press("STOP")
-    rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+    rig.until(lambda: rig.requests.operator.stops == stops + 1)
     rig.show(state=AT_REST)
     operator.wait_for_button("RELEASE")
 
     def lets_go() -> bool:
         # A slip releases nothing. On a busy computer the time to confirm may
         # be over before the second click, so RELEASE is pressed again.
-        assert rig.wishes.operator.releases == releases
+        assert rig.requests.operator.releases == releases
         pressed = operator.press_any("Let the robot go", "RELEASE")
         return pressed == "Let the robot go"
 
     rig.until(lets_go)
-    rig.until(lambda: rig.wishes.operator.releases == releases + 1)
+    rig.until(lambda: rig.requests.operator.releases == releases + 1)
     rig.show(state=RUNNING)
     operator.wait_without_button("RELEASE")
 
@@ -217,9 +217,9 @@ def test_on_an_upright_phone_the_panel_is_a_sheet_that_folds(rig):
         tab.click(title)
         tab.wait_for(f"{bottom} > {0.75 * size[1]}")
         watcher.wait_for_stop_in_sight(size)
-        stops = rig.wishes.operator.stops
+        stops = rig.requests.operator.stops
         watcher.press("STOP")
-        rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+        rig.until(lambda: rig.requests.operator.stops == stops + 1)
         tab.click(title)
         tab.wait_for(f"{bottom} < {0.65 * size[1]}")
         assert watcher.errors == []

@@ -48,7 +48,7 @@ def test_the_cockpit():
 
         def see(name: str, target: str, *buttons: str, **changes):
             # A clock that goes back has no ratio to real time.
-            time = rig.look.time - 1.0
+            time = rig.content.time - 1.0
             rig.show(target=target, time=time, **changes)
             client.wait_for_text(f"Target {target}")
             for button in buttons:
@@ -62,7 +62,7 @@ def test_the_cockpit():
         see("operating", "hold", state=RUNNING, map="version 1: 4 frames")
         see("stopped", "hold: stopped", "RELEASE", state=AT_REST)
         # Its target is in the table, so that it has offers.
-        X_WT = np.array(rig.look.X_WT)
+        X_WT = np.array(rig.content.X_WT)
         X_WT[:3, 3] = 1.1, 0.0, 0.44
         see(
             "held",

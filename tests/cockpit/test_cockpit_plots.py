@@ -15,7 +15,7 @@ from pydrake.systems.analysis import Simulator
 from remosplat_drake.cockpit.cockpit_plots import with_room_for
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.cockpit_view import CockpitView
-from remosplat_drake.cockpit.messages import Look
+from remosplat_drake.cockpit.messages import PageContent
 from remosplat_drake.cockpit.worst_tick import WorstTick
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals.distance_field import Clearances
@@ -48,7 +48,7 @@ def test_of_several_ticks_the_worst_counts():
 def test_what_was_never_shown_is_told_with_the_next_moment():
     eye = np.eye(4)
     looks = [
-        Look(0.05 * k, np.zeros(9), eye, eye, eye, worst=worst)
+        PageContent(0.05 * k, np.zeros(9), eye, eye, eye, worst=worst)
         for k, worst in enumerate([WorstTick(0.01, 0.003), None])
     ]
     assert looks[1].after(looks[0]).worst == WorstTick(0.01, 0.003)
@@ -86,9 +86,9 @@ def test_every_tick_counts_although_few_moments_are_shown():
     ):
         view.GetInputPort("report").FixValue(context, Value(report))
         simulator.AdvanceTo(time)
-    assert process._look is not None
-    assert process._look.time == pytest.approx(0.1)
-    assert process._look.worst == WorstTick(0.03, 0.009)
+    assert process._content is not None
+    assert process._content.time == pytest.approx(0.1)
+    assert process._content.worst == WorstTick(0.03, 0.009)
 
 
 @pytest.mark.parametrize(
@@ -124,13 +124,13 @@ def test_a_watcher_unfolds_the_plots_and_keeps_stop_in_sight(rig):
         assert shown_plots(watcher) == []
         watcher.unfold("Plots")
         rig.until(lambda: len(shown_plots(watcher)) == len(TITLES))
-        X_WT = rig.look.X_WE.copy()
+        X_WT = rig.content.X_WE.copy()
         X_WT[0, 3] += 0.25
 
         def live() -> bool:
             """A moment later, until it has been drawn."""
             rig.show(
-                time=rig.look.time + 0.05,
+                time=rig.content.time + 0.05,
                 X_WT=X_WT,
                 worst=WorstTick(0.034, 0.0123),
             )

@@ -121,7 +121,7 @@ def test_strangers_move_nothing(rig):
                 await stranger.send(packet)
                 await asyncio.sleep(0.1)
 
-    before = rig.wishes
+    before = rig.requests
     asyncio.run(attack())
-    assert rig.wishes is before
+    assert rig.requests is before
     assert rig.process.trouble == ""

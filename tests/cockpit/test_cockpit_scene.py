@@ -7,7 +7,7 @@ viser = pytest.importorskip("viser")
 
 from cockpit_rig import Rig
 
-from remosplat_drake.cockpit.messages import Look
+from remosplat_drake.cockpit.messages import PageContent
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
 
@@ -32,7 +32,7 @@ def test_each_hand_has_its_target(server, job):
     scene = CockpitScene(server, job, robot_shapes(robot))
     X_WTs = robot.end_effector_poses(robot.q_home)
     X_WTs[1, :3, 3] += 0.1
-    look = Look(
+    content = PageContent(
         time=0.0,
         q=robot.q_home,
         X_WE=X_WTs[0],
@@ -40,7 +40,7 @@ def test_each_hand_has_its_target(server, job):
         X_WT=X_WTs[0],
         X_WTs=X_WTs,
     )
-    scene.show(look)
+    scene.show(content)
     drawn = [frame.position for frame in scene._targets]
     np.testing.assert_allclose(drawn, X_WTs[:, :3, 3])
 
@@ -51,6 +51,8 @@ def test_an_only_hand_has_one(server, job):
     robot = job.robot
     scene = CockpitScene(server, job, robot_shapes(robot))
     X_WT = robot.end_effector_pose(robot.q_home)
-    scene.show(Look(0.0, robot.q_home, X_WE=X_WT, X_WB=np.eye(4), X_WT=X_WT))
+    scene.show(
+        PageContent(0.0, robot.q_home, X_WE=X_WT, X_WB=np.eye(4), X_WT=X_WT)
+    )
     (frame,) = scene._targets
     np.testing.assert_allclose(frame.position, X_WT[:3, 3])

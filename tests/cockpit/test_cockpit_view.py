@@ -12,9 +12,9 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import camera_maker
 from remosplat_drake.app.world import load_world
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
-from remosplat_drake.cockpit.cockpit_view import CockpitView, look_at
-from remosplat_drake.cockpit.desk import SOURCE
-from remosplat_drake.cockpit.messages import Look, Wishes
+from remosplat_drake.cockpit.cockpit_view import CockpitView, page_content
+from remosplat_drake.cockpit.messages import CockpitRequests, PageContent
+from remosplat_drake.cockpit.operator_input import SOURCE
 from remosplat_drake.cockpit.viewpoints import HAND, TOP, VIEWS, viewpoint
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -41,37 +41,37 @@ def frankie():
     return load_robot("frankie")
 
 
-def look(frankie, **changes) -> Look:
+def content(frankie, **changes) -> PageContent:
     parts = {
         "motion_status": NOT_STARTED,
         "target": TargetState.at_rest(np.eye(4), "hold: start"),
         "supervision": None,
         "status": None,
     } | changes
-    return look_at(1.0, frankie.q_home, frankie, **parts)
+    return page_content(1.0, frankie.q_home, frankie, **parts)
 
 
 def test_who_is_held_is_told_with_the_place(frankie):
     p_W = np.array([0.5, 0.1, 0.7])
     held = MotionStatus(HELD, "hand held", link="panda_hand", p_W=p_W)
-    told = look(frankie, motion_status=held)
+    told = content(frankie, motion_status=held)
     assert told.held_link == "panda_hand" and told.p_WHeld is p_W
     assert told.state.title == "Held" and told.state.text == "hand held"
-    stopped = look(frankie, motion_status=dc.replace(held, kind="stopped"))
+    stopped = content(frankie, motion_status=dc.replace(held, kind="stopped"))
     assert (stopped.held_link, stopped.cause) == ("panda_hand", "")
     assert stopped.p_WHeld is p_W
     moving = dc.replace(held, kind="moving")
-    assert look(frankie, motion_status=moving).held_link == ""
-    assert look(frankie, motion_status=moving).p_WHeld is None
+    assert content(frankie, motion_status=moving).held_link == ""
+    assert content(frankie, motion_status=moving).p_WHeld is None
 
 
 def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
     state = SupervisorState(np.zeros(9), mode=STOPPED, reason="stop button")
-    told = look(frankie, supervision=state)
+    told = content(frankie, supervision=state)
     assert told.state.buttons == (STOP, RELEASE)
     assert told.state.text == "stop button"
     # Without a supervisor nothing stops, and no button pretends to.
-    assert look(frankie).state.buttons == ()
+    assert content(frankie).state.buttons == ()
 
 
 def test_a_robot_without_a_map_is_not_green(frankie):
@@ -79,7 +79,7 @@ def test_a_robot_without_a_map_is_not_green(frankie):
     moving = MotionStatus("moving", "moving to the target")
     nothing = GaussianSplat.empty()
     blank = MapStatus(SceneMap(0, None, (), -np.inf, field, nothing))
-    told = look(frankie, motion_status=moving, status=blank).state
+    told = content(frankie, motion_status=moving, status=blank).state
     assert (told.phase, told.title) == (pages.HELD, "Live, without a map")
     assert told.text == "scan first; moving to the target"
     disc = GaussianSplat(
@@ -90,7 +90,7 @@ def test_a_robot_without_a_map_is_not_green(frankie):
         colors=np.ones((1, 3)),
     )
     known = dc.replace(blank.scene_map, splat_W=disc)
-    told = look(frankie, motion_status=moving, status=MapStatus(known)).state
+    told = content(frankie, motion_status=moving, status=MapStatus(known)).state
     assert told.phase == pages.LIVE
 
 
@@ -106,7 +106,7 @@ def test_only_a_target_that_follows_the_cockpit_is_left_alone(
         mode=mode,
         command=OperatorCommand(source=source),
     )
-    assert look(frankie, target=target).is_followed is followed
+    assert content(frankie, target=target).is_followed is followed
 
 
 class FakeProcess:
@@ -114,7 +114,7 @@ class FakeProcess:
 
     def __init__(self):
         self.looks, self.maps = [], []
-        self.wishes, self.trouble = Wishes(), ""
+        self.requests, self.trouble = CockpitRequests(), ""
         self.show, self.show_map = self.looks.append, self.maps.append
 
 
@@ -149,7 +149,9 @@ def test_a_map_is_told_once(frankie):
 
 
 def test_the_operator_asks_what_was_asked_last():
-    process = SimpleNamespace(wishes=Wishes(), trouble="", silence=0.0)
+    process = SimpleNamespace(
+        requests=CockpitRequests(), trouble="", silence=0.0
+    )
     operator = CockpitOperator(process=process)
     context = operator.CreateDefaultContext()
 
@@ -158,7 +160,7 @@ def test_the_operator_asks_what_was_asked_last():
         return operator.GetOutputPort(name).Eval(context)
 
     assert asked("operator").stops == 0
-    process.wishes = Wishes(
+    process.requests = CockpitRequests(
         command=OperatorCommand(holds=2), operator=OperatorRequests(stops=3)
     )
     assert asked("command").holds == 2 and asked("operator").stops == 3
@@ -173,7 +175,7 @@ def test_pictures_show_the_scene_that_the_camera_sees(frankie):
     small = "{wrist_camera: {width: 80, height: 60}}"
     scenario = load_scenario("StudioLive", small)
     world = load_world(scenario, blank=True)
-    now = look(frankie)
+    now = content(frankie)
     X_WP = RigidTransform(now.X_WE) @ RigidTransform([0.0, 0.0, 0.25])
     wall = PrimitiveScene(boxes=(Box(X_WP, np.array([1.0, 1.0, 0.01])),))
     job = SimpleNamespace(
@@ -193,7 +195,7 @@ def test_pictures_show_the_scene_that_the_camera_sees(frankie):
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_views_look_at_something_from_somewhere_else(frankie, view):
-    at = viewpoint(view, look(frankie))
+    at = viewpoint(view, content(frankie))
     sight = at.p_WT - at.p_WC
     assert np.linalg.norm(sight) > 0.3
     # A camera that looks along its own up has no picture.
@@ -202,5 +204,5 @@ def test_views_look_at_something_from_somewhere_else(frankie, view):
 
 
 def test_from_the_top_ahead_is_up(frankie):
-    at = viewpoint(TOP, look(frankie))
+    at = viewpoint(TOP, content(frankie))
     np.testing.assert_allclose(at.up_W, [1, 0, 0], atol=1e-9)

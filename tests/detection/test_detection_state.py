@@ -237,7 +237,7 @@ def test_what_is_seen_beside_the_robot_may_be_the_robot_or_a_thing():
         depth = np.full_like(view.image.depth, p_C[0, 2] + behind)
         image = dc.replace(view.image, depth=depth)
         seen = dc.replace(view, image=image)
-        assert seen.tells(place, watch.spheres, CONFIG).tolist() == told
+        assert seen.observes(place, watch.spheres, CONFIG).tolist() == told
 
 
 def test_memory_has_an_end():

@@ -8,7 +8,7 @@ from remosplat_drake.reconstruction.report.validation import (
     LEAST_VIEWS,
     UNFORESEEN,
     Validation,
-    borne_out,
+    confirmed_maximum,
     cross_validate,
     left_out,
     validate,
@@ -56,15 +56,15 @@ def test_one_point_that_flew_proves_nothing():
     p_W = np.array([[0.01 * i, 0, 0] for i in range(5)] + [[1.0, 0, 0]])
     error = np.array([0, 0.001, 0.05, 0.002, 0.003, 0.09])
     # Within 2 cm of the middle one: 0, 1, 50, 2 and 3 mm.
-    assert borne_out(p_W, error) == pytest.approx(0.002)
-    assert borne_out(p_W[:2], error[:2]) == -np.inf
+    assert confirmed_maximum(p_W, error) == pytest.approx(0.002)
+    assert confirmed_maximum(p_W[:2], error[:2]) == -np.inf
 
 
 def test_three_neighbours_are_believed():
     p_W = np.array([[0.001 * i, 0, 0] for i in range(30)])
     error = np.zeros(30)
     error[10:13] = [0.03, 0.05, 0.04]
-    assert borne_out(p_W, error) == pytest.approx(0.03)
+    assert confirmed_maximum(p_W, error) == pytest.approx(0.03)
 
 
 def test_a_floor_that_is_5_mm_too_low_is_over_estimated_by_5_mm():
@@ -110,7 +110,7 @@ def test_a_floor_is_foretold_by_most_of_its_views():
 def test_two_points_tell_nothing_and_judge_nothing():
     """They would make a map of which nothing is known safe from 2 mm on."""
     p_W = np.zeros((2, 3))
-    assert not Validation("any", p_W, np.zeros(2), np.zeros(2)).tells
+    assert not Validation("any", p_W, np.zeros(2), np.zeros(2)).is_conclusive
     p_W = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
-    assert not Validation("any", p_W, np.zeros(3), np.zeros(3)).tells
-    assert Validation("any", p_W / 200, np.zeros(3), np.zeros(3)).tells
+    assert not Validation("any", p_W, np.zeros(3), np.zeros(3)).is_conclusive
+    assert Validation("any", p_W / 200, np.zeros(3), np.zeros(3)).is_conclusive

@@ -56,7 +56,7 @@ def test_a_position_alone_has_no_angle():
     assert error.angle == 0.0
     assert error.distance == pytest.approx(2.0)
     assert target.free == ("rx", "ry", "rz")
-    assert not target.asks_to_turn
+    assert not target.constrains_rotation
 
 
 def test_a_screw_may_turn_about_its_axis_and_may_not_tilt():

@@ -9,7 +9,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.teleop.trajectory_file import (
     OperatorStep,
-    asked_over_time,
+    accumulate_requests,
     load_operator_steps,
 )
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
@@ -90,7 +90,7 @@ def test_something_is_put_there_and_taken_away_again(tmp_path):
     presses = "{time: 1, press: scene}, {time: 2, press: scene}"
     path = write(tmp_path, f"steps: [{presses}]")
     steps = load_operator_steps(path, [], scenes)
-    asked = asked_over_time(steps, scenes)
+    asked = accumulate_requests(steps, scenes)
     shown = [ask.map_requests.scene for ask in asked]
     assert shown == [None, scenes[1], scenes[0]]
 
@@ -103,7 +103,7 @@ def test_objects_are_taken_and_put_down(tmp_path):
     """
     path = write(tmp_path, text)
     steps = load_operator_steps(path, [], objects=["can", "tray"])
-    last = asked_over_time(steps)[-1].command
+    last = accumulate_requests(steps)[-1].command
     assert (last.thing, last.takes) == ("can", 1)
     assert (last.support, last.places) == ("tray", 1)
     np.testing.assert_array_equal(last.p_WNear, [1.0, 0.2, 0.5])

@@ -6,7 +6,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scene_config import OBSTACLE
-from remosplat_drake.app.stages.log import what_happens
+from remosplat_drake.app.stages.log import log_inputs
 from remosplat_drake.app.stages.task import task_port
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
@@ -59,7 +59,7 @@ def AddCockpitView(
         live_map: The map that grows; None without one.
     """
     inputs = {
-        **what_happens(loop, live_map),
+        **log_inputs(loop, live_map),
         "configuration": loop.configuration,
         "target_state": target.GetOutputPort("state"),
     }

@@ -9,7 +9,7 @@ from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 
 
-def what_happens(
+def log_inputs(
     loop: ControlLoop, live_map: LeafSystem | None
 ) -> dict[str, OutputPort]:
     """Returns the output ports that the log reads, keyed by its input's name.
@@ -53,7 +53,7 @@ def AddLog(
     """
     robot = loop.world.robot
     inputs = {
-        **what_happens(loop, live_map),
+        **log_inputs(loop, live_map),
         "velocity_executed": loop.executed,
         "station_status": loop.status,
     }

@@ -209,7 +209,7 @@ def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
             WARNING,
             frames=tuple(frames.tolist()),
             remedy=f"left out {len(frames)} frames whose poses are off",
-            mend=lambda capture: without(capture, frames),
+            repair=lambda capture: without(capture, frames),
         )
     ]
 
@@ -231,4 +231,4 @@ def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
         f"{best.words}: views disagree by {1e3 * before:.1f} mm (median), but"
         f" by {1e3 * least:.1f} mm after its correction"
     )
-    return Finding(POSES, problem, remedy=best.remedy, mend=best.undo)
+    return Finding(POSES, problem, remedy=best.remedy, repair=best.undo)

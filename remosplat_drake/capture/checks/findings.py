@@ -53,9 +53,9 @@ class Finding:
         problem: Description with numbers.
         severity: `DEFECT` or `WARNING`.
         frames: Indices of the affected frames; empty: the whole capture.
-        remedy: Description of `mend`; empty if there is no remedy.
-        mend: Function that returns the capture without the fault; None if only
-            a better capture helps.
+        remedy: Description of `repair`; empty if there is no remedy.
+        repair: Function that returns the capture without the fault; None if
+            only a better capture helps.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Finding:
     severity: str = DEFECT
     frames: tuple[int, ...] = ()
     remedy: str = ""
-    mend: Callable[[Capture], Capture] | None = None
+    repair: Callable[[Capture], Capture] | None = None
 
     def __str__(self) -> str:
         return f"{self.name}: {self.problem}"

@@ -154,7 +154,7 @@ def _judge_empty(capture: Capture, known: np.ndarray) -> list[Finding]:
             WARNING,
             frames=tuple(empty.tolist()),
             remedy="left out the frames without depth",
-            mend=lambda capture: without(capture, empty),
+            repair=lambda capture: without(capture, empty),
         )
     ]
 
@@ -172,7 +172,7 @@ def _judge_unit(median: float) -> list[Finding]:
         return [Finding(DEPTH_RANGE, problem, WARNING)]
     factor, words = guesses[0]
 
-    def mend(capture: Capture) -> Capture:
+    def repair(capture: Capture) -> Capture:
         depth = (capture.depth / factor).astype(np.float32)
         return dc.replace(capture, depth=depth)
 
@@ -181,7 +181,7 @@ def _judge_unit(median: float) -> list[Finding]:
             DEPTH_UNIT,
             f"{problem}: looks like {words}",
             remedy=f"divided depths by {factor:g}",
-            mend=mend,
+            repair=repair,
         )
     ]
 
@@ -206,7 +206,9 @@ def judge_registration(
                 f" {undone:.2f} after its correction"
             )
             return [
-                Finding(COLOURS, problem, remedy=shift.remedy, mend=shift.undo)
+                Finding(
+                    COLOURS, problem, remedy=shift.remedy, repair=shift.undo
+                )
             ]
     if registration is None or not registration.is_off:
         return []

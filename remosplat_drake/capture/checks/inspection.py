@@ -117,7 +117,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
         # With wrong poses, the checks below could only report the same problem
         # again.
         pose_findings = _judge_shared_surfaces(capture, overlap, wide)
-    mended = any(finding.mend for finding in pose_findings)
+    mended = any(finding.repair for finding in pose_findings)
     findings = (
         *(Finding(READING, note, WARNING) for note in capture.notes),
         *camera_findings,

@@ -89,7 +89,7 @@ def judge_overlap(
             " after its correction"
         )
         return [
-            Finding(POSES, problem, remedy=mistake.remedy, mend=mistake.undo)
+            Finding(POSES, problem, remedy=mistake.remedy, repair=mistake.undo)
         ]
     if roughly >= MIN_AGREEMENT and supported and len(wrong):
         return [_wrong_frames(capture, wrong)]
@@ -119,5 +119,5 @@ def _wrong_frames(capture: Capture, wrong: np.ndarray) -> Finding:
         f" all of their neighbours': {list_frames(wrong, capture)}",
         frames=tuple(wrong.tolist()),
         remedy=f"left out {len(wrong)} frames that contradict all others",
-        mend=lambda capture: without(capture, wrong),
+        repair=lambda capture: without(capture, wrong),
     )

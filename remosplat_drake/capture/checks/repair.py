@@ -40,9 +40,9 @@ def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
     while True:
         tried = {finding.name for finding in undone}
         for finding in inspection.findings:
-            if finding.mend is None or finding.name in tried:
+            if finding.repair is None or finding.name in tried:
                 continue
-            mended = finding.mend(capture)
+            mended = finding.repair(capture)
             if len(mended) >= MIN_VIEWS:
                 break
         else:

@@ -63,7 +63,7 @@ fast, and files are a sixth larger.
 
 TRANSFORMS = "transforms.json"
 """Name of the document that describes a capture."""
-LOOKS_FOR = f"a folder with {TRANSFORMS}, or that file"
+EXPECTED_FILES = f"a folder with {TRANSFORMS}, or that file"
 """Description of the files that `recognises` accepts."""
 
 _INTRINSICS = ("fl_x", "fl_y", "cx", "cy")

@@ -51,7 +51,7 @@ MAX_MEMBER_BYTES = 64_000_000
 MAX_RATE = 1000.0
 """Largest frame rate that a capture may declare [1/s]."""
 
-LOOKS_FOR = (
+EXPECTED_FILES = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
     " metadata.json, rgb/ and depth/"
 )

@@ -29,7 +29,7 @@ DEPTH_UNIT = 1e-3
 _NO_DEPTH = 65535 * DEPTH_UNIT
 _POSE = ".pose.txt"
 
-LOOKS_FOR = f"a folder with frame-*{_POSE}"
+EXPECTED_FILES = f"a folder with frame-*{_POSE}"
 """Description of the files that `recognises` accepts."""
 
 

@@ -42,7 +42,7 @@ ODOMETRY = "odometry.csv"
 UP_W = (0.0, 1.0, 0.0)
 """Unit vector against gravity: the y axis of ARKit's world."""
 
-LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
+EXPECTED_FILES = f"a folder with {VIDEO} and {ODOMETRY}"
 """Description of the files that `recognises` accepts."""
 
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")

@@ -29,7 +29,7 @@ DEPTH_UNIT = 1e-3
 _LOGS = ("trajectory.log", "scene/trajectory.log", "odometry.log")
 _COLOR_FOLDERS = ("color", "rgb", "image")
 
-LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
+EXPECTED_FILES = f"a folder with {' or '.join(_LOGS)}"
 """Description of the files that `recognises` accepts."""
 
 
@@ -101,7 +101,7 @@ def _log(path: Path) -> Path:
     for name in _LOGS:
         if (path / name).is_file():
             return path / name
-    raise FileError(path, f"expected {LOOKS_FOR}")
+    raise FileError(path, f"expected {EXPECTED_FILES}")
 
 
 def read_log(path: Path) -> list[tuple[int, np.ndarray]]:

@@ -37,7 +37,7 @@ DEPTH_UNIT = 1 / 5000
 TOLERANCE = 0.02
 """Largest time between an image and a pose that belong together [s]."""
 
-LOOKS_FOR = "a folder with rgb.txt, depth.txt and groundtruth.txt"
+EXPECTED_FILES = "a folder with rgb.txt, depth.txt and groundtruth.txt"
 """Description of the files that `recognises` accepts."""
 
 _FILES = ("rgb.txt", "depth.txt", "groundtruth.txt")

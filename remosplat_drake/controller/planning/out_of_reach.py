@@ -16,7 +16,7 @@ def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
         q: Present configuration, shape (n_q,) [rad, m].
     """
     for effector, target in aim.items:
-        if not target.asks_for_all_of_place:
+        if not target.constrains_full_position:
             continue
         lacking = beyond_reach(robot, q, target.X_WT[:3, 3], effector)
         if lacking > 0.0:

@@ -163,7 +163,7 @@ def _whole(part: PartRecord) -> Finding:
         else f"{len(part.stamp)} statuses, all valid",
         wanted="finite positions and velocities of every axis",
         source=part.channel,
-        mend="if a number is unknown, let the driver send no status",
+        remedy="if a number is unknown, let the driver send no status",
     )
 
 
@@ -178,7 +178,7 @@ def _rate(part: PartRecord, config: HardwareConfig, duration: float) -> Finding:
         found=f"{rate:.0f} Hz",
         wanted=f"{wanted:.0f} Hz or more",
         source=f"stamps of {part.channel}",
-        mend="set hardware.arm_status_rate, or raise the robot's rate",
+        remedy="set hardware.arm_status_rate, or raise the robot's rate",
     )
 
 
@@ -193,8 +193,8 @@ def _age(part: PartRecord) -> Finding:
         f" {1e3 * last:.1f})",
         wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms on arrival",
         source=f"stamps of {part.channel}, and our clock",
-        mend="let the driver pass on the stamp of the measurement; synchronise"
-        " both computers' clocks; look for queues in between",
+        remedy="let the driver pass on the stamp of the measurement;"
+        " synchronise both computers' clocks; look for queues in between",
     )
 
 
@@ -211,8 +211,8 @@ def _gaps(part: PartRecord, config: HardwareConfig) -> Finding:
         wanted=f"at most {1e3 * limit:.0f} ms, after which the robot is"
         " stopped",
         source=f"arrivals on {part.channel}",
-        mend="raise the driver's priority; end other programs on its computer;"
-        " a restart of the driver also causes silence",
+        remedy="raise the driver's priority; end other programs on its"
+        " computer; a restart of the driver also causes silence",
     )
 
 
@@ -226,7 +226,7 @@ def _mode(part: PartRecord) -> Finding:
         found=f"{seen} all the time" if len(part.modes) == 1 else seen,
         wanted=_MODE_WORDS,
         source=f"modes of {part.channel}, while a person presses the stop",
-        mend="let the driver report the robot's stops: for !Ros2Arm, set"
+        remedy="let the driver report the robot's stops: for !Ros2Arm, set"
         " the topics `emergency_stop` and `mode`",
     )
 
@@ -253,7 +253,7 @@ def _axes(
             found=_words(following, i, part.axes),
             wanted="motion as commanded, in rad or m, and only of this axis",
             source=f"commands, and positions in {part.channel}",
-            mend="check the driver's order of axes, signs and units",
+            remedy="check the driver's order of axes, signs and units",
         )
         yield judged(
             f"{name}: velocity",
@@ -261,7 +261,8 @@ def _axes(
             found=f"{velocity:.2f} times the change of position per time",
             wanted=f"{1 - _VELOCITY:.1f} to {1 + _VELOCITY:.1f}",
             source=part.channel,
-            mend="let the robot report velocities, or the driver compute them",
+            remedy="let the robot report velocities, or the driver compute"
+            " them",
         )
         tube = actuators[i].tube + _RESOLUTION
         late = following.late[i]
@@ -273,7 +274,7 @@ def _axes(
             wanted=f"at most {1e3 * (told + tube):.0f} ms, according to the"
             " robot's description",
             source="commands and stamps",
-            mend="measure the delay with `remosplat identify`; if it is long,"
+            remedy="measure the delay with `remosplat identify`; if it is long,"
             " check driver and network",
         )
 
@@ -310,5 +311,5 @@ def _restart(record: RobotRecord) -> Finding:
         found=f"{len(record.drivers)} sessions of {names}",
         wanted=wanted,
         source=source,
-        mend="",
+        remedy="",
     )

@@ -176,14 +176,14 @@ def drill_base_step(
         f" {1e3 * LONGEST_DELAY:.0f} ms"
     )
     source = "BASE_STATUS during a command of 1 s"
-    mend = (
+    remedy = (
         "look for stops of the base, limits of its node, another sender of"
         " its commands, and obstacles"
     )
     try:
         times, speeds = drive()
     except RemoSplatError as error:
-        return Finding(BASE_STEP, FAILED, str(error), wanted, source, mend)
+        return Finding(BASE_STEP, FAILED, str(error), wanted, source, remedy)
     response = step_response(times, speeds)
     return judged(
         BASE_STEP,
@@ -195,7 +195,7 @@ def drill_base_step(
         f" end; greatest speed {response.speed:.3f} m/s",
         wanted=wanted,
         source=source,
-        mend=mend,
+        remedy=remedy,
     )
 
 
@@ -228,7 +228,7 @@ def drill_stop(
             found=f"no stop within {patience:.0f} s",
             wanted=wanted,
             source=source,
-            mend="if the driver does not report stops, configure a topic for"
+            remedy="if the driver does not report stops, configure a topic for"
             " them, or an ARCL connection",
         )
     say(f"{found}; now reset the stop, and restart a driver that has ended")
@@ -241,7 +241,8 @@ def drill_stop(
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
         wanted=wanted,
         source=source,
-        mend="reset the stop and start the driver again; find out why it moved",
+        remedy="reset the stop and start the driver again; find out why it"
+        " moved",
     )
 
 
@@ -280,7 +281,7 @@ def check_actuators(robot: RobotModel) -> Finding:
         found="measured" if measured else "cautious defaults",
         wanted="measured actuators, so that the robot is faster near obstacles",
         source=f"actuators in {Path(robot.description.source).name}",
-        mend="run `remosplat identify` as soon as the robot moves",
+        remedy="run `remosplat identify` as soon as the robot moves",
         otherwise=ADVICE,
     )
 
@@ -297,7 +298,7 @@ def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """
     check = "collision thresholds"
     wanted = "at most 40 N m and 40 N, set by the driver"
-    mend = (
+    remedy = (
         "start the driver with --joint_torque_limit=20"
         " --cartesian_force_limit=20; its defaults are 100 N m and 100 N"
     )
@@ -314,7 +315,7 @@ def check_thresholds(processes: Path = Path("/proc")) -> Finding:
                 found=f"{limits[0]:g} N m, {limits[1]:g} N",
                 wanted=wanted,
                 source=f"command line of process {path.parent.name}",
-                mend=mend,
+                remedy=remedy,
                 otherwise=ADVICE,
             )
     return Finding(
@@ -323,7 +324,7 @@ def check_thresholds(processes: Path = Path("/proc")) -> Finding:
         "no driver of an arm runs on this computer",
         wanted,
         "command lines of processes",
-        "check the flags of the driver's command line: " + mend,
+        "check the flags of the driver's command line: " + remedy,
     )
 
 

@@ -17,7 +17,7 @@ class Finding:
         found: The found value.
         wanted: The expected value.
         source: Source of the found value.
-        mend: Advice to correct the fault; empty if there is none.
+        remedy: Advice to correct the fault; empty if there is none.
     """
 
     check: str
@@ -25,7 +25,7 @@ class Finding:
     found: str
     wanted: str
     source: str
-    mend: str = ""
+    remedy: str = ""
 
     @property
     def line(self) -> str:
@@ -40,7 +40,7 @@ def judged(
     found: str,
     wanted: str,
     source: str,
-    mend: str,
+    remedy: str,
     otherwise: str = FAILED,
 ) -> Finding:
     """Makes a finding, with the advice only if the check has not passed.
@@ -51,9 +51,9 @@ def judged(
         found: The found value.
         wanted: The expected value.
         source: Source of the found value.
-        mend: Advice to correct the fault.
+        remedy: Advice to correct the fault.
         otherwise: The result if the check has not passed, FAILED or ADVICE.
     """
     if good:
         return Finding(check, PASSED, found, wanted, source)
-    return Finding(check, otherwise, found, wanted, source, mend)
+    return Finding(check, otherwise, found, wanted, source, remedy)

@@ -33,7 +33,7 @@ _SYSCTL = Path("/proc/sys")
 def check_clock() -> Finding:
     """Checks this computer's clock, by chrony or else by the kernel."""
     wanted = f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
-    mend = "install chrony on both computers, and let one follow the other"
+    remedy = "install chrony on both computers, and let one follow the other"
     if shutil.which("chronyc") is None:
         follows = kernel_clock_follows()
         return judged(
@@ -44,7 +44,7 @@ def check_clock() -> Finding:
             else "the kernel's clock is not synchronised",
             wanted=wanted,
             source="adjtimex, since chronyc is not installed",
-            mend=mend,
+            remedy=remedy,
             otherwise=ADVICE,
         )
     told = subprocess.run(
@@ -59,7 +59,7 @@ def check_clock() -> Finding:
         else f"{1e3 * offset:.3f} ms off",
         wanted=wanted,
         source="chronyc tracking",
-        mend=mend,
+        remedy=remedy,
         otherwise=ADVICE,
     )
 
@@ -105,7 +105,7 @@ def check_priority() -> Finding:
         found="any" if is_unlimited or is_root else f"up to {hard}",
         wanted=f"{DRIVER_PRIORITY} or more",
         source="RLIMIT_RTPRIO and CAP_SYS_NICE",
-        mend="`@robot - rtprio 20` in /etc/security/limits.conf, then log in"
+        remedy="`@robot - rtprio 20` in /etc/security/limits.conf, then log in"
         " again",
         otherwise=ADVICE,
     )
@@ -126,7 +126,7 @@ def check_buffers(has_camera: bool) -> Finding:
         found=f"{size} bytes",
         wanted=f"{wanted} bytes or more",
         source=str(path),
-        mend=f"`sysctl -w net.core.rmem_max={wanted}"
+        remedy=f"`sysctl -w net.core.rmem_max={wanted}"
         f" net.core.rmem_default={wanted}`",
         otherwise=ADVICE,
     )

@@ -71,7 +71,7 @@ def check_loopback(url: str) -> Finding:
         found="this computer receives its own packets" if heard else found,
         wanted="this computer receives its own packets",
         source=f"packets on {PROBE}",
-        mend="run `ip link set lo multicast on` and `ip route add 224.0.0.0/4"
+        remedy="run `ip link set lo multicast on` and `ip route add 224.0.0.0/4"
         " dev lo`, with the robot's network device in place of lo if needed",
     )
 
@@ -119,7 +119,7 @@ def check_publishers(
             found=_addresses(senders[channel]),
             wanted="one driver" if count else "none yet",
             source="senders' addresses of UDP packets",
-            mend=_publisher_advice(channel, count, len(senders[channel])),
+            remedy=_publisher_advice(channel, count, len(senders[channel])),
         )
         for channel, count in wanted.items()
     ]
@@ -160,7 +160,7 @@ def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
         + (f"at {', '.join(elsewhere)}" if elsewhere else "on this computer"),
         wanted="ttl=1 if a driver is on another computer",
         source="the LCM URL, and senders' addresses",
-        mend="append ?ttl=1 to the LCM URL of every process",
+        remedy="append ?ttl=1 to the LCM URL of every process",
     )
 
 
@@ -264,7 +264,7 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             found=source.problem or f"{rate:.0f} Hz",
             wanted=f"{source.rate:.0f} Hz or more, all valid",
             source=channel,
-            mend="check the driver's log, the cable, and the load of both"
+            remedy="check the driver's log, the cable, and the load of both"
             " computers",
         )
     ]
@@ -284,7 +284,7 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             found=f"statuses are {1e3 * age:.1f} ms old (median)",
             wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms",
             source=f"stamps in {channel}, and our clock",
-            mend="synchronise both computers' clocks (chrony or PTP)",
+            remedy="synchronise both computers' clocks (chrony or PTP)",
         ),
         judged(
             f"mode of the {part}",
@@ -292,7 +292,7 @@ def _status_findings(source: _Source, duration: float) -> list[Finding]:
             found=mode,
             wanted=" or ".join(_COMMANDED[part]),
             source=channel,
-            mend="release the stops; restart drake-franka-driver if it has"
+            remedy="release the stops; restart drake-franka-driver if it has"
             " ended, as it does after a reflex",
             otherwise=FAILED,
         ),

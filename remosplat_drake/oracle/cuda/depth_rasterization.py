@@ -22,7 +22,7 @@ from remosplat_drake.oracle.cuda.device import (
 from remosplat_drake.oracle.cuda.program import load_program
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import footprint_records
-from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.sphere_queries import sphere_queries
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
@@ -162,7 +162,7 @@ class CudaDepthField(DistanceField):
             ValueError: A centre is not finite, or a radius or `ignore_below` is
                 NaN.
         """
-        asked = question(spheres, max_distance)
+        asked = sphere_queries(spheres, max_distance)
         reach = self._bound(asked[:, 3])
         rows = sphere_rows(asked[:, :3], reach, asked[:, 4])
         R_WD = self.sensor.R_WD(spheres.R_WL).astype(np.float32)

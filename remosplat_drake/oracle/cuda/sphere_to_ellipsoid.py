@@ -18,7 +18,7 @@ from remosplat_drake.oracle.cuda.device import (
 )
 from remosplat_drake.oracle.cuda.program import load_program
 from remosplat_drake.oracle.prepared_solids import splat_records
-from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.sphere_queries import sphere_queries
 from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.clearance_batch import ClearanceBatch
@@ -110,7 +110,7 @@ class CudaSphereToEllipsoidField(DistanceField):
             ValueError: A centre is not finite, or a radius or `ignore_below` is
                 NaN.
         """
-        asked = question(spheres, max_distance)
+        asked = sphere_queries(spheres, max_distance)
         rows = sphere_rows(asked[:, :3], asked[:, 3], asked[:, 4])
         found = self._answer(to_device(rows, self._scene.device))
         answer = found.cpu().numpy().astype(float)

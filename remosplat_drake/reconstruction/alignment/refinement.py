@@ -68,7 +68,7 @@ _HELD_OUT = 7
 _ROUNDS = 3
 """Largest number of rounds of correction and refinement."""
 
-_UNTOLD = np.array(
+_UNDETECTABLE = np.array(
     [0.003, 0.003, 0.002, 0.002, 0.002, 0.003, 0.003, 0.01, 0.03]
     + [0.005, 0.004]
     + 3 * [np.deg2rad(0.1)]
@@ -153,7 +153,7 @@ class Refinement:
             result, state = self._refined(state, levels, done, steps, report)
             state, done = self._simplest(result, state), done + len(levels)
             delay = self._taken_delay(state)
-            if not delay and (np.abs(state.left) <= 0.5 * _UNTOLD).all():
+            if not delay and (np.abs(state.left) <= 0.5 * _UNDETECTABLE).all():
                 break
             state, levels = self.freed(state, delay), FINE
         return self._doubted(result, state, FINE[-1]), state
@@ -169,10 +169,10 @@ class Refinement:
             return 0.0
         motion = difference(state.X_WC, self.given)
         delay, left = delay_of_motion(self.capture, motion)
-        if abs(delay) < _UNTOLD[DELAY] or left > _UNEXPLAINED:
+        if abs(delay) < _UNDETECTABLE[DELAY] or left > _UNEXPLAINED:
             return 0.0
         self._expected[DELAY] = state.errors[DELAY] + delay
-        self._prior[DELAY] = _UNTOLD[DELAY]
+        self._prior[DELAY] = _UNDETECTABLE[DELAY]
         return delay
 
     def _refined(
@@ -238,7 +238,7 @@ class Refinement:
         while True:
             errors, deviation = result.camera_without(none, bias)
             noise = _SIGNIFICANT * deviation
-            limit = np.maximum(_UNTOLD, noise)
+            limit = np.maximum(_UNDETECTABLE, noise)
             ratio = np.where(none, np.inf, np.abs(errors) / limit)
             least = int(ratio.argmin())
             if ratio[least] >= 1:

@@ -136,7 +136,7 @@ def assess(
     distances, errors = _compare_distances(
         splat_W, known, references, workspace, count, seed
     )
-    validations = [each for each in validations if each.tells]
+    validations = [each for each in validations if each.is_conclusive]
     distances += [_held_out_row(each) for each in validations]
     errors[HELD_OUT] = {each.oracle: each.over for each in validations}
     progress("looking for floaters and unseen space")

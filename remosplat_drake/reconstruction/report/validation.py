@@ -107,14 +107,14 @@ class Validation:
         return len(self.p_W)
 
     @property
-    def tells(self) -> bool:
+    def is_conclusive(self) -> bool:
         """Whether there are enough points for a result."""
         return bool(np.isfinite(self.largest_over))
 
     @property
     def largest_over(self) -> float:
         """Largest over-estimate that several points confirm [m]."""
-        return borne_out(self.p_W, self.over)
+        return confirmed_maximum(self.p_W, self.over)
 
     @property
     def verdict(self) -> float:
@@ -127,7 +127,7 @@ class Validation:
         larger, it is the bound.
         """
         least = UNFORESEEN * max(self.largest_over, 0.0)
-        return max(borne_out(self.p_W, self.excess), least)
+        return max(confirmed_maximum(self.p_W, self.excess), least)
 
     @property
     def covered(self) -> float:
@@ -302,7 +302,7 @@ def _before(
     return np.max(errors, axis=0)
 
 
-def borne_out(p_W: np.ndarray, error: np.ndarray) -> float:
+def confirmed_maximum(p_W: np.ndarray, error: np.ndarray) -> float:
     """Returns the largest error that several neighbouring points share [m].
 
     Args:

@@ -36,7 +36,7 @@ def test_a_silent_wire_fails(tmp_path):
     assert found["senders of PANDA_STATUS"]["found"] == "none"
     assert found["multicast"]["result"] == "passed"
     assert found["base-step"]["result"] == "skipped"
-    assert "to mend: start the driver" in done.stderr
+    assert "remedy: start the driver" in done.stderr
     assert json.loads(done.stdout) == json.loads(path.read_text())
 
 

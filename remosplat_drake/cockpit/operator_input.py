@@ -1,4 +1,4 @@
-"""`Desk`: stores the requests of people at the cockpit."""
+"""`OperatorInput`: stores the requests of people at the cockpit."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -7,14 +7,14 @@ from time import monotonic
 
 import numpy as np
 
-from remosplat_drake.cockpit.messages import Wishes
+from remosplat_drake.cockpit.messages import CockpitRequests
 from remosplat_drake.teleop.gamepad import SILENCE
 
 SOURCE = "cockpit"
 """Name of the operator's device."""
 
 
-class Desk:
+class OperatorInput:
     """Counts presses of buttons, and stores the operator's desired pose.
 
     Callbacks of the page run in several threads.
@@ -24,23 +24,23 @@ class Desk:
             each new one.
     """
 
-    def __init__(self, changed: Callable[[Wishes], None]):
-        wishes = Wishes()
-        command = dc.replace(wishes.command, source=SOURCE)
-        self._wishes = dc.replace(wishes, command=command)
+    def __init__(self, changed: Callable[[CockpitRequests], None]):
+        requests = CockpitRequests()
+        command = dc.replace(requests.command, source=SOURCE)
+        self._requests = dc.replace(requests, command=command)
         self._changed = changed
         self._lock = Lock()
         self._led_at = -np.inf
 
     @property
-    def wishes(self) -> Wishes:
+    def requests(self) -> CockpitRequests:
         """All requests so far."""
-        return self._wishes
+        return self._requests
 
     @property
     def X_WT(self) -> np.ndarray | None:
         """The latest desired pose, shape (4, 4); None before the first one."""
-        return self._wishes.command.X_WT
+        return self._requests.command.X_WT
 
     def move(self, X_WT: np.ndarray) -> None:
         """Requests a pose of the target.
@@ -70,14 +70,14 @@ class Desk:
         """
         with self._lock:
             self._led_at = monotonic()
-            command = self._wishes.command
+            command = self._requests.command
             if V_W is not None or command.V_W is not None:
                 command = dc.replace(command, V_W=V_W)
-                self._tell(dc.replace(self._wishes, command=command))
+                self._tell(dc.replace(self._requests, command=command))
 
     def expire(self) -> None:
         """Ends a velocity that was not renewed for `SILENCE`."""
-        is_led = self._wishes.command.V_W is not None
+        is_led = self._requests.command.V_W is not None
         if is_led and monotonic() - self._led_at > SILENCE:
             self.lead(None)
 
@@ -121,13 +121,13 @@ class Desk:
             name: Name of the count in `MapRequests`: frames, refines, undos or
                 saves.
         """
-        self._count("requests", name)
+        self._count("map_requests", name)
 
     def change_scene(self) -> None:
         """Requests the next scene for a simulated camera."""
         with self._lock:
-            changes = self._wishes.scene_changes + 1
-            self._tell(dc.replace(self._wishes, scene_changes=changes))
+            changes = self._requests.scene_changes + 1
+            self._tell(dc.replace(self._requests, scene_changes=changes))
 
     def stop(self) -> None:
         """Counts a press of STOP."""
@@ -139,11 +139,11 @@ class Desk:
 
     def _count(self, part: str, name: str, **changes) -> None:
         with self._lock:
-            before = getattr(self._wishes, part)
+            before = getattr(self._requests, part)
             changes[name] = getattr(before, name) + 1
             after = dc.replace(before, **changes)
-            self._tell(dc.replace(self._wishes, **{part: after}))
+            self._tell(dc.replace(self._requests, **{part: after}))
 
-    def _tell(self, wishes: Wishes) -> None:
-        self._wishes = wishes
-        self._changed(wishes)
+    def _tell(self, requests: CockpitRequests) -> None:
+        self._requests = requests
+        self._changed(requests)

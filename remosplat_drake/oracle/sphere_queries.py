@@ -16,7 +16,7 @@ UNDEFINED = (
 would count as free."""
 
 
-def asked_in_one(
+def query_maps(
     maps: Packed[Maps], spheres: Spheres, max_distance: float, revision: str
 ) -> Clearances:
     """Computes the clearances from several maps, in one compiled call.
@@ -45,7 +45,7 @@ def asked_in_one(
     return Clearances(sphere, distance, direction_W, p_WC, revision)
 
 
-def question(spheres: Spheres, max_distance: float) -> np.ndarray:
+def sphere_queries(spheres: Spheres, max_distance: float) -> np.ndarray:
     """Makes the query array for `compiled_map.ask`.
 
     Args:
