@@ -48,12 +48,12 @@ def test_every_press_counts(inputs, told):
     inputs.change_scene()
     requests = inputs.requests
     assert told[-1] is requests and len(told) == 14
-    command, requests = requests.command, requests.map_requests
+    command, on_map = requests.command, requests.map_requests
     assert (command.holds, command.homes, command.scans) == (1, 1, 1)
     assert (command.opens, command.closes) == (1, 1)
     assert (command.poses, command.pose) == (1, "shelf")
-    assert (requests.frames, requests.refines) == (1, 1)
-    assert (requests.undos, requests.saves) == (1, 2)
+    assert (on_map.frames, on_map.refines) == (1, 1)
+    assert (on_map.undos, on_map.saves) == (1, 2)
     assert (requests.operator.stops, requests.operator.releases) == (1, 1)
     assert requests.scene_changes == 1
 
