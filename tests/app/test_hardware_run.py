@@ -239,6 +239,7 @@ def test_a_slower_base_gets_there_at_its_own_speed(robot):
     assert driven.max() < 0.035
 
 
+@pytest.mark.slow
 def test_a_command_beyond_the_bases_limits_stops_the_robot(robot):
     url, _ = robot
     application = make_application(url)

@@ -1,4 +1,9 @@
-"""A task on the robot, which is a process of its own behind the wire."""
+"""A task on the robot, which is a process of its own behind the wire.
+
+All take a minute or longer. That a silent hand has no width is tested in
+`hardware/client/test_robot_link.py`, and that this ends a task that carries in
+`task/test_advance_task.py`.
+"""
 
 import numpy as np
 import pytest
@@ -69,6 +74,7 @@ def test_a_can_that_falls_out_of_the_hand_ends_the_task(lone_robot):
     assert state.failures == (reason,)
 
 
+@pytest.mark.slow
 def test_a_hand_that_falls_silent_ends_a_task_that_carries(lone_robot):
     result, state = drive("TablePick", "hand-status-stops")
     reason = "the hand's width is unknown while it holds the middle can"

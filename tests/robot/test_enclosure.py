@@ -36,6 +36,11 @@ from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.robot.visuals import load_visuals
 
 ROBOTS = shipped_robots()
+MESHED = [
+    pytest.param(name, marks=[pytest.mark.slow] * (name == "two_pandas"))
+    for name in ROBOTS
+]
+"""Of each arm of `two_pandas`, the meshes and shapes are those of `panda`."""
 MARGIN = 0.01
 ROUND = 3e-3  # For self-collision, cylinders are prisms, a little wider.
 SIDES = 64  # Then a prism is wider than its cylinder by 0.12 %.
@@ -145,14 +150,14 @@ def test_the_spheres_enclose_all_collision_shapes(robot):
     assert max(worst_mm(robot, "covering").values()) <= 0
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", MESHED)
 def test_the_spheres_enclose_all_meshes(robot):
     spheres = load_robot(robot, "covering").spheres
     for link, triangles in meshes(robot).items():
         assert standing_out(triangles, spheres.on_link(link)) <= 0, link
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", MESHED)
 def test_the_meshes_lie_in_the_collision_shapes(robot):
     """By a millimetre: what the shapes gave away for fewer corners."""
     floor_links = load_robot_description(robot).floor_links
