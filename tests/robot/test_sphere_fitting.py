@@ -16,6 +16,7 @@ from remosplat_drake.robot.fitting.link_surface import sample_shape
 from remosplat_drake.robot.fitting.model_surfaces import (
     SurfaceOptions,
     model_surfaces,
+    surface_points,
 )
 from remosplat_drake.robot.fitting.solid_grid import (
     SolidGrid,
@@ -187,9 +188,9 @@ def test_links_without_geometry_are_left_out(surfaces):
 
 def test_every_surface_point_is_inside_a_sphere(toy, fits):
     # Fresh points: other random numbers than the fit saw.
-    fresh = model_surfaces(toy, SurfaceOptions(), seed=99)
-    for link, surface in fresh.items():
-        assert fits[link].outside(surface.points).max() <= 0, link
+    fresh = surface_points(toy, SurfaceOptions(), seed=99)
+    for link, points in fresh.items():
+        assert fits[link].outside(points).max() <= 0, link
 
 
 def test_spends_no_more_than_allowed_and_more_where_it_is_needed(fits):
