@@ -55,23 +55,28 @@ LONGEST = (
     "docs/test_documents.py",
     "app/test_hardware_run.py",
     "commands/test_teleop_command.py",
-    "mapping/test_mapping_process.py",
-    "mapping/test_map_builder.py",
-    "mapping/test_camera_suspicion.py",
-    "reconstruction/test_alignment.py",
-    "studies/test_true_maps.py",
-    "commands/test_refined_cameras.py",
-    "test_shipped_scenarios.py",
+    "acceptance/test_fault_campaign.py",
     "commands/test_reconstruct.py",
-    "test_face.py",
     "recording/test_mcap.py",
-    "mapping/test_live_map.py",
-    "cockpit/test_cockpit_page.py",
-    "test_wheel.py",
+    "acceptance/test_table_over_the_wire.py",
+    "reconstruction/test_alignment.py",
     "fuzz/test_campaign.py",
+    "acceptance/test_measured_start.py",
+    "commands/test_refined_cameras.py",
+    "mapping/test_mapping_process.py",
+    "mapping/test_camera_suspicion.py",
+    "mapping/test_map_builder.py",
+    "studies/test_true_maps.py",
+    "test_shipped_scenarios.py",
+    "task/test_task_scenarios.py",
+    "teleop/test_operator_jobs.py",
+    "robot/test_sphere_fitting.py",
+    "robot/importing/test_robot_import.py",
+    "test_wheel.py",
 )
 """Files that take longest. They come first: a worker that gets one does all of
-it, and the others would have nothing left to do beside it."""
+it, and the others would have nothing left to do beside it. Files with a robot
+process are apart, since of two tests with one the second waits."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]):
