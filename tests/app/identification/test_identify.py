@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from effort import effort
 from runs import complaint
 from wire_messages import arm_message
 
@@ -208,7 +209,7 @@ def test_no_stroke_enters_the_robot(frankie):
     room = make_room(frankie, PrimitiveScene().with_floor())
     limit, stopping = frankie.velocity_limit, room.own.stopping
     offered = refused = 0
-    for q in clear_poses(room, 40):
+    for q in clear_poses(room, effort(12, 40)):
         for axis in range(frankie.n_base, frankie.n_u):
             try:
                 stroke = find_stroke(room, q, axis, limit)
