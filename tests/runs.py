@@ -29,8 +29,8 @@ def run_scenario(spec: str | Path, text: str = "") -> RunResult:
 
 PATIENT = """
 hardware: {connect_timeout: 300, arm_status_expiry: 0.5,
-  base_status_expiry: 0.5, base_latency: 0.5, base_delay: 0.5, base_share: 0.5,
-  frozen_after: 1}
+  hand_status_expiry: 1, base_status_expiry: 0.5, base_latency: 0.5,
+  base_delay: 0.5, base_share: 0.5, frozen_after: 1}
 supervisor: {max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5,
   follow_dwell: 2, max_tracking_error: 10}
 """

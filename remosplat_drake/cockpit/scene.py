@@ -45,7 +45,7 @@ class CockpitScene:
         self._server = server
         self._robot = job.robot
         self._veil: viser.MeshHandle | None = None
-        self._objects: dict[str, viser.FrameHandle] = {}
+        self._objects: dict[str, tuple[viser.FrameHandle, float]] = {}
         self._frustum: viser.CameraFrustumHandle | None = None
         scene = server.scene
         scene.set_up_direction("+z")
@@ -126,11 +126,11 @@ class CockpitScene:
             for frame, X_WT in zip(self._targets, X_WTs, strict=False):
                 frame.wxyz, frame.position = wxyz_position(X_WT)
             for thing in content.objects:
-                if thing.name not in self._objects:
-                    self._objects[thing.name] = _draw_object(
-                        self._server.scene, thing
-                    )
-                node = self._objects[thing.name]
+                node, reach = self._objects.get(thing.name, (None, 0.0))
+                # The shape of an object changes if a hand has lost it.
+                if node is None or reach != thing.reach:
+                    node = _draw_object(self._server.scene, thing)
+                    self._objects[thing.name] = node, thing.reach
                 X_WO = thing.X_WO.GetAsMatrix4()
                 node.wxyz, node.position = wxyz_position(X_WO)
         for name, glow in self._glow.items():

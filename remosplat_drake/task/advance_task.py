@@ -127,7 +127,7 @@ def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     """Begins the present step, if the distances at q allow that."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
-    state = _with_held_object(state, X_WE)
+    state = with_held_object(state, X_WE)
     changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
     if step.action == ATTACH:
         reason = _off_the_hand(state, step, now, X_WE)
@@ -138,9 +138,7 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         if not state.held or step.effector != state.holder:
             reason = f"{step.text}: the hand holds nothing"
             return _failed(task, state, now, reason)
-        changed = dc.replace(
-            changed, payload=None, giver=None, grip=None, X_OE=None
-        )
+        changed = changed.emptied
     if changed.payload is not None:
         holders = _holders(task.robot, changed, step)
         payload = dc.replace(changed.payload, holders=holders)
@@ -158,8 +156,13 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     return changed
 
 
-def _with_held_object(state: TaskState, X_WE: np.ndarray) -> TaskState:
-    """The state, with the present pose of the carried object."""
+def with_held_object(state: TaskState, X_WE: np.ndarray) -> TaskState:
+    """Returns the state with the present pose of the carried object.
+
+    Args:
+        state: The state of the task.
+        X_WE: The poses of the end effectors, shape (n, 4, 4).
+    """
     if state.X_OE is None:
         return state
     X_WO = X_WE[state.holder] @ np.linalg.inv(state.X_OE)
@@ -300,9 +303,22 @@ def loss(state: TaskState, now: Observation) -> str:
         return ""
     if not hand.is_known:
         return f"the hand's width is unknown while it holds the {name}"
-    if state.grip is not None and hand.has_let_go(state.grip):
+    if has_slipped(state, now):
         return f"the {name} has slipped out of the hand"
     return ""
+
+
+def has_slipped(state: TaskState, now: Observation) -> bool:
+    """Returns whether the hand's width shows that the object has slipped out.
+
+    Args:
+        state: The state of the task.
+        now: The measurements of the robot.
+    """
+    hand = now.hands.get(state.holder)
+    if hand is None or state.grip is None or not hand.is_known:
+        return False
+    return hand.has_let_go(state.grip)
 
 
 def _off_the_hand(

@@ -67,6 +67,7 @@ class JobMaker:
 
     Attributes:
         spheres: Spheres around the objects that may be carried, by name.
+        scene: The map without the objects, which may be replaced.
     """
 
     def __init__(
@@ -85,7 +86,7 @@ class JobMaker:
     ):
         self.spheres: dict[str, LinkSpheres] = {}
         self._robot, self._law, self._planner = law.robot, law, planner
-        self._scene, self._stopping, self._q0 = scene, stopping, q0
+        self.scene, self._stopping, self._q0 = scene, stopping, q0
         self._max_widths, self._is_stopped = max_widths, is_stopped
         self._plans, self._where = plans, where
         self._picks = [x for x in written if isinstance(x, cfg.Pick)]
@@ -161,6 +162,7 @@ class JobMaker:
                 text states the reason.
         """
         thing = state.named(name)
+        _check_known(name, state)
         if state.held:
             raise RemoSplatError(f"the hand holds the {state.held} already")
         called = self._robot.effectors[effector]
@@ -205,6 +207,7 @@ class JobMaker:
         if support == name:
             raise RemoSplatError(f"the hand holds the {name} itself")
         state.named(support)
+        _check_known(support, state)
         X_WE = self._robot.end_effector_poses(q)[state.holder]
         X_WO = X_WE @ np.linalg.inv(state.X_OE)
         X_WO[:3, :3] = rotation
@@ -318,7 +321,7 @@ class JobMaker:
     ) -> DistanceField:
         """The map with all objects except some."""
         others = [each for each in objects if each.name not in names]
-        return with_objects(self._scene, ObjectField(others))
+        return with_objects(self.scene, ObjectField(others))
 
     def _reaches(
         self,
@@ -379,6 +382,15 @@ def support_of(thing: SceneObject, objects: Sequence[SceneObject]) -> str:
     }
     nearest = min(distances, key=distances.__getitem__, default="")
     return nearest if distances.get(nearest, np.inf) < _CONTACT else ""
+
+
+def _check_known(name: str, state: TaskState) -> None:
+    """Raises an error if an object's place is not known."""
+    if name in state.lost:
+        raise RemoSplatError(
+            f"the place of the {name} is unknown since it has slipped out of"
+            " the hand"
+        )
 
 
 def _pose(X: np.ndarray) -> dict[str, list]:

@@ -61,6 +61,8 @@ def _steps(task: Task, state: TaskState) -> list[OutlineLine]:
 def _object(task: Task, state: TaskState, thing: SceneObject) -> OutlineObject:
     if thing.name == state.held:
         return OutlineObject(thing.name, "carried", True, True)
+    if thing.name in state.lost:
+        return OutlineObject(thing.name, "lost: its place is unknown")
     rules = [rule for rule in state.rules if rule.object == thing.name]
     parts = [_permission(task, rule) for rule in rules]
     text = "; ".join(dict.fromkeys(parts)) or "nothing may touch it"

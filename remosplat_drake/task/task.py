@@ -74,6 +74,8 @@ class TaskState:
         told: Commanded opening and force of each hand, by end effector [m, N].
         carried: The value of `load` when the block began.
         failures: Why steps have failed, in words.
+        lost: Names of the objects that have slipped out of a hand. Their places
+            are not known; see `lost_load`.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """
 
@@ -95,6 +97,7 @@ class TaskState:
     told: Mapping[int, tuple[float, float]] = dc.field(default_factory=dict)
     carried: tuple[str, int] = ("", 0)
     failures: tuple[str, ...] = ()
+    lost: frozenset[str] = frozenset()
     outcome: str = RUNNING
 
     def __deepcopy__(self, memo) -> "TaskState":
@@ -116,6 +119,11 @@ class TaskState:
     def held(self) -> str:
         """Name of the carried object; empty if there is none."""
         return "" if self.payload is None else self.payload.name
+
+    @property
+    def emptied(self) -> "TaskState":
+        """The state without the carried object, which keeps its latest pose."""
+        return dc.replace(self, payload=None, giver=None, grip=None, X_OE=None)
 
     @property
     def load(self) -> tuple[str, int]:

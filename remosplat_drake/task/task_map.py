@@ -25,13 +25,16 @@ class TaskMap:
         robot: The robot, without a payload.
         scene: The map without the objects.
         stopping: The smallest stopping distance in use [m].
+
+    Attributes:
+        scene: The map without the objects.
     """
 
     def __init__(
         self, robot: RobotModel, scene: DistanceField, stopping: float
     ):
         self.stopping = stopping
-        self._robot, self._scene = robot, scene
+        self._robot, self.scene = robot, scene
         self._latest: tuple[tuple, DistanceField] | None = None
 
     def field(self, state: TaskState) -> DistanceField:
@@ -54,7 +57,7 @@ class TaskMap:
         links = self._robot.holding(payload).spheres.links
         names = [each.name for each in objects]
         relief = reliefs(rules, links, names, self.stopping)
-        return with_objects(self._scene, ObjectField(objects, relief))
+        return with_objects(self.scene, ObjectField(objects, relief))
 
 
 class StandingRule:

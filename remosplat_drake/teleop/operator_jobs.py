@@ -1,24 +1,29 @@
 """`advance_jobs`: an operator's jobs with objects, as a pure function.
 
-A request starts a job: it takes an object, places it, or lets it go. The steps
-of a job are those of a task (`task.advance_task`). A job ends when it is done,
-when it fails, when the operator holds the target, or when the robot is stopped.
-The robot then brakes, and when it is at rest the operator leads again.
+A request starts a job: it takes an object, places it, or lets it go. While the
+steps of a job are searched, the robot is held. They are those of a task
+(`task.advance_task`). A job ends when it is done, when it fails, when the
+operator holds the target, or when the robot is stopped. The robot then brakes,
+and when it is at rest the operator leads again.
 """
 
 import dataclasses as dc
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.task.advance_task import (
     Observation,
     advance_task,
+    has_slipped,
     loss,
 )
 from remosplat_drake.task.job_maker import JobMaker
+from remosplat_drake.task.job_search import FoundJob, JobRequest, JobSearch
+from remosplat_drake.task.lost_load import lost_load
 from remosplat_drake.task.step import Block
 from remosplat_drake.task.task import (
     DONE,
@@ -34,6 +39,19 @@ STOPPED, HELD = "the robot was stopped", "the operator ended the job"
 
 
 @dc.dataclass(frozen=True, eq=False)
+class Wanted:
+    """A requested job whose steps are being searched.
+
+    Attributes:
+        request: The job.
+        thing: Name of the object that it takes; empty if it takes none.
+    """
+
+    request: JobRequest
+    thing: str = ""
+
+
+@dc.dataclass(frozen=True, eq=False)
 class Jobs(Work):
     """An operator's jobs; copying returns the object itself.
 
@@ -46,12 +64,14 @@ class Jobs(Work):
         R_WO: Rotations with which objects stood when they were taken, by name,
             shape (3, 3).
         is_lost: Whether the carried object may have been lost.
+        wanted: The job whose steps are being searched; None for none.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
     is_braking: bool = False
     R_WO: Mapping[str, np.ndarray] = dc.field(default_factory=dict)
     is_lost: bool = False
+    wanted: Wanted | None = None
 
     @staticmethod
     def none(task: Task) -> "Jobs":
@@ -65,12 +85,12 @@ class Jobs(Work):
     @property
     def runs(self) -> bool:
         """Whether a job moves the robot."""
-        return self.state.outcome == RUNNING
+        return self.state.outcome == RUNNING and self.wanted is None
 
     @property
     def leads(self) -> bool:
-        """Whether a job moves or brakes the robot, and not the operator."""
-        return self.runs or self.is_braking
+        """Whether a job moves or holds the robot, and not the operator."""
+        return self.runs or self.is_braking or self.wanted is not None
 
     @property
     def text(self) -> str:
@@ -78,6 +98,8 @@ class Jobs(Work):
         if not self.leads:
             return ""
         job, state = self.task.blocks[-1].text, self.state
+        if self.wanted is not None:
+            return f"hold: {job}: searches how"
         if self.runs:
             job = self.task.blocks[state.block].text
             step = state.present(self.task).text
@@ -88,20 +110,22 @@ class Jobs(Work):
 
 
 def advance_jobs(
-    maker: JobMaker,
+    search: JobSearch,
     jobs: Jobs,
     command: OperatorCommand,
     now: Observation,
+    scene: DistanceField,
     *,
     is_stopped: bool,
 ) -> Jobs:
     """Advances the jobs by one tick.
 
     Args:
-        maker: Makes the steps of a job.
+        search: Searches the steps of a job.
         jobs: The jobs at the previous tick.
         command: All requests of the operators so far.
         now: The measurements of the robot.
+        scene: The map without the objects.
         is_stopped: Whether the supervisor has stopped the robot.
     """
     if not np.isfinite(now.q).all():
@@ -112,7 +136,7 @@ def advance_jobs(
         end = STOPPED
     elif command.holds > before.holds:
         end = HELD
-    if jobs.runs and end:
+    if end and (jobs.runs or jobs.wanted):
         return _ended(jobs, end)
     if jobs.runs:
         return _over(jobs, advance_task(jobs.task, jobs.state, now))
@@ -123,16 +147,21 @@ def advance_jobs(
         return _refused(jobs, f"carry the {jobs.state.held}", lost)
     if end:
         return jobs
-    if jobs.leads:  # A request waits until the robot is at rest.
+    if jobs.is_braking:  # A request waits until the robot is at rest.
         return dc.replace(jobs, command=before)
-    return _begun(maker, jobs, before, now)
+    if jobs.wanted is None:
+        jobs = _asked(jobs, before, now)
+    if jobs.wanted is not None:
+        found = search(jobs.wanted.request, scene)
+        return jobs if found is None else _begun(jobs, found, now)
+    return jobs
 
 
 def _ended(jobs: Jobs, reason: str) -> Jobs:
     """Ends a job before it is done."""
     failures = (*jobs.state.failures, reason)
     state = dc.replace(jobs.state, failures=failures, outcome=FAILED)
-    return _over(jobs, state)
+    return _over(dc.replace(jobs, wanted=None), state)
 
 
 def _over(jobs: Jobs, state: TaskState) -> Jobs:
@@ -144,70 +173,73 @@ def _over(jobs: Jobs, state: TaskState) -> Jobs:
 def _cleared(jobs: Jobs, now: Observation) -> Jobs:
     """Ends the contacts of the latest job when the robot is at rest.
 
-    If the robot is too near to an object for that, they end later.
+    If the robot is too near to an object for that, they end later. A carried
+    object that has been lost becomes an obstacle, if the robot is not in the
+    way.
     """
     if not now.stands_still:
         return jobs
     state = jobs.state
-    if state.rules:
+    if jobs.is_lost and has_slipped(state, now):
+        after = lost_load(jobs.task.robot, state, now.q)
+        if not jobs.task.permission(state, after, now.q):
+            state = after
+    elif state.rules:
         clear = dc.replace(state, rules=())
         if not jobs.task.permission(state, clear, now.q):
             state = clear
     return dc.replace(jobs, state=state, is_braking=False)
 
 
-def _begun(
-    maker: JobMaker, jobs: Jobs, before: OperatorCommand, now: Observation
-) -> Jobs:
-    """Starts the job of a new request, if there is one."""
+def _asked(jobs: Jobs, before: OperatorCommand, now: Observation) -> Jobs:
+    """Begins the search for the job of a new request, if there is one."""
     command, state = jobs.command, jobs.state
-    robot = jobs.task.robot
     if command.takes > before.takes:
-        names = robot.effectors
+        names, thing = jobs.task.robot.effectors, command.thing
         chosen = command.effector
         effector = names.index(chosen) if chosen in names else 0
-
-        def take() -> tuple[Block, ...]:
-            return maker.take(command.thing, state, now.q, effector)
-
-        jobs = _started(jobs, f"pick the {command.thing}", take, now)
-        if jobs.runs:
-            R_WO = state.named(command.thing).X_WO.rotation().matrix()
-            stood = {**jobs.R_WO, command.thing: R_WO}
-            return dc.replace(jobs, R_WO=stood, is_lost=False)
-        return jobs
+        take = partial(
+            JobMaker.take, name=thing, state=state, q=now.q, effector=effector
+        )
+        return _searching(jobs, f"pick the {thing}", Wanted(take, thing))
     if command.places > before.places:
-
-        def place() -> tuple[Block, ...]:
-            R_WO = jobs.R_WO.get(state.held, np.eye(3))
-            return maker.place(
-                command.support, state, now.q, R_WO, command.p_WNear
-            )
-
+        place = partial(
+            JobMaker.place,
+            support=command.support,
+            state=state,
+            q=now.q,
+            rotation=jobs.R_WO.get(state.held, np.eye(3)),
+            near=command.p_WNear,
+        )
         thing = state.held or "object"
-        return _started(jobs, f"place the {thing}", place, now)
+        return _searching(jobs, f"place the {thing}", Wanted(place))
     if command.opens > before.opens and state.held:
-
-        def release() -> tuple[Block, ...]:
-            return maker.release(state)
-
-        return _started(jobs, f"release the {state.held}", release, now)
+        release = partial(JobMaker.release, state=state)
+        return _searching(jobs, f"release the {state.held}", Wanted(release))
     return jobs
 
 
-def _started(
-    jobs: Jobs,
-    text: str,
-    make: Callable[[], tuple[Block, ...]],
-    now: Observation,
-) -> Jobs:
-    try:
-        blocks = make()
-    except RemoSplatError as error:
-        return _refused(jobs, text, str(error))
+def _searching(jobs: Jobs, text: str, wanted: Wanted) -> Jobs:
+    """Shows a job without steps, until they are found."""
+    empty = (Block(text, ((),)),)
+    jobs = _with_job(jobs, empty, failures=(), outcome=RUNNING)
+    return dc.replace(jobs, wanted=wanted)
+
+
+def _begun(jobs: Jobs, found: FoundJob, now: Observation) -> Jobs:
+    """Starts a job with the found steps, or reports why there are none."""
+    wanted, jobs = jobs.wanted, dc.replace(jobs, wanted=None)
+    assert wanted is not None
+    if found.problem:
+        return _refused(jobs, jobs.task.blocks[-1].text, found.problem)
+    task = dc.replace(jobs.task, spheres={**jobs.task.spheres, **found.spheres})
+    if wanted.thing:
+        R_WO = jobs.state.named(wanted.thing).X_WO.rotation().matrix()
+        stood = {**jobs.R_WO, wanted.thing: R_WO}
+        jobs = dc.replace(jobs, R_WO=stood, is_lost=False)
     return _with_job(
-        jobs,
-        blocks,
+        dc.replace(jobs, task=task),
+        found.blocks,
         begun=False,
         since=now.time,
         X_WT=None,
@@ -222,7 +254,7 @@ def _refused(jobs: Jobs, text: str, reason: str) -> Jobs:
     """Reports a job that cannot begin."""
     empty = (Block(text, ((),)),)
     jobs = _with_job(jobs, empty, failures=(reason,), outcome=FAILED)
-    return dc.replace(jobs, is_braking=True)
+    return dc.replace(jobs, is_braking=True, wanted=None)
 
 
 def _with_job(jobs: Jobs, blocks: tuple[Block, ...], **changes) -> Jobs:

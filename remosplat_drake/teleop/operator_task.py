@@ -17,7 +17,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.task.advance_task import Observation
-from remosplat_drake.task.job_maker import JobMaker
+from remosplat_drake.task.job_search import JobSearch
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.task.task import Task, Work
 from remosplat_drake.task.task_map import TaskMap
@@ -61,11 +61,11 @@ class OperatorTask(TaskSystem):
     ports are those of a `TaskSystem`. `advance_jobs` computes the progress.
 
     The outputs depend on `supervision` and `command` only through the periodic
-    update. The steps of a job are made in this update, which takes up to some
-    seconds, during which the simulated time stands still.
+    update, which also calls `search`. While `search` returns None, the robot is
+    held.
 
     Args:
-        maker: Makes the steps of a job.
+        search: Searches the steps of a job.
         task: The robot and the objects, without blocks.
         map: The map of the task.
         widths: Opening of each hand at the start, by end effector [m].
@@ -75,7 +75,7 @@ class OperatorTask(TaskSystem):
     def __init__(
         self,
         *,
-        maker: JobMaker,
+        search: JobSearch,
         task: Task,
         map: TaskMap,
         widths: Mapping[int, float],
@@ -85,7 +85,7 @@ class OperatorTask(TaskSystem):
             work=Jobs.none(task), map=map, widths=widths, period=period
         )
         self.set_name("jobs")
-        self._maker = maker
+        self._search = search
         self.DeclareAbstractOutputPort(
             "job",
             Value("").Clone,
@@ -180,7 +180,7 @@ class OperatorTask(TaskSystem):
 
     def _holds(self, context: Context) -> bool:
         jobs = self._jobs(context)
-        return super()._holds(context) if jobs.runs else jobs.is_braking
+        return super()._holds(context) if jobs.runs else jobs.leads
 
     def _hands(self, context: Context) -> dict[int, tuple[float, float]]:
         jobs = self._jobs(context)
@@ -200,9 +200,10 @@ class OperatorTask(TaskSystem):
         assert isinstance(work, Jobs)
         supervision = value_or_none(self._supervision_input, context)
         return advance_jobs(
-            self._maker,
+            self._search,
             work,
             self._command_input.Eval(context),
             now,
+            self._map.scene,
             is_stopped=supervision is not None and supervision.is_latched,
         )

@@ -47,7 +47,7 @@ class ObjectView(LeafSystem):
         super().__init__()
         self._scene, self._meshcat = page.scene, page.meshcat
         self._robot = robot
-        self._drawn: set[str] = set()
+        self._drawn: dict[str, float] = {}
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
@@ -74,11 +74,12 @@ class ObjectView(LeafSystem):
         objects: tuple[SceneObject, ...] = self._objects_input.Eval(context)
         for thing in at_present(objects, payload, self._robot, q):
             path = f"{OBJECTS}/{thing.name}"
-            if thing.name not in self._drawn:
+            # The shape of an object changes if a hand has lost it.
+            if self._drawn.get(thing.name) != thing.reach:
                 self._meshcat.SetObject(
                     path, drake_shape(thing.solid), self.COLOR
                 )
-                self._drawn.add(thing.name)
+                self._drawn[thing.name] = thing.reach
             self._scene.move(path, thing.X_WO, context.get_time())
 
 

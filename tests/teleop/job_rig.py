@@ -4,38 +4,26 @@ import dataclasses as dc
 from collections.abc import Callable
 
 import numpy as np
-from pydrake.common.value import Value
+from job_person import Person
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import LeafSystem
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import load_world
-from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.scene.objects.scene_object import (
+    SceneObject,
+    find_object,
+)
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
-from remosplat_drake.station.station_config import kinematic_simulator_config
 from remosplat_drake.teleop.operator_jobs import Jobs
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.teleop.operator_task import OperatorTask
 
 PATIENCE = 60.0
 """Longest wait for an event [s of the simulation]."""
-
-
-class Person(LeafSystem):
-    """An operator whose command is that of the test."""
-
-    def __init__(self):
-        super().__init__()
-        self.command = OperatorCommand(source="person")
-        self.DeclareAbstractOutputPort(
-            "command",
-            Value(self.command).Clone,
-            lambda context, output: output.set_value(self.command),
-            {self.time_ticket()},
-        )
 
 
 class JobRig:
@@ -57,10 +45,7 @@ class JobRig:
         )
         diagram = self.application.diagram
         self.simulator = Simulator(diagram)
-        ApplySimulatorConfig(
-            kinematic_simulator_config(self.scenario.control_period),
-            self.simulator,
-        )
+        ApplySimulatorConfig(simulator_config(self.scenario), self.simulator)
         self.target = diagram.GetSubsystemByName("targets")
         assert isinstance(self.target, OperatorTarget)
         assert isinstance(self.application.targets, OperatorTask)
@@ -72,9 +57,7 @@ class JobRig:
 
     def ask(self, count: str, **values):
         """Makes another request."""
-        command = self.person.command
-        values[count] = getattr(command, count) + 1
-        self.person.command = dc.replace(command, **values)
+        self.person.ask(count, **values)
 
     def until(self, condition: Callable[[], object]):
         """Ticks until something is so."""
@@ -137,6 +120,12 @@ class JobRig:
             each.name: each.X_WO.translation()
             for each in self.jobs.state.objects
         }
+
+    def true_object(self, name: str) -> SceneObject:
+        """An object where the dynamic station has it."""
+        station = self.application.station
+        port = station.GetOutputPort("cheat.objects")
+        return find_object(port.Eval(self._mine(station)), name)
 
     @property
     def clearance(self) -> float:

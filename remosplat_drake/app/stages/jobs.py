@@ -1,5 +1,7 @@
 """Adds the stage of an operator's jobs with objects."""
 
+from functools import partial
+
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
@@ -7,22 +9,22 @@ from remosplat_drake.app.stages.task import job_maker, task_map
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.station.hand import robot_hands
+from remosplat_drake.task.job_process import JobProcess
+from remosplat_drake.task.job_search import search_job
 from remosplat_drake.task.task import Task
 from remosplat_drake.task.task_map import StandingRule
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.teleop.operator_task import OperatorTask
 
 
-def has_jobs(scenario: Scenario, *, hardware: bool) -> bool:
+def has_jobs(scenario: Scenario) -> bool:
     """Returns whether an operator may take and place the scenario's objects.
 
     Args:
         scenario: The scenario.
-        hardware: Whether the robot is real. If so, it makes no jobs, since the
-            search of grasps would delay its ticks. The objects in a live map
-            are not separate from it, so there are no jobs in one.
     """
-    return bool(scenario.objects) and not (hardware or scenario.mapping.enabled)
+    # The objects in a live map are not separate from it.
+    return bool(scenario.objects) and not scenario.mapping.enabled
 
 
 def AddOperatorTask(
@@ -33,6 +35,8 @@ def AddOperatorTask(
     command: OutputPort,
     law: ReactiveLaw,
     target: OperatorTarget,
+    *,
+    hardware: bool,
 ) -> OperatorTask:
     """Adds the system that leads the robot through an operator's jobs.
 
@@ -44,15 +48,21 @@ def AddOperatorTask(
         command: The output port of the `OperatorCommand`.
         law: The control law.
         target: The target that the operator moves while there is no job.
+        hardware: Whether the robot is real. If so, another process searches
+            grasps and places, so that ticks do not wait for it.
     """
-    maker = job_maker(scenario, world, law, hardware=False)
+    maker = job_maker(scenario, world, law, hardware=hardware)
+    search = partial(search_job, maker)
+    if hardware:
+        search = JobProcess(maker)
+        search.start()
     map = task_map(scenario, world)
     return OperatorTask.AddToBuilder(
         builder,
         configuration=configuration,
         command=command,
         operator=target,
-        maker=maker,
+        search=search,
         task=Task(
             world.robot,
             (),

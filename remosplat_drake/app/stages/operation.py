@@ -76,7 +76,7 @@ class Operation:
         Raises:
             RemoSplatError: See `AddOperatorTarget`.
         """
-        jobs = has_jobs(scenario, hardware=self._hardware)
+        jobs = has_jobs(scenario)
         target, command = AddOperatorTarget(
             self._builder,
             scenario,
@@ -100,6 +100,7 @@ class Operation:
             command,
             law,
             target,
+            hardware=self._hardware,
         )
 
     def AddMap(self, loop: ControlLoop) -> LiveMap | None:
