@@ -1,4 +1,4 @@
-"""An operator of a test, who requests jobs."""
+"""An operator of a test, with requests for jobs."""
 
 import dataclasses as dc
 
