@@ -64,3 +64,13 @@ def test_a_wedge_stands_out_no_farther_than_a_box(height):
     assert standing_out(surface, Pieces([piece])) <= 0.0
     hull = Pieces([convex_piece(p, 0.0)])
     assert hull.outside_each(piece.vertices).max() < 4 * SLACK
+
+
+def test_corners_are_added_until_there_are_enough():
+    p = np.random.default_rng(8).standard_normal((2000, 3))
+    p /= np.linalg.norm(p, axis=1, keepdims=True)
+    whole = convex_piece(p, 1e-3)
+    assert len(whole.vertices) > 200
+    assert 50 < len(convex_piece(p, 1e-3, 50).vertices) < 200
+    enough = convex_piece(p, 1e-3, len(whole.vertices))
+    np.testing.assert_array_equal(enough.vertices, whole.vertices)

@@ -197,7 +197,9 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
     return p if hull is None else p[hull.vertices]
 
 
-def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
+def convex_piece(
+    p: np.ndarray, tolerance: float, enough: float = np.inf
+) -> ConvexPiece:
     """Makes a hull of few of the points, which leaves no point far outside.
 
     It starts with the outermost points along the axes and the diagonals. Each
@@ -207,6 +209,8 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         p: Points, shape (n, 3) [m].
         tolerance: Greatest distance of a point outside the hull [m]; 0 keeps
             all corners.
+        enough: Number of corners above which none are added, although points
+            may be farther outside.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -233,7 +237,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         # The first point of each face is the farthest above it.
         new = order[np.unique(face[order], return_index=True)[1]]
         new = np.setdiff1d(new, chosen)
-        if not len(new):
+        if not len(new) or len(np.unique(hull.simplices)) > enough:
             return _oriented(hull)
         chosen = np.concatenate([chosen, new])
 

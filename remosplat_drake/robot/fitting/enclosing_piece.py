@@ -68,7 +68,7 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
     slack = SLACK
     while True:
         thick = (p[:, None] + (slack + _SPARE) * cube).reshape(-1, 3)
-        piece = convex_piece(thick, slack)
+        piece = convex_piece(thick, slack, _MOST_CORNERS)
         if len(piece.vertices) <= _MOST_CORNERS:
             return piece
         slack *= _MORE
