@@ -24,8 +24,10 @@ from remosplat_drake.robot.fitting.solid_grid import (
     make_solid_grid,
 )
 from remosplat_drake.robot.fitting.sphere_fitting import (
+    POINTS_PER_VOXEL,
     fit_spheres,
     make_link_surface,
+    voxel_pitch,
 )
 
 URDF = """
@@ -174,6 +176,19 @@ def test_grows_over_points_that_it_missed():
     two = LinkSpheres(np.array([[0.0, 0, 0], [4, 0, 0]]), np.ones(2))
     grown = two.grown_over(np.array([[0, 1.5, 0], [4, 0, 0.5]]), 0.25)
     np.testing.assert_allclose(grown.radius, [1.75, 1])
+
+
+@pytest.mark.parametrize("thickness", [8e-4, 2e-3, 5e-3])
+def test_a_sheet_thinner_than_its_voxels_is_covered_all_over(thickness):
+    """Sixteen balls of 48 mm suffice for 300 mm by 200 mm."""
+    sheet = Box(0.3, 0.2, thickness)
+    pitch = voxel_pitch(np.array(sheet.size()))
+    rng = np.random.default_rng(0)
+    p = sample_shape(sheet, pitch / POINTS_PER_VOXEL, rng)
+    surface = make_link_surface(p)
+    fit = fit_spheres({"sheet": surface}, tolerance=0.02, restarts=1)["sheet"]
+    assert fit.outside(p).max() <= 0
+    assert measure_bulge(fit, surface.solid).max < 0.06
 
 
 def test_one_sphere_around_a_sphere_is_that_sphere(surfaces):

@@ -96,7 +96,7 @@ def make_solid_grid(
     solid |= occupied
     # The surface runs through the middle of the occupied voxels.
     shell = occupied & scipy.ndimage.binary_dilation(~solid)
-    return SolidGrid(origin, pitch, _depth(solid & ~shell, pitch))
+    return SolidGrid(origin, pitch, _depth(solid, solid & ~shell, pitch))
 
 
 def join_solids(
@@ -137,11 +137,14 @@ def join_solids(
     # Closes gaps of joints, which are a millimetre or two wide.
     inside = scipy.ndimage.binary_closing(inside, iterations=2)
     core = scipy.ndimage.binary_erosion(inside)
-    return SolidGrid(origin, solid.pitch, _depth(core, solid.pitch))
+    return SolidGrid(origin, solid.pitch, _depth(inside, core, solid.pitch))
 
 
-def _depth(core: np.ndarray, pitch: float) -> np.ndarray:
-    """Computes the depth [m], zero at the voxels just outside `core`."""
+def _depth(solid: np.ndarray, core: np.ndarray, pitch: float) -> np.ndarray:
+    """Computes the depth [m], zero at the voxels of a solid around its core.
+
+    A sheet that is thinner than three voxels has no core; its depth is zero.
+    """
     inside = np.sqrt(squared_distances(~core))
-    outside = np.sqrt(squared_distances(core))
-    return pitch * np.where(core, inside, 1.0 - outside)
+    outside = np.sqrt(squared_distances(solid))
+    return pitch * np.where(core, inside, -outside)

@@ -300,15 +300,14 @@ def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
     Edges and corners need small spheres near them. Uniformly drawn voxels of a
     thick body contain few such centres.
     """
-    interior = solid.depth > 0
-    if not interior.any():
-        interior = solid.depth >= 0
-    ridge = interior & (solid.depth >= ndimage.maximum_filter(solid.depth, 3))
-    rest = np.argwhere(interior & ~ridge)
+    depth = solid.depth
+    # A sheet without a core has a ridge, too.
+    ridge = (depth >= 0) & (depth >= ndimage.maximum_filter(depth, 3))
+    rest = np.argwhere((depth > 0) & ~ridge)
     p_ridge = solid.origin + solid.pitch * np.argwhere(ridge)
     p_ridge = _thin(p_ridge, _MAX_CANDIDATES // 2, rng)
     count = min(_MAX_CANDIDATES - len(p_ridge), len(rest))
-    chance = 1 / (solid.depth[tuple(rest.T)] + solid.pitch)
+    chance = 1 / (depth[tuple(rest.T)] + solid.pitch)
     # The smallest of independent exponential variables are a weighted draw
     # without replacement.
     drawn = np.argsort(rng.exponential(size=len(rest)) / chance)[:count]
