@@ -1,6 +1,7 @@
 """Fixtures for the whole suite."""
 
 import fcntl
+import gc
 import os
 import tempfile
 from collections.abc import Iterator
@@ -77,6 +78,21 @@ LONGEST = (
 """Files that take longest. They come first: a worker that gets one does all of
 it, and the others would have nothing left to do beside it. Files with a robot
 process are apart, since of two tests with one the second waits."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """The garbage collector leaves out what the collection of tests makes.
+
+    Nearly all of these objects stay until the end. Python would look through
+    all of them again and again, during the collection and during the tests.
+    """
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]):
