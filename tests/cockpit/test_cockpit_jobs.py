@@ -1,5 +1,9 @@
 """A whole session at the cockpit with objects, in a real browser."""
 
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
 import pytest
 
 pytest.importorskip("viser")
@@ -8,6 +12,17 @@ from browser import find_chromium
 from cockpit_session import insist, open_session
 from cockpit_tab import CockpitTab
 
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.cockpit.viewpoints import SCENE, viewpoint
+from remosplat_drake.robot import planar_pose
+from remosplat_drake.scene.objects.scene_object import find_object
+
+NAME = "TableObjects"
+
+FOV = np.radians(75.0)
+"""Vertical field of view of viser's camera at the start [rad]."""
+
 
 @pytest.mark.slow
 @pytest.mark.browser
@@ -15,7 +30,11 @@ from cockpit_tab import CockpitTab
     find_chromium() is None, reason="needs chromium on the PATH"
 )
 def test_an_operator_takes_a_can_and_puts_it_on_the_tray(tmp_path):
-    with open_session("TableObjects", tmp_path / "session") as operator:
+    """The objects are chosen by clicks in the scene."""
+    world = load_world(load_scenario(NAME))
+    with open_session(NAME, tmp_path / "session") as operator:
+        for name in ("box", "soup can"):
+            click(operator, world, name)
         insist(
             operator,
             lambda: operator.press("Take it"),
@@ -24,13 +43,40 @@ def test_an_operator_takes_a_can_and_puts_it_on_the_tray(tmp_path):
         assert "✓ approaches the soup can" in operator.text
         operator.tab.save_picture(tmp_path / "takes.png")
         operator.wait_for_text("hold: pick the soup can: done")
-        choose(operator, "tray")
+        choose(operator, "box")
+        click(operator, world, "tray")
         insist(
             operator,
             lambda: operator.press("Put it there"),
             "hold: place the soup can: done",
         )
         operator.tab.save_picture(tmp_path / "placed.png")
+
+
+def click(operator: CockpitTab, world: World, name: str):
+    """Clicks on an object in the scene, as it is seen at the start."""
+    X_WE = world.robot.end_effector_pose(world.q0)
+    X_WB = planar_pose.matrix(world.q0[:3])
+    look: Any = SimpleNamespace(X_WT=X_WE, X_WE=X_WE, X_WB=X_WB)
+    view = viewpoint(SCENE, look)
+    ahead = view.p_WT - view.p_WC
+    ahead /= np.linalg.norm(ahead)
+    right = np.cross(ahead, view.up_W)
+    right /= np.linalg.norm(right)
+    off = find_object(world.objects, name).X_WO.translation() - view.p_WC
+    x, y = right @ off, -np.cross(right, ahead) @ off
+    left, top, width, height = operator.tab.evaluate(
+        "(r => [r.x, r.y, r.width, r.height])"
+        "(document.querySelector('canvas').getBoundingClientRect())"
+    )
+    scale = 0.5 * height / (np.tan(0.5 * FOV) * (ahead @ off))
+    operator.click_at(
+        left + 0.5 * width + scale * x, top + 0.5 * height + scale * y
+    )
+    operator.tab.wait_for(
+        "[...document.querySelectorAll('input')]"
+        f".some(i => i.value == '{name}')"
+    )
 
 
 def choose(operator: CockpitTab, name: str):
