@@ -1,15 +1,16 @@
-"""An operator of a test, with requests for jobs."""
+"""An operator of a test, with requests for jobs and frames."""
 
 import dataclasses as dc
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import LeafSystem
 
+from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 
 class Person(LeafSystem):
-    """An operator whose command is that of the test."""
+    """An operator whose requests are those of the test."""
 
     def __init__(self):
         super().__init__()
@@ -18,6 +19,13 @@ class Person(LeafSystem):
             "command",
             Value(self.command).Clone,
             lambda context, output: output.set_value(self.command),
+            {self.time_ticket()},
+        )
+        self.map_requests = MapRequests()
+        self.DeclareAbstractOutputPort(
+            "map_requests",
+            Value(self.map_requests).Clone,
+            lambda context, output: output.set_value(self.map_requests),
             {self.time_ticket()},
         )
 
@@ -30,3 +38,7 @@ class Person(LeafSystem):
         """
         values[count] = getattr(self.command, count) + 1
         self.command = dc.replace(self.command, **values)
+
+    def take_frame(self) -> None:
+        """Requests a frame and a map."""
+        self.map_requests += MapRequests(frames=1)

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.oracle.object_field import ObjectField
-from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.oracle.own_points import own_points
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -35,15 +34,7 @@ def own_splats(
     Returns:
         Whether each splat shows the object, shape (N,).
     """
-    p_W = np.array(splat_W.p_GK, float)
-    distance = ObjectField([thing]).clearances(Spheres.at(p_W)).distance
-    X_WO, corners = thing.X_WO, thing.corners
-    boxes = np.array(list(np.ndindex(2, 2, 2)))
-    corners_W = X_WO.multiply(
-        np.array([corners[row, range(3)] for row in boxes]).T
-    )
-    foot = corners_W[2].min() + margin
-    return (np.abs(distance) <= margin) & (p_W[:, 2] > foot)
+    return own_points(np.array(splat_W.p_GK, float), thing, margin)
 
 
 def with_solids(

@@ -150,7 +150,8 @@ def open_teleoperation(
             make_field, scenario.oracle, truth=None, where=scenario.source
         ),
         q0=world.q0,
-        base=world.splat_W or None,
+        base=world.scene_splat_W or None,
+        objects=world.objects,
         base_seen=initial.coverage if world.seen is not None else None,
         unseen_is_solid=scenario.scene.unknown == OBSTACLE,
     )
@@ -185,13 +186,13 @@ def _reopened(session: Session) -> tuple[SceneMap | None, str]:
 
 
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:
-    """Makes the scenario's own map.
+    """Makes the scenario's own map, without the objects.
 
     If the scenario has no splat, all space except near the robot is an
     obstacle. So the robot can look around, but cannot drive into unseen space.
     """
-    splat_W = world.splat_W or GaussianSplat.empty()
-    field, coverage = world.field, None
+    splat_W = world.scene_splat_W or GaussianSplat.empty()
+    field, coverage = world.scene_field or world.field, None
     quality = f"the scenario's, {len(splat_W)} discs"
     if scenario.mapping.enabled and not len(splat_W):
         spheres = world.robot.spheres_at(world.q0)

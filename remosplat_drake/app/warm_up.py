@@ -115,13 +115,13 @@ def _fields(
         first = both
     elif live_map and not world.splat_W:
         first = around  # Nothing has been seen yet.
-    if world.objects:
-        first = with_objects(first, ObjectField(()))
     fields = [first]
     if live_map:
         later = both if scenario.scene.unknown == OBSTACLE else known
         fields += [] if later is first else [later]
-    return [*fields, *[_Outside(first)] * is_pythons(world.field)]
+    if world.objects:
+        fields = [with_objects(field, ObjectField(())) for field in fields]
+    return [*fields, *[_Outside(fields[0])] * is_pythons(world.field)]
 
 
 class _Outside(DistanceField):

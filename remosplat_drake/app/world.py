@@ -61,6 +61,7 @@ class World:
         splat_W: The scene's splat in W, without the cropped part; None without
             a splat.
         cropped_W: The part of the splat that was cropped away, in W.
+        scene_splat_W: The splat without the objects; None without a splat.
         truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle queries.
         scene_field: The map without the objects.
@@ -77,6 +78,7 @@ class World:
     cropped_W: GaussianSplat = dc.field(default_factory=GaussianSplat.empty)
     seen: SeenSpace | None = None
     scene_field: DistanceField | None = None
+    scene_splat_W: GaussianSplat | None = None
     objects: tuple[SceneObject, ...] = ()
 
     @property
@@ -116,7 +118,13 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     truth = with_solids(_true_scene(scenario, "truth"), objects)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
-    scene_field = _scene_field(scenario, objects, splat_W, truth)
+    scene_splat_W = splat_W
+    if objects and splat_W is not None and len(splat_W):
+        scene_splat_W = _without_splats(scenario, objects, splat_W)
+    fixed = truth
+    if objects and truth is not None:
+        fixed = without_objects(truth, objects)
+    scene_field = make_field(scenario.oracle, scene_splat_W, fixed, where)
     q0 = _start(scenario, robot, truth)
     seen = load_seen_space(scenario, robot.spheres_at(q0))
     if seen is not None and scenario.scene.unknown == OBSTACLE:
@@ -133,41 +141,37 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
         cropped_W,
         seen,
         scene_field,
+        scene_splat_W,
         objects,
     )
     _check_start(world, where)
     return world
 
 
-def _scene_field(
+def _without_splats(
     scenario: Scenario,
     objects: Sequence[SceneObject],
-    splat_W: GaussianSplat | None,
-    truth: PrimitiveScene | None,
-) -> DistanceField:
-    """Makes the map without the objects."""
-    if objects and truth is not None:
-        truth = without_objects(truth, objects)
-    if objects and splat_W is not None:
-        is_other = np.ones(len(splat_W), bool)
-        is_asked = not isinstance(scenario.oracle, GroundTruth)
-        for i, (config, thing) in enumerate(
-            zip(scenario.objects, objects, strict=True)
-        ):
-            if not config.in_splat:
-                continue
-            own = own_splats(splat_W, thing, config.margin)
-            if is_asked and np.count_nonzero(own) < LEAST_SPLATS:
-                raise FieldError(
-                    scenario.source,
-                    f"objects[{i}].X_WO",
-                    f"the splat shows no {thing.name} there; correct the "
-                    "object's X_WO, or set in_splat: false if the object is "
-                    "not in the splat",
-                )
-            is_other &= ~own
-        splat_W = splat_W.select(is_other)
-    return make_field(scenario.oracle, splat_W, truth, scenario.source)
+    splat_W: GaussianSplat,
+) -> GaussianSplat:
+    """Removes the objects from the splat."""
+    is_other = np.ones(len(splat_W), bool)
+    is_asked = not isinstance(scenario.oracle, GroundTruth)
+    for i, (config, thing) in enumerate(
+        zip(scenario.objects, objects, strict=True)
+    ):
+        if not config.in_splat:
+            continue
+        own = own_splats(splat_W, thing, config.margin)
+        if is_asked and np.count_nonzero(own) < LEAST_SPLATS:
+            raise FieldError(
+                scenario.source,
+                f"objects[{i}].X_WO",
+                f"the splat shows no {thing.name} there; correct the "
+                "object's X_WO, or set in_splat: false if the object is "
+                "not in the splat",
+            )
+        is_other &= ~own
+    return splat_W.select(is_other)
 
 
 def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:

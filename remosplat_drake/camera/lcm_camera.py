@@ -1,6 +1,7 @@
 """`LcmCamera`: the wrist camera of the real robot, received over LCM."""
 
 import time as clock
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from remosplat_drake.hardware.wire.images import CameraImages, decode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 PATIENCE = 2.0
@@ -76,6 +78,9 @@ class LcmCamera:
                 self._history.hear_arm(data)
             else:
                 self._history.hear_base(data)
+
+    def place(self, objects: Sequence[PlacedObject]) -> None:
+        """Does nothing: a real camera sees the objects where they are."""
 
     def show(self, scene: PrimitiveScene) -> None:
         """Raises an error: the view of a real camera cannot be changed.

@@ -1,8 +1,11 @@
 """`RenderedCamera`: a simulated wrist camera in the mapping process."""
 
-from collections.abc import Sequence
+import dataclasses as dc
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
+from pydrake.math import RigidTransform
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.camera.camera_scene import CameraScene
@@ -12,8 +15,11 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.moving.track import Track
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.objects.placed_object import PlacedObject
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
+
+Solid = TypeVar("Solid", Box, Cylinder)
 
 
 class RenderedCamera:
@@ -54,12 +60,34 @@ class RenderedCamera:
 
     def show(self, scene: PrimitiveScene | None) -> None:
         """Shows another scene from now on; None for an empty one."""
+        self._shown = scene
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
             builder, self._config, self._robot, scene, self._tracks
         )
         self._diagram = builder.Build()
         self._root = self._diagram.CreateDefaultContext()
+
+    def place(self, objects: Sequence[PlacedObject]) -> None:
+        """Moves objects: the solids of the scene that have their names.
+
+        Args:
+            objects: The objects at their present poses.
+        """
+        poses = {each.name: each.X_WO for each in objects}
+        scene = self._shown
+        if scene is None or not poses:
+            return
+        moved = dc.replace(
+            scene,
+            boxes=tuple(_moved(x, poses) for x in scene.boxes),
+            cylinders=tuple(_moved(x, poses) for x in scene.cylinders),
+        )
+        if any(
+            a is not b
+            for a, b in zip(moved.primitives, scene.primitives, strict=True)
+        ):
+            self.show(moved)
 
     def listen(self) -> None:
         """Does nothing: this camera receives nothing between frames."""
@@ -85,3 +113,11 @@ class RenderedCamera:
     def _camera_context(self):
         camera = self._scene.images[ports.WRIST_CAMERA_RGB].get_system()
         return camera.GetMyContextFromRoot(self._root)
+
+
+def _moved(solid: Solid, poses: Mapping[str, np.ndarray]) -> Solid:
+    """The solid at the pose of its name; the same one if it is there."""
+    X_WP = poses.get(solid.name)
+    if X_WP is None or np.allclose(solid.X_WP.GetAsMatrix4(), X_WP):
+        return solid
+    return dc.replace(solid, X_WP=RigidTransform(X_WP))

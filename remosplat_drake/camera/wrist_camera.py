@@ -1,10 +1,12 @@
 """`WristCamera`: the interface of a camera of the live map."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
 from remosplat_drake.capture.frames import Frame
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
@@ -33,6 +35,16 @@ class WristCamera(Protocol):
 
     def listen(self) -> None:
         """Processes new messages; called many times a second."""
+        ...
+
+    def place(self, objects: Sequence[PlacedObject]) -> None:
+        """Moves objects in the scene of a simulated camera.
+
+        A real camera ignores this.
+
+        Args:
+            objects: The objects at their present poses.
+        """
         ...
 
     def show(self, scene: PrimitiveScene) -> None:

@@ -48,7 +48,9 @@ from remosplat_drake.cockpit.surface_point import (
 from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion_status import NO_PATH
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
@@ -119,6 +121,7 @@ class Page:
         self._inputs = OperatorInput(self._send)
         self._pace = Pace()
         self._asked: tuple[object, np.ndarray] | None = None
+        self._latest: tuple[object, DistanceField] | None = None
         self._answered: Reach | None = None
         self._search = OfferSearch()
         self._looked_at: float | None = None
@@ -274,7 +277,7 @@ class Page:
             clicked = clicked_object(self._picture.field, objects, *ray)
             if clicked is not None:
                 operator.point_at(*clicked)
-        surfaces = self._picture.field.surfaces
+        surfaces = self._field().surfaces
         if surfaces is None:
             return
         surface = find_surface(
@@ -288,13 +291,27 @@ class Page:
                 target_before(surface, self._content.X_WE, standoff)
             )
 
+    def _field(self) -> DistanceField:
+        """Returns the map, with the objects that stand in it."""
+        content, scene = self._content, self._picture.field
+        if not content.objects:
+            return scene
+        carried = {x.name for x in content.outline.objects if x.is_carried}
+        standing = ObjectField(
+            [each for each in content.objects if each.name not in carried]
+        )
+        key = scene, standing.revision
+        if self._latest is None or self._latest[0] != key:
+            self._latest = key, with_objects(scene, standing)
+        return self._latest[1]
+
     def _answer_operator(self) -> None:
         """Tests whether the operator's target can be reached, if it is new."""
         with self._lock:
             operator = self._operator
             if operator is None:
                 return
-            X_WT, field = operator.question, self._picture.field
+            X_WT, field = operator.question, self._field()
         if X_WT is None:
             if self._asked is not None:
                 self._asked = self._answered = None
@@ -311,7 +328,7 @@ class Page:
     def _offer(self) -> None:
         """Searches other targets if the operator's target is out of reach."""
         with self._lock:
-            operator, field = self._operator, self._picture.field
+            operator, field = self._operator, self._field()
         if operator is None:
             return
         self._search.begin(self._trouble(operator), field)
@@ -349,7 +366,7 @@ class Page:
 
     def _question(self, X_WT: np.ndarray) -> tuple:
         """Returns the arguments of `find_reach` for a target."""
-        job, field, content = self._job, self._picture.field, self._content
+        job, field, content = self._job, self._field(), self._content
         targets: list[Target | None] = [None] * len(job.robot.effectors)
         if content.X_WTs is not None:  # The other hands are held.
             targets = [Target(X) for X in content.X_WTs]

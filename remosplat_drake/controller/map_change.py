@@ -10,13 +10,18 @@ import numpy as np
 
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.verification.verify import Surroundings
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.signals.distance_field import DistanceField
 
 NO_WAY_TO_STOP = "the new map leaves too little room to stop"
 
 
 def objection(
-    law: ReactiveLaw, field: DistanceField, q: np.ndarray, u: np.ndarray
+    law: ReactiveLaw,
+    field: DistanceField,
+    q: np.ndarray,
+    u: np.ndarray,
+    payload: Payload | None = None,
 ) -> str:
     """Returns why a map must not be used while a command is executed.
 
@@ -29,12 +34,14 @@ def objection(
         q: Configuration in that map, shape (n_q,) [rad, m].
         u: The command that is executed, shape (n_u,) [rad/s, m/s]; it is
             assumed to be executed for a full tick from now on.
+        payload: The carried object; None for none.
 
     Returns:
         The reason, for display; empty if the map may be used.
     """
     if not (law.verify and u.any()):
         return ""
+    law = law.holding(payload)
     state, influence = law.robot.state(q), law.collision.influence
     clearances = field.clearances(state.spheres, influence)
     if not clearances.is_known:

@@ -33,6 +33,7 @@ from remosplat_drake.mapping.messages import (
 )
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.planar_pose import largest_error
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.base_correction import BaseCorrection
@@ -41,6 +42,7 @@ from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.signals.task_surroundings import TaskSurroundings
 
 _AHEAD = 1.0
 """Largest accepted lead of a camera's clock over the control clock [s]."""
@@ -64,6 +66,7 @@ class LiveMap(LeafSystem):
         - settled (optional)
         - passing (optional)
         - velocity_executed (optional)
+        - surroundings (optional)
         output_ports:
         - distance_field
         - map_age
@@ -83,9 +86,10 @@ class LiveMap(LeafSystem):
     The other inputs are the measured `configuration` q, the `MapRequests` of
     operators (`requests`), the `MapRequests` for movers that have come to rest
     (`settled`), and the `Movers` that still move (`passing`), which are masked
-    in frames. The outputs are the map's `DistanceField`, a `MapStatus`, the
-    newest `BaseCorrection` of any map, and `map_age`, the age of the map's
-    newest frame [s]; 0 before the first frame.
+    in frames. `surroundings` takes the `TaskSurroundings` of an operator's
+    jobs, whose objects are not in the map. The outputs are the map's
+    `DistanceField`, a `MapStatus`, the newest `BaseCorrection` of any map, and
+    `map_age`, the age of the map's newest frame [s]; 0 before the first frame.
 
     With a fixed latency, maps of simulations take effect exactly this time
     after their request; the simulation waits for them if necessary.
@@ -99,9 +103,10 @@ class LiveMap(LeafSystem):
         latency: The fixed latency [s]; None: maps take effect as soon as they
             are built.
         tracking: Whether the base is localised continuously.
-        objection: Function of a field, q and u that returns the reason why the
-            field must not take effect while the robot is at q and executes u,
-            or an empty string. None permits every field.
+        objection: Function of a field, q, u and a payload (or None) that
+            returns the reason why the field must not take effect while the
+            robot is at q, executes u and carries the payload, or an empty
+            string. None permits every field.
         n_u: Length of a command.
     """
 
@@ -115,7 +120,9 @@ class LiveMap(LeafSystem):
         reopened: SceneMap | None = None,
         latency: float | None = None,
         tracking: bool = False,
-        objection: Callable[[DistanceField, np.ndarray, np.ndarray], str]
+        objection: Callable[
+            [DistanceField, np.ndarray, np.ndarray, Payload | None], str
+        ]
         | None = None,
         n_u: int = 0,
     ):
@@ -140,6 +147,9 @@ class LiveMap(LeafSystem):
         )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", n_u
+        )
+        self._surroundings_input = self.DeclareAbstractInputPort(
+            "surroundings", Value[object]()
         )
         status = first_status(initial if reopened is None else reopened)
         before = LiveMapMemory(status)
@@ -184,6 +194,7 @@ class LiveMap(LeafSystem):
         settled: OutputPort | None = None,
         passing: OutputPort | None = None,
         oracle: LeafSystem,
+        jobs: LeafSystem | None = None,
         supervisor: LeafSystem | None = None,
         executed: OutputPort | None = None,
         localization: LeafSystem | None = None,
@@ -199,6 +210,9 @@ class LiveMap(LeafSystem):
                 none.
             passing: The `Movers` that still move; None for none.
             oracle: The distance oracle, which is connected to the live map.
+            jobs: The system of an operator's jobs, which adds the objects to
+                the map and is then connected instead of the oracle; None for
+                none.
             supervisor: The safety supervisor, which receives the map's age, and
                 the reason why a new map does not take effect; None for none.
             executed: The command u of the station; None if maps take effect
@@ -215,10 +229,15 @@ class LiveMap(LeafSystem):
             builder.Connect(settled, live_map.GetInputPort("settled"))
         if passing is not None:
             builder.Connect(passing, live_map.GetInputPort("passing"))
-        builder.Connect(
-            live_map.GetOutputPort("distance_field"),
-            oracle.GetInputPort("distance_field"),
-        )
+        field = live_map.GetOutputPort("distance_field")
+        if jobs is None:
+            builder.Connect(field, oracle.GetInputPort("distance_field"))
+        else:
+            builder.Connect(field, jobs.GetInputPort("scene"))
+            builder.Connect(
+                jobs.GetOutputPort("surroundings"),
+                live_map.GetInputPort("surroundings"),
+            )
         if supervisor is not None:
             builder.Connect(
                 live_map.GetOutputPort("map_age"),
@@ -282,13 +301,16 @@ class LiveMap(LeafSystem):
             return ""
         scene_map, correction = memory.candidate
         q = np.array(self._configuration_input.Eval(context))
-        field = scene_map.field
+        field, payload = scene_map.field, None
+        around = self._surroundings(context)
+        if around is not None:
+            field, payload = around.field(field), around.payload
         if correction.estimate is not None:
             q[:3], P = correction.base_at(context.get_time(), q[:3])
             off = largest_error(P, SIGMAS, q[:3], q[:3])
             field = UncertainPlacement(field, q[:2], *off)
         u = self._executed_input.Eval(context)
-        return self._objection(field, q, u)
+        return self._objection(field, q, u, payload)
 
     def _tick(self, context: Context, state: State):
         before = self._memory(context)
@@ -306,7 +328,9 @@ class LiveMap(LeafSystem):
         if wanted == memory.known:
             return memory
         q, time = self._configuration_input.Eval(context), context.get_time()
-        requests = news(memory.known, wanted, q, time, self._passing(context))
+        around, passing = self._surroundings(context), self._passing(context)
+        objects = () if around is None else around.placed(q)
+        requests = news(memory.known, wanted, q, time, passing, objects)
         for request in requests:
             self._process.request(request)
         memory = dc.replace(memory, known=wanted)
@@ -339,6 +363,10 @@ class LiveMap(LeafSystem):
     def _passing(self, context: Context) -> Movers:
         """Returns the known movers that have not settled."""
         return value_or_none(self._passing_input, context) or Movers(0.0)
+
+    def _surroundings(self, context: Context) -> TaskSurroundings | None:
+        """Returns the objects of an operator's jobs; None without jobs."""
+        return value_or_none(self._surroundings_input, context)
 
     def _heard(self, time: float, memory: LiveMapMemory) -> LiveMapMemory:
         """Processes events of the mapping process."""

@@ -14,6 +14,7 @@ from remosplat_drake.mapping.messages import (
     Undo,
 )
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
@@ -106,6 +107,7 @@ def news(
     q: np.ndarray,
     time: float,
     passing: Movers,
+    objects: tuple[PlacedObject, ...] = (),
 ) -> list[Request]:
     """Converts new requests into messages, in the order of execution.
 
@@ -115,12 +117,13 @@ def news(
         q: The robot's configuration now, shape (n_q,).
         time: Time now, by the diagram's clock [s].
         passing: Movers that must not be in the map.
+        objects: Known objects, which must not be in the map either.
     """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:
         requests.append(ShowScene(wanted.scene))
     frames = wanted.frames - known.frames
-    requests += [AddFrame(np.array(q), time, passing)] * frames
+    requests += [AddFrame(np.array(q), time, passing, objects)] * frames
     if frames > wanted.unfinished - known.unfinished:
         requests.append(Build("quick"))
     if wanted.refines > known.refines:

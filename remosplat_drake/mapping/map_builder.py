@@ -1,7 +1,7 @@
 """`build_map`: builds a version of the map from camera frames."""
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter
 
 import numpy as np
@@ -18,6 +18,11 @@ from remosplat_drake.mapping.changes import (
 )
 from remosplat_drake.mapping.depth_specks import without_specks
 from remosplat_drake.mapping.frame_choice import confirmed_frames
+from remosplat_drake.mapping.known_objects import (
+    Placed,
+    find_own_pixels,
+    with_known_insides,
+)
 from remosplat_drake.mapping.known_space import known_space, measured_in_box
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -30,6 +35,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
 )
 from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
@@ -61,6 +67,8 @@ def build_map(
     unseen_is_solid: bool = False,
     robot_free: Spheres | None = None,
     camera: str = "",
+    things: Sequence[SceneObject] = (),
+    objects: Placed = (),
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
     """Builds a map from frames; the newest of contradicting frames counts.
@@ -85,6 +93,9 @@ def build_map(
         robot_free: The robot's spheres at the poses at which frames were taken;
             they mark space as free. None for none.
         camera: Description of the corrected camera errors.
+        things: Known objects, which the map does not contain.
+        objects: The poses of these objects at each frame; empty if there are
+            none.
         report: Called with the name of the stage, its number of completed
             steps, and its total number of steps.
 
@@ -102,15 +113,20 @@ def build_map(
     changes = find_changes(looks, confirmed)
     report("comparing frames", 1, 1)
     looks = without(looks, changes.outdated).select(np.flatnonzero(confirmed))
-    splat_W = _surfaces(capture, changes, looks, config, effort, report)
+    scene = capture
+    if things and any(map(len, objects)):
+        scene = without(capture, find_own_pixels(capture, things, objects))
+    splat_W = _surfaces(scene, changes, looks, config, effort, report)
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
     coverage = known_space(
         *(looks, changes.come[confirmed]),
-        measured_in_box(capture, changes, looks, config),
+        measured_in_box(scene, changes, looks, config),
         *(splat_W, robot_free, config, base_seen),
     )
+    if things:
+        coverage = with_known_insides(coverage, things, objects)
     report("finding what was seen", 1, 1)
     field = make_field(splat_W)
     if unseen_is_solid:

@@ -18,6 +18,8 @@ from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.placed_object import PlacedObject
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.scene_map import SceneMap
@@ -56,6 +58,8 @@ class MappingJob:
         base_seen: The seen space of the capture of `base`, as `in_box` returns
             it; None if unknown.
         unseen_is_solid: Whether unseen space is part of the maps.
+        objects: The objects of an operator's jobs, which the maps do not
+            contain; their poses are those of the frames.
     """
 
     session: Path
@@ -67,6 +71,7 @@ class MappingJob:
     base: GaussianSplat | None = None
     base_seen: Coverage | None = None
     unseen_is_solid: bool = False
+    objects: tuple[SceneObject, ...] = ()
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -79,12 +84,14 @@ class UsableFrames:
         q: The robot's configurations in W, shape (n, n_q).
         residual: Median distance of each frame's surfaces from those of other
             frames, shape (n,) [m]; NaN if not measured.
+        objects: The known objects at each frame.
     """
 
     names: tuple[str, ...]
     capture: Capture
     q: np.ndarray
     residual: np.ndarray
+    objects: tuple[tuple[PlacedObject, ...], ...]
 
     def select(self, index: np.ndarray) -> "UsableFrames":
         """Returns some of the frames, by their indices."""
@@ -93,6 +100,7 @@ class UsableFrames:
             self.capture.select(index),
             self.q[index],
             self.residual[index],
+            tuple(self.objects[i] for i in index),
         )
 
 
@@ -148,6 +156,8 @@ def next_map(
         unseen_is_solid=job.unseen_is_solid,
         robot_free=free_around(job, frames.q),
         camera=camera,
+        objects=frames.objects,
+        things=job.objects,
     )
     return partial(_make, build, session.map_path(session.next_version))
 

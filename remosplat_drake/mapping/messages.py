@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.base_correction import BaseCorrection
 
@@ -23,11 +24,13 @@ class AddFrame:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
         passing: Movers that must not be in the map.
+        objects: Known objects, which must not be in the map either.
     """
 
     q: np.ndarray
     time: float
     passing: Movers = dc.field(default_factory=lambda: Movers(0.0))
+    objects: tuple[PlacedObject, ...] = ()
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -191,8 +191,8 @@ class _Worker:
 
     def _do(self, request: Request) -> None:
         match request:
-            case AddFrame(q=q, time=taken, passing=passing):
-                self._add_frame(q, taken, passing)
+            case AddFrame():
+                self._add_frame(request)
             case Track(q=q, time=taken, passing=passing):
                 self._track(q, taken, passing)
             case Build(effort):
@@ -209,8 +209,10 @@ class _Worker:
         if self._wanted != "full":
             self._wanted = effort
 
-    def _add_frame(self, q: np.ndarray, taken: float, passing: Movers) -> None:
-        frame = self._camera.frame(q, taken)
+    def _add_frame(self, request: AddFrame) -> None:
+        q, passing = request.q, request.passing
+        self._camera.place(request.objects)
+        frame = self._camera.frame(q, request.time)
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("the frame has no depth"))
             return
@@ -218,7 +220,7 @@ class _Worker:
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("movers cover most of the frame"))
             return
-        name = self._session.frames.add(frame, q)
+        name = self._session.frames.add(frame, q, request.objects)
         self._session.activate(name)
         if self._aligner is not None:
             key = (name, self._session.frames.time(name))
@@ -371,7 +373,8 @@ class _Worker:
         capture = frames.capture(names)
         if self._graph is not None:
             capture = dc.replace(capture, X_WC=poses[kept])
-        return UsableFrames(names, capture, q[kept], residual[kept])
+        objects = tuple(map(frames.objects, names))
+        return UsableFrames(names, capture, q[kept], residual[kept], objects)
 
     def _usable(self, frames: UsableFrames) -> UsableFrames | None:
         """Returns frames that agree, if enough do, without camera errors.

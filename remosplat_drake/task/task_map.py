@@ -1,5 +1,6 @@
 """`TaskMap`: the map of a task; `StandingRule`: a check before each step."""
 
+import dataclasses as dc
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,8 +10,10 @@ from remosplat_drake.oracle.contact_rules import ContactRule, reliefs
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.task.advance_task import with_held_object
 from remosplat_drake.task.task import TaskState
 
 _MARGIN = 0.004
@@ -27,7 +30,7 @@ class TaskMap:
         stopping: The smallest stopping distance in use [m].
 
     Attributes:
-        scene: The map without the objects.
+        scene: The map without the objects, which a live map replaces.
     """
 
     def __init__(
@@ -37,19 +40,24 @@ class TaskMap:
         self._robot, self.scene = robot, scene
         self._latest: tuple[tuple, DistanceField] | None = None
 
-    def field(self, state: TaskState) -> DistanceField:
+    def field(
+        self, state: TaskState, scene: DistanceField | None = None
+    ) -> DistanceField:
         """Returns the map with the contact rules of a state of the task.
 
         Args:
             state: The progress of the task.
+            scene: The map without the objects; None for `self.scene`.
         """
-        key = state.in_map, state.rules, state.payload
+        scene = scene or self.scene
+        key = scene, state.in_map, state.rules, state.payload
         if self._latest is None or self._latest[0] != key:
             self._latest = key, self._made(*key)
         return self._latest[1]
 
     def _made(
         self,
+        scene: DistanceField,
         objects: Sequence[SceneObject],
         rules: Sequence[ContactRule],
         payload: Payload | None,
@@ -57,7 +65,55 @@ class TaskMap:
         links = self._robot.holding(payload).spheres.links
         names = [each.name for each in objects]
         relief = reliefs(rules, links, names, self.stopping)
-        return with_objects(self.scene, ObjectField(objects, relief))
+        return with_objects(scene, ObjectField(objects, relief))
+
+
+@dc.dataclass(frozen=True, eq=False)
+class MapAround:
+    """The objects around a robot in a task; a `TaskSurroundings`.
+
+    A copy is the object itself.
+
+    Attributes:
+        map: The map of the task.
+        robot: The robot, without a payload.
+        state: The progress of the task.
+    """
+
+    map: TaskMap
+    robot: RobotModel
+    state: TaskState
+
+    def __deepcopy__(self, memo) -> "MapAround":
+        return self
+
+    @property
+    def payload(self) -> Payload | None:
+        """The carried object; None for none."""
+        return self.state.payload
+
+    def field(self, scene: DistanceField) -> DistanceField:
+        """Returns a map with the objects and the contact rules.
+
+        Args:
+            scene: The map without the objects.
+        """
+        return self.map.field(self.state, scene)
+
+    def placed(self, q: np.ndarray) -> tuple[PlacedObject, ...]:
+        """Returns the objects whose poses are known.
+
+        Args:
+            q: The configuration, shape (n_q,) [rad, m].
+        """
+        state = with_held_object(self.state, self.robot.end_effector_poses(q))
+        return tuple(
+            PlacedObject(
+                each.name, each.X_WO.GetAsMatrix4(), each.name != state.held
+            )
+            for each in state.objects
+            if each.name not in state.lost
+        )
 
 
 class StandingRule:

@@ -15,6 +15,7 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.load import EMPTY, Load
 from remosplat_drake.signals.task_outline import TaskOutline
@@ -99,8 +100,8 @@ class TaskSystem(LeafSystem):
         self._work_index = self.DeclareAbstractState(Value[object](work))
         present = {self.abstract_state_ticket(self._work_index)}
         moving = present | {self._configuration_input.ticket()}
-        hands = set(present)
-        self._declare_inputs(moving, hands)
+        hands, field = set(present), set(present)
+        self._declare_inputs(moving, hands, field)
         for name, model, calc, tickets in (
             ("target", Value(RigidTransform()), self._calc_target, moving),
             ("aim", Value[object](), self._calc_aim, moving),
@@ -110,7 +111,7 @@ class TaskSystem(LeafSystem):
                 self._calc_progress,
                 present,
             ),
-            ("distance_field", Value[object](), self._calc_field, present),
+            ("distance_field", Value[object](), self._calc_field, field),
             ("payload", Value(EMPTY), self._calc_payload, present),
             ("objects", Value[object](), self._calc_objects, present),
             ("hold", Value(False), self._calc_hold, present),
@@ -123,14 +124,22 @@ class TaskSystem(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
 
     def _declare_inputs(
-        self, aim: set[DependencyTicket], hands: set[DependencyTicket]
+        self,
+        aim: set[DependencyTicket],
+        hands: set[DependencyTicket],
+        field: set[DependencyTicket],
     ) -> None:
         """Declares further inputs of a subclass.
 
         Args:
             aim: Tickets on which the aim depends; others may be added.
             hands: Tickets on which the hand command depends.
+            field: Tickets on which the map depends.
         """
+
+    def _scene(self, context: Context) -> DistanceField:
+        """The map without the objects."""
+        return self._map.scene
 
     def state(self, context: Context) -> TaskState:
         """Returns the progress of the task in detail.
@@ -181,7 +190,8 @@ class TaskSystem(LeafSystem):
         output.set_value(self.progress(context))
 
     def _calc_field(self, context: Context, output: AbstractValue):
-        output.set_value(self._map.field(self.state(context)))
+        state, scene = self.state(context), self._scene(context)
+        output.set_value(self._map.field(state, scene))
 
     def _calc_payload(self, context: Context, output: AbstractValue):
         output.set_value(Load(self.state(context).payload))

@@ -13,6 +13,7 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.supervisor_state import SupervisorState
@@ -20,7 +21,7 @@ from remosplat_drake.task.advance_task import Observation
 from remosplat_drake.task.job_search import JobSearch
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.task.task import Task, Work
-from remosplat_drake.task.task_map import TaskMap
+from remosplat_drake.task.task_map import MapAround, TaskMap
 from remosplat_drake.task.task_system import TaskSystem
 from remosplat_drake.teleop.operator_jobs import Jobs, advance_jobs
 from remosplat_drake.teleop.operator_target import OperatorTarget
@@ -41,6 +42,7 @@ class OperatorTask(TaskSystem):
         - operator_aim
         - operator_hand (optional)
         - supervision (optional)
+        - scene (optional)
         output_ports:
         - target
         - aim
@@ -52,6 +54,7 @@ class OperatorTask(TaskSystem):
         - hand_command
         - outline
         - job
+        - surroundings
 
     `command` takes the `OperatorCommand`, `operator_aim` the `Aim` and
     `operator_hand` the hand command of an `OperatorTarget`, and `supervision`
@@ -59,6 +62,10 @@ class OperatorTask(TaskSystem):
     the operator's, except that a hand keeps an object that it carries. `job` is
     the state of the job in words, and empty while there is none. The other
     ports are those of a `TaskSystem`. `advance_jobs` computes the progress.
+
+    `scene` takes the `DistanceField` of a live map, which does not contain the
+    objects and replaces that of `map`, and `surroundings` is a
+    `TaskSurroundings`.
 
     The outputs depend on `supervision` and `command` only through the periodic
     update, which also calls `search`. While `search` returns None, the robot is
@@ -90,6 +97,12 @@ class OperatorTask(TaskSystem):
             "job",
             Value("").Clone,
             self._calc_job,
+            {self.abstract_state_ticket(self._work_index)},
+        )
+        self.DeclareAbstractOutputPort(
+            "surroundings",
+            Value[object]().Clone,
+            self._calc_surroundings,
             {self.abstract_state_ticket(self._work_index)},
         )
 
@@ -128,7 +141,10 @@ class OperatorTask(TaskSystem):
         return system
 
     def _declare_inputs(
-        self, aim: set[DependencyTicket], hands: set[DependencyTicket]
+        self,
+        aim: set[DependencyTicket],
+        hands: set[DependencyTicket],
+        field: set[DependencyTicket],
     ) -> None:
         self._command_input = self.DeclareAbstractInputPort(
             "command", Value(OperatorCommand())
@@ -142,7 +158,11 @@ class OperatorTask(TaskSystem):
         self._supervision_input = self.DeclareAbstractInputPort(
             "supervision", Value(SupervisorState(np.zeros(self._robot.n_u)))
         )
+        self._scene_input = self.DeclareAbstractInputPort(
+            "scene", Value[object]()
+        )
         aim.add(self._aim_input.ticket())
+        field.add(self._scene_input.ticket())
         hands.add(self._operator_hand_input.ticket())
 
     def _jobs(self, context: Context) -> Jobs:
@@ -193,17 +213,25 @@ class OperatorTask(TaskSystem):
             commands[only] = (width, force)
         return commands
 
+    def _scene(self, context: Context) -> DistanceField:
+        return value_or_none(self._scene_input, context) or self._map.scene
+
+    def _calc_surroundings(self, context: Context, output: AbstractValue):
+        state = self._jobs(context).state
+        output.set_value(MapAround(self._map, self._robot, state))
+
     def _calc_job(self, context: Context, output: AbstractValue):
         output.set_value(self._jobs(context).text)
 
     def _advanced(self, context: Context, work: Work, now: Observation) -> Work:
         assert isinstance(work, Jobs)
+        self._map.scene = scene = self._scene(context)
         supervision = value_or_none(self._supervision_input, context)
         return advance_jobs(
             self._search,
             work,
             self._command_input.Eval(context),
             now,
-            self._map.scene,
+            scene,
             is_stopped=supervision is not None and supervision.is_latched,
         )

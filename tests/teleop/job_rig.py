@@ -16,6 +16,7 @@ from remosplat_drake.scene.objects.scene_object import (
     SceneObject,
     find_object,
 )
+from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.teleop.operator_jobs import Jobs
@@ -30,11 +31,17 @@ class JobRig:
     """A shipped scenario in which a person requests jobs."""
 
     def __init__(
-        self, folder, name="TableObjects", change=lambda scenario: None
+        self,
+        folder,
+        name="TableObjects",
+        change=lambda scenario: None,
+        text="{mapping: {enabled: false}}",
     ):
-        self.scenario = load_scenario(name, "{mapping: {enabled: false}}")
+        self.scenario = load_scenario(name, text)
         change(self.scenario)
-        self.world = load_world(self.scenario)
+        self.world = load_world(
+            self.scenario, blank=self.scenario.mapping.enabled
+        )
         self.person = Person()
         session = open_teleoperation(
             self.scenario, self.world, folder, hardware=False
@@ -83,6 +90,12 @@ class JobRig:
         targets = self.application.targets
         assert isinstance(targets, OperatorTask)
         return targets._jobs(self._mine(targets))
+
+    @property
+    def live_map(self) -> MapStatus:
+        live_map = self.application.live_map
+        assert live_map is not None
+        return live_map.status(self._mine(live_map))
 
     @property
     def led(self) -> TargetState:

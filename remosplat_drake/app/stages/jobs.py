@@ -23,8 +23,7 @@ def has_jobs(scenario: Scenario) -> bool:
     Args:
         scenario: The scenario.
     """
-    # The objects in a live map are not separate from it.
-    return bool(scenario.objects) and not scenario.mapping.enabled
+    return bool(scenario.objects)
 
 
 def AddOperatorTask(

@@ -254,6 +254,7 @@ def AddLiveMap(
         settled=settled and settled.GetOutputPort("map_requests"),
         passing=settled and settled.GetOutputPort("passing"),
         oracle=loop.oracle,
+        jobs=loop.targets if isinstance(loop.targets, OperatorTask) else None,
         supervisor=loop.supervisor,
         executed=loop.executed,
         objection=partial(objection, loop.law),

@@ -8,6 +8,7 @@ interruption loses only the frame that was being added.
 import contextlib
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,13 @@ from remosplat_drake.capture.readers.nerfstudio import (
     write_images,
 )
 from remosplat_drake.capture.readers.text_files import read_json
+from remosplat_drake.scene.objects.placed_object import PlacedObject
 
 _BASE_POSE = "base_pose"
 """Field of a frame with the base's pose in a map."""
+
+_OBJECTS = "objects"
+"""Field of a frame with the objects that were known when it was taken."""
 
 _NAME = re.compile("frame [0-9]{1,9}")
 
@@ -65,6 +70,11 @@ class FrameStore:
                 raise entry.error("name", f"invalid or repeated: {name!r}")
             entry.number("time")
             sizes.add(len(entry.numbers("configuration")))
+            if entry.has(_OBJECTS):
+                for thing in entry.inners(_OBJECTS):
+                    thing.text("name")
+                    thing.flag("stands")
+                    thing.numbers("pose", 16)
             if entry.has(_BASE_POSE) and len(entry.numbers(_BASE_POSE)) != 3:
                 raise entry.error(_BASE_POSE, "expected x, y, yaw")
             if len(sizes) > 1:
@@ -80,12 +90,18 @@ class FrameStore:
         """Names of all frames, oldest first."""
         return tuple(self._index)
 
-    def add(self, frame: Frame, q: np.ndarray) -> str:
+    def add(
+        self,
+        frame: Frame,
+        q: np.ndarray,
+        objects: Sequence[PlacedObject] = (),
+    ) -> str:
         """Saves a frame, and returns the name that it gets.
 
         Args:
             frame: The frame; it must have a time.
             q: The robot's configuration when it was taken, shape (n_q,).
+            objects: The known objects at that time.
 
         Raises:
             RemoSplatError: The frame is invalid or cannot be written; nothing
@@ -98,6 +114,15 @@ class FrameStore:
         entry = {"name": f"frame {number}", "w": width, "h": height}
         entry |= camera_fields(view.K[0])
         entry |= {"time": frame.time, "configuration": q.tolist()}
+        if objects:
+            entry[_OBJECTS] = [
+                {
+                    "name": each.name,
+                    "pose": each.X_WO.ravel().tolist(),
+                    "stands": each.stands,
+                }
+                for each in objects
+            ]
         stem = f"{number:04d}"
         try:
             entry |= write_images(self._path.parent, stem, view)
@@ -165,6 +190,17 @@ class FrameStore:
     def configurations(self, names: tuple[str, ...]) -> np.ndarray:
         """Returns the robot's configurations at frames, shape (n, n_q)."""
         return np.array([self._entry(name)["configuration"] for name in names])
+
+    def objects(self, name: str) -> tuple[PlacedObject, ...]:
+        """Returns the known objects when a frame was taken."""
+        return tuple(
+            PlacedObject(
+                each["name"],
+                np.array(each["pose"], float).reshape(4, 4),
+                each["stands"],
+            )
+            for each in self._entry(name).get(_OBJECTS, ())
+        )
 
     def time(self, name: str) -> float:
         """Returns when a frame was taken, by the clock of its run [s]."""
