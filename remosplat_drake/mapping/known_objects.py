@@ -54,6 +54,8 @@ def find_own_pixels(
     """
     own = np.zeros(capture.depth.shape, bool)
     for i, present in enumerate(placed):
+        if not present:
+            continue
         known = capture.depth[i] > 0
         p_W = capture.points_W(i)[known]
         near = np.zeros(len(p_W), bool)
@@ -76,10 +78,10 @@ def with_known_insides(
         things: The objects.
         placed: The objects at each frame.
     """
+    if not any(map(len, placed)):
+        return coverage
     state = coverage.state.copy()
     unseen = np.argwhere(state == UNSEEN)
-    if not len(unseen):
-        return coverage
     middle = coverage.lower + coverage.voxel * (unseen + 0.5)
     half = 0.5 * np.sqrt(3.0) * coverage.voxel
     places = {

@@ -110,12 +110,13 @@ def build_map(
     # A single frame may have an error along walls that it shares with the
     # splat.
     confirmed = confirmed_frames(looks, base) & (len(looks) > 1)
-    changes = find_changes(looks, confirmed)
+    # Known objects are neither surfaces nor changes of the scene, but space in
+    # front of them is free.
+    own = find_own_pixels(capture, things, objects)
+    scene = without(capture, own)
+    changes = find_changes(without(looks, own), confirmed)
     report("comparing frames", 1, 1)
     looks = without(looks, changes.outdated).select(np.flatnonzero(confirmed))
-    scene = capture
-    if things and any(map(len, objects)):
-        scene = without(capture, find_own_pixels(capture, things, objects))
     splat_W = _surfaces(scene, changes, looks, config, effort, report)
     if base is not None and len(base):
         splat_W = updated(base, splat_W, looks)
@@ -125,8 +126,7 @@ def build_map(
         measured_in_box(scene, changes, looks, config),
         *(splat_W, robot_free, config, base_seen),
     )
-    if things:
-        coverage = with_known_insides(coverage, things, objects)
+    coverage = with_known_insides(coverage, things, objects)
     report("finding what was seen", 1, 1)
     field = make_field(splat_W)
     if unseen_is_solid:
