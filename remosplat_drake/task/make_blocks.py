@@ -144,7 +144,13 @@ class _Maker:
                 problem = "leave it out: the links may touch the carried object"
                 raise self._error(f"{field}.stopping", problem)
             named = frozenset(touch.links) or self._hand
-            rules.append(ContactRule(name, named, touch.stopping))
+            if touch.stopping is None:
+                # A carried object must not be pressed into what it may touch.
+                loads = named & self._shop.overhang.keys()
+                rules += [self._contact(name, load) for load in sorted(loads)]
+                named -= loads
+            if named:
+                rules.append(ContactRule(name, named, touch.stopping))
         return rules
 
     def _held_now(self) -> str:
@@ -173,9 +179,12 @@ class _Maker:
         """Lets a carried object overlap slightly with the object below it."""
         if not support:
             return []
-        overlap = self._shop.overhang[thing] + _ROUNDING
-        name = self._object(support, "support")
-        return [ContactRule(name, frozenset({thing}), -overlap)]
+        return [self._contact(self._object(support, "support"), thing)]
+
+    def _contact(self, name: str, load: str) -> ContactRule:
+        """Lets a carried object touch another, with a slight overlap."""
+        overlap = self._shop.overhang[load] + _ROUNDING
+        return ContactRule(name, frozenset({load}), -overlap)
 
     def _width(self, width: float | None, field: str = "width") -> float:
         where = joined(self._field, field)

@@ -194,6 +194,15 @@ def test_what_may_be_touched_is_named(shop, frankie):
     assert hand.links == hand_links(frankie) and hand.stopping is None
 
 
+def test_a_carried_object_is_not_pressed_into_what_it_may_touch(shop):
+    touch = cfg.Touch("board", ["can", "panda_hand"])
+    (block,) = make_blocks([cfg.Lift(touch=[touch])], shop)
+    can, hand = block.ways[0][0].rules
+    assert can.links == {"can"}
+    assert can.stopping == pytest.approx(-0.009)
+    assert (hand.links, hand.stopping) == ({"panda_hand"}, None)
+
+
 @pytest.mark.parametrize(
     ("steps", "message"),
     [
