@@ -2,9 +2,8 @@
 
 The robot reaches the target as in other trials; only the hand may touch the
 object. Then the hand grasps the object, which from then on is part of the
-robot. If there is no room above the arm, the hand first moves back. Then it
-lifts the object off its support, and carries it to the end effector's pose at
-the start.
+robot. The robot carries it to the end effector's pose at the start, on a
+planned path, on which the object leaves its support.
 """
 
 import dataclasses as dc
@@ -37,21 +36,12 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.solid_distances import SolidDistances
 from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.task.object_spheres import fit_object, overhang
 from remosplat_drake.task.step_configs import (
     AnyStep,
     Attach,
-    Lift,
     ReachTo,
     Touch,
 )
-
-BACK = 0.3
-"""Distance by which a level hand moves back before it moves up, if its arm is
-under a board [m]."""
-
-LEAST = 0.005
-"""Least length of the way up [m]."""
 
 _LEFT = 0.005
 """The object has left its support if their distance exceeds this [m]. Before
@@ -75,39 +65,17 @@ def carrying_steps(
     (thing,), support = task.grasped, task.support
     assert support is not None
     leaving = [Touch(support.name, [thing.name])]
-    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
-    bulge = overhang(thing, fit_object(thing))
-    up = max(bulge + scenario.controller.collision.stopping - apart, LEAST)
     common = {
         "patience": scenario.time_limit,
         "position": scenario.arrival.position,
         "angle": scenario.arrival.angle,
     }
-    straight = {"touch": leaving, "patience": scenario.time_limit}
     X_WT = task.X_WE_target.GetAsMatrix4()
-    back = []
-    if not _has_room_above(task, robot, up, scenario):
-        away_W = X_WT[:3, 2] * [1.0, 1.0, 0.0]
-        back = [Lift(by=(-BACK * away_W).tolist(), **straight)]
     return [
         _reach(X_WT, touch=[Touch(thing.name)], **common),
         Attach(object=thing.name, touch=leaving),
-        *back,
-        Lift(by=[0.0, 0.0, float(up)], **straight),
-        _reach(robot.end_effector_pose(q0), **common),
+        _reach(robot.end_effector_pose(q0), touch=leaving, **common),
     ]
-
-
-def _has_room_above(
-    task: ReachingTask, robot: RobotModel, up: float, scenario: Scenario
-) -> bool:
-    """Whether the arm at the given goal can be raised without turning."""
-    if task.arm_goal is None:
-        return True
-    spheres = robot.spheres_at(np.array(task.arm_goal))
-    raised = dc.replace(spheres, p_WS=spheres.p_WS + np.array([0.0, 0.0, up]))
-    room = task.truth_field.clearances(raised).minimum()
-    return bool(room > scenario.controller.smallest_stopping)
 
 
 def carry(
