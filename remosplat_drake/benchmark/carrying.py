@@ -3,7 +3,8 @@
 The robot reaches the target as in other trials; only the hand may touch the
 object. Then the hand grasps the object, which from then on is part of the
 robot. The robot carries it to the end effector's pose at the start, on a
-planned path, on which the object leaves its support.
+planned path, on which the object leaves its support. In some problems, the
+object is sunk into its support by up to 10 mm; it is raised.
 """
 
 import dataclasses as dc
@@ -33,6 +34,7 @@ from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.objects.solid_distances import SolidDistances
 from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
@@ -78,6 +80,13 @@ def carrying_steps(
     ]
 
 
+def _raised(thing: SceneObject, support: SceneObject) -> SceneObject:
+    """The object where it stands on its support; some problems sink it in."""
+    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
+    up = RigidTransform([0.0, 0.0, max(-float(apart), 0.0)])
+    return thing.at(up @ thing.X_WO)
+
+
 def carry(
     task: ReachingTask, scenario: Scenario, world: World
 ) -> tuple[RunResult, Carried | None]:
@@ -96,7 +105,8 @@ def carry(
         RemoSplatError: The oracle does not support solids.
     """
     assert task.solids is not None and task.support is not None
-    objects = (*task.grasped, task.support)
+    (thing,), support = task.grasped, task.support
+    objects = (_raised(thing, support), support)
     rest = without_objects(task.solids, objects)
     scene_field = make_field(scenario.oracle, None, rest, scenario.source)
     world = dc.replace(
