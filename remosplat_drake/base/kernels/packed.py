@@ -8,7 +8,8 @@ which a kernel reads only the fields that it uses.
 """
 
 import hashlib
-from collections.abc import Callable
+import itertools
+import struct
 from contextlib import suppress
 from typing import Any, Generic, TypeVar
 
@@ -36,6 +37,7 @@ from remosplat_drake.base.kernels.content import (
 Values = TypeVar("Values", bound=tuple)
 
 _WORD = ir.IntType(64)
+_REAL, _WHOLE = struct.Struct("d"), struct.Struct("q")
 
 
 class Packed(Generic[Values]):
@@ -49,7 +51,7 @@ class Packed(Generic[Values]):
         address: Address of the array headers.
     """
 
-    __slots__ = ("_looks", "_numba_type_", "_words", "address", "values")
+    __slots__ = ("_layout", "_numba_type_", "_words", "address", "values")
 
     def __init__(self, values: Values):
         """Packs a named tuple.
@@ -58,11 +60,10 @@ class Packed(Generic[Values]):
             values: The named tuple. Arrays that are not contiguous are copied.
                 Nested named tuples are packed, too.
         """
-        parts = _contiguous(values)
-        self.values = _unpacked(parts)
-        self._looks = _looks(parts)
-        self._numba_type_ = _known_type(self._looks, self.values)
-        self._words = np.array(_words(parts), np.int64)
+        words: list[int] = []
+        self.values, layout = _pack(values, words)
+        self._layout, self._numba_type_ = _known_type(layout, self.values)
+        self._words = np.array(words, np.int64)
         self.address = _address(self._words)
 
     def __getattr__(self, name: str) -> Any:
@@ -78,38 +79,32 @@ class Packed(Generic[Values]):
         return self
 
 
-def _contiguous(value: Any) -> Any:
+def _pack(value: Any, words: list[int]) -> tuple[Any, Any]:
+    """Appends a value as 64-bit words, an array as address, shape, strides.
+
+    Returns:
+        The value with contiguous arrays and without `Packed`s, and a hashable
+        key, the layout, which is equal only for values of the same type.
+    """
     if isinstance(value, np.ndarray):
-        return np.ascontiguousarray(value)
-    return _of_parts(value, _contiguous)
-
-
-def _unpacked(value: Any) -> Any:
-    """Replaces packed values by the named tuples that they were made from."""
+        value = np.ascontiguousarray(value)
+        words.append(_address(value))
+        words += value.shape
+        words += value.strides
+        return value, (value.dtype, value.ndim)
     if isinstance(value, Packed):
-        return value.values
-    return _of_parts(value, _unpacked)
-
-
-def _of_parts(value: Any, convert: Callable[[Any], Any]) -> Any:
-    """Converts all parts of a tuple; returns other values unchanged."""
+        words += value._words.tolist()
+        return value.values, value._layout
     if isinstance(value, tuple):
-        make = getattr(type(value), "_make", tuple)
-        return make(map(convert, value))
-    return value
-
-
-def _words(value: Any) -> list[int]:
-    """Returns a value as 64-bit words, an array as address, shape, strides."""
-    if isinstance(value, Packed):
-        return value._words.tolist()
-    if isinstance(value, np.ndarray):
-        return [_address(value), *value.shape, *value.strides]
-    if isinstance(value, tuple):
-        return [word for part in value for word in _words(part)]
+        kind = type(value)
+        parts = [_pack(part, words) for part in value]
+        make = getattr(kind, "_make", tuple)
+        return make(p for p, _ in parts), (kind, *(at for _, at in parts))
     if isinstance(value, float):
-        return [int(np.float64(value).view(np.int64))]
-    return [int(value)]
+        words += _WHOLE.unpack(_REAL.pack(value))
+    else:
+        words.append(int(value))
+    return value, type(value)
 
 
 def _address(array: np.ndarray) -> int:
@@ -163,25 +158,16 @@ class PackedType(types.Type):
         return self.kind, self.names, self.fields, self.code
 
 
-_types: dict[tuple, "PackedType"] = {}
+_types: dict[Any, tuple[int, "PackedType"]] = {}
+_numbers = itertools.count()
 
 
-def _known_type(looks: Any, values: Any) -> PackedType:
-    """Returns the type of a named tuple, created once for each layout."""
-    if looks not in _types:
-        _types[looks] = _packed_type(values)
-    return _types[looks]
-
-
-def _looks(value: Any) -> Any:
-    """Returns a hashable key that is equal for values of the same type."""
-    if isinstance(value, Packed):
-        return value._looks
-    if isinstance(value, np.ndarray):
-        return value.dtype, value.ndim
-    if isinstance(value, tuple):
-        return type(value), tuple(map(_looks, value))
-    return type(value)
+def _known_type(layout: Any, values: Any) -> tuple[int, PackedType]:
+    """Returns the number and the type of a layout, created once for each."""
+    if layout not in _types:
+        found = next(_numbers), _packed_type(values)
+        return _types.setdefault(layout, found)
+    return _types[layout]
 
 
 def _packed_type(values: Any) -> PackedType:
