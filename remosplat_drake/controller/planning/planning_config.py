@@ -24,10 +24,10 @@ class PlanningConfig(Config):
     goals: Annotated[int, Interval(ge=1, le=1000)] = 6
     # Largest number of motions that the first search checks. Each further
     # attempt may check twice as many, with other random numbers.
-    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
+    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 400
     # Number of attempts, each with a search at every stopping distance, after
     # which the target is given up until it moves or the map changes.
-    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
+    attempts: Annotated[int, Interval(ge=1, le=20)] = 6
     # Whether a run ends when a target is given up, in place of waiting for its
     # time limit.
     give_up: bool = False

@@ -19,7 +19,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
 _DRAWS = 32
-"""Number of configurations drawn at a time, an even number."""
+"""Number of configurations drawn at a time."""
 
 _CHUNK = 128
 """Number of motions between two checks for an interruption."""

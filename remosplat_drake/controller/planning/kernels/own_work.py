@@ -26,6 +26,8 @@ class SelfMotionWork(NamedTuple):
         n_A: For each pair of shapes, the latest direction that separated them,
             from the first shape to the second: a unit vector in the frame A of
             the first one's link, initially zero, shape (k, 3).
+        speed: Bounds on the speeds at which links approach each other, shape
+            (l,) [m/s].
         bend: Bounds on the accelerations of links, shape (l,), padded [m/s^2].
         parts: Parts of the motion, with pairs of links.
         X_WA: Pose of a link, shape (4, 4).
@@ -38,6 +40,7 @@ class SelfMotionWork(NamedTuple):
     pose: np.ndarray
     room: np.ndarray
     n_A: np.ndarray
+    speed: np.ndarray
     bend: np.ndarray
     parts: PartStack
     X_WA: np.ndarray
@@ -58,6 +61,7 @@ class SelfMotionWork(NamedTuple):
             pose=np.zeros((13, WIDTH)),
             room=np.zeros(2 * WIDTH),
             n_A=np.zeros((len(pairs.first), 3)),
+            speed=np.zeros(len(pairs.boxes)),
             bend=np.zeros(bends),
             parts=PartStack.make(len(pairs.boxes)),
             X_WA=np.eye(4),
@@ -72,6 +76,8 @@ class OwnWork(NamedTuple):
     Attributes:
         p_WC: Centres of the shapes, shape (s, 3) [m].
         p_WL: Centres of the links' boxes, shape (l, 3) [m].
+        room: Rooms of the links at the latest free configuration: lower bounds
+            on their distances minus the required ones, shape (l,) [m].
         offset_W: Vector from a shape to another in W, shape (3,) [m].
         gjk: Arrays of `gjk.make_work`.
         motion: Memory for motions.
@@ -79,6 +85,7 @@ class OwnWork(NamedTuple):
 
     p_WC: np.ndarray
     p_WL: np.ndarray
+    room: np.ndarray
     offset_W: np.ndarray
     gjk: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     motion: SelfMotionWork
@@ -89,6 +96,7 @@ class OwnWork(NamedTuple):
         return OwnWork(
             p_WC=np.zeros((len(pairs.shapes.body), 3)),
             p_WL=np.zeros((len(pairs.link_boxes.body), 3)),
+            room=np.zeros(len(pairs.boxes)),
             offset_W=np.zeros(3),
             gjk=make_work(),
             motion=SelfMotionWork.make(pairs, bends),

@@ -1,7 +1,9 @@
 """RRT-Connect in the free space of a robot (Kuffner and LaValle 2000).
 
-Two trees grow in turn. One takes a step towards a drawn configuration. The
-other one then grows towards the new node, as far as the motion is free.
+The smaller of two trees takes a step towards a drawn configuration. The other
+one then grows towards the new node, as far as the motion is free. A tree that
+is confined, such as that of a hand in a shelf, so gets as many nodes as the
+other one.
 
 The caller draws the configurations. So the kernel needs no random state, and
 equal calls return equal trees.
@@ -19,13 +21,14 @@ from remosplat_drake.controller.planning.kernels.looks import (
     moves_freely,
 )
 from remosplat_drake.controller.planning.kernels.trees import (
+    GOAL,
     START,
     add_node,
     nearest,
 )
 from remosplat_drake.controller.planning.steering import wrapped
 
-_STEP = 2.5
+_STEP = 2.0
 """Longest step of a tree in q; a radian counts like a metre."""
 
 _THERE = 1e-9
@@ -43,8 +46,7 @@ def grow(space, line, trees, draws, most):
         space: The `SpaceArrays`.
         line: Identifier of the `PythonCalls` of its map.
         trees: The `Trees`, with room for `most` more nodes in each; written to.
-        draws: Drawn configurations, an even number, shape (k, n_q) [rad, m];
-            written to.
+        draws: Drawn configurations, shape (k, n_q) [rad, m]; written to.
         most: Largest number of motions to check.
 
     Returns:
@@ -56,7 +58,7 @@ def grow(space, line, trees, draws, most):
     for k in range(len(draws)):
         if checks == most:
             break
-        tree = k % 2
+        tree = START if trees.count[START] <= trees.count[GOAL] else GOAL
         other = 1 - tree
         checks += 1
         node, _ = _step(space, line, trees, tree, draws[k], q)

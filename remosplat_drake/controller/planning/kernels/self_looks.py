@@ -17,7 +17,8 @@ def is_off_itself(space, X_WL):
     """Returns whether all pairs of shapes keep their distances.
 
     Args:
-        space: The `SpaceArrays`.
+        space: The `SpaceArrays`. If all distances are kept, the rooms of the
+            links are written to its working memory.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     work, pairs = space.own_work, space.own.pairs
@@ -26,9 +27,11 @@ def is_off_itself(space, X_WL):
     for link in range(len(pairs.boxes)):
         a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
         apart = least_distance(pairs.link_boxes, X_WL, work.p_WL, a, b)
+        room = apart - space.link_level[link]
         # The boxes show that most links are far apart.
-        if apart < space.link_level[link] and not _is_apart(space, X_WL, link):
+        if room < 0.0 and not _is_apart(space, X_WL, link):
             return False
+        work.room[link] = max(room, 0.0)
     return True
 
 

@@ -60,7 +60,8 @@ def keeps_off_itself(space, q, u):
     Args:
         space: The `SpaceArrays`.
         q: Configuration at which it starts, shape (n_q,) [rad, m]. The start
-            and the end are free.
+            and the end are free; `is_off_itself` was called last for one of
+            them.
         u: The command, which is held for a second, shape (n_u,).
     """
     work = space.own_work.motion
@@ -83,9 +84,10 @@ def keeps_off_itself(space, q, u):
 
 @helper
 def _begin(space, u):
-    """Lists the pairs of links that move, and returns their number.
+    """Lists the pairs of links that may be too near, and returns their number.
 
-    It also computes the bounds on their accelerations.
+    Links that have more room at one end than they can approach are left out.
+    This also computes the bounds on their speeds and accelerations.
     """
     rate, work = space.own.rate, space.own_work.motion
     count = 0
@@ -93,7 +95,8 @@ def _begin(space, u):
         speed = 0.0
         for c in range(len(u)):
             speed += rate[link, c] * abs(u[c])
-        if speed > 0.0:
+        work.speed[link] = speed
+        if speed > space.own_work.room[link]:
             work.parts.item[count] = link
             count += 1
     bends = len(work.bend)
@@ -132,6 +135,8 @@ def _open_parts(space, link, step):
     a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
     apart = least_distances(boxes, X_WL, work.p_WL, a, b)
     write_lanes(work.room, 0, apart - space.link_level[link])
+    if open_parts(work.room, in_all(work.speed[link] * step)) == 0:
+        return 0
     way, parts = _ways(space, link, step), 0
     sag = 0.125 * work.bend[link] * step * step
     if open_parts(work.room, way) == 0:
