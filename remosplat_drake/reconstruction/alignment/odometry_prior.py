@@ -26,7 +26,8 @@ import dataclasses as dc
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import cho_solve
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
@@ -87,23 +88,24 @@ class OdometryNoise:
 
     def precision(self, n: int) -> np.ndarray:
         """Returns the inverse of `covariance`, positive definite."""
-        values, vectors = self._eigen(n)
-        root = vectors / np.sqrt(values)[:, None]
-        return _spread(*(root @ root.transpose(0, 2, 1)))
+        return _spread(*self.inverted(n)[0])
 
-    def log_determinant(self, n: int) -> float:
-        """Returns the logarithm of the determinant of `covariance`."""
-        return 3 * float(np.log(self._eigen(n)[0]).sum())
+    def inverted(self, n: int) -> tuple[np.ndarray, float]:
+        """Inverts the covariances of one coordinate of turns and of shifts.
 
-    def _eigen(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """Eigenvalues, (2, n), and eigenvectors of the result of `_both`.
+        The variance of white noise bounds their eigenvalues from below.
+        Rounding may violate this bound if the drift is large.
 
-        The variance of white noise bounds the eigenvalues from below. Rounding
-        may violate this bound if the drift is large.
+        Returns:
+            The inverses, shape (2, n, n), and the logarithm of the determinant
+            of `covariance`.
         """
         values, vectors = np.linalg.eigh(self._both(n))
         white = np.square(_values(self).reshape(2, _KINDS)[:, :1])
-        return np.maximum(values, white), vectors
+        values = np.maximum(values, white)
+        root = vectors / np.sqrt(values)[:, None]
+        inverses = root @ root.transpose(0, 2, 1)
+        return inverses, 3 * float(np.log(values).sum())
 
     def _both(self, n: int) -> np.ndarray:
         """Covariances of one coordinate of turns and of shifts, (2, n, n)."""
@@ -207,28 +209,28 @@ def _cost(
     value_only: bool = False,
 ) -> tuple[float, np.ndarray]:
     """Minus ln p, and its derivatives by the deviations' logarithms."""
-    inverse = OdometryNoise(*deviations).precision(n)
+    inverses, log_C = OdometryNoise(*deviations).inverted(n)
     P = H.copy()
-    P[: 6 * n, : 6 * n] += inverse
+    P[: 6 * n, : 6 * n] += _spread(*inverses)
     L = lower_factor(P)
     x = cho_solve((L, True), h)
     log_P = 2 * np.log(np.diag(L)).sum()
-    log_C = OdometryNoise(*deviations).log_determinant(n)
     value = 0.5 * (log_P + log_C - h @ x)
     gradient = np.zeros(2 * _KINDS)
     if value_only:
         return value, gradient
-    # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x, P = L L^T.
-    padded = np.eye(len(H), len(inverse)) @ inverse
-    half = solve_triangular(L, padded, lower=True, check_finite=False)
-    alpha = inverse @ x[: 6 * n]
-    inner = inverse - half.T @ half - np.outer(alpha, alpha)
-    inner = inner.reshape(n, 6, n, 6)
+    # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x. C has one
+    # block for each coordinate, and only these blocks of A are needed.
+    covariance, _ = dpotri(L, lower=1)
+    covariance = covariance[: 6 * n, : 6 * n].reshape(n, 6, n, 6)
+    x = x[: 6 * n].reshape(n, 2, 3)
     kernels = _kernels(n)
-    for group in range(2):
-        sums = np.zeros((n, n))
-        for axis in range(3 * group, 3 * group + 3):
-            sums += inner[:, axis, :, axis]
+    for group, inverse in enumerate(inverses):
+        axes = range(3 * group, 3 * group + 3)
+        below = sum(np.tril(covariance[:, a, :, a]) for a in axes)
+        blocks = below + np.tril(below, -1).T
+        alpha = inverse @ x[:, group]
+        sums = 3 * inverse - inverse @ blocks @ inverse - alpha @ alpha.T
         kinds = slice(_KINDS * group, _KINDS * (group + 1))
         gradient[kinds] = (kernels * sums).sum(axis=(1, 2))
     return value, gradient * np.square(deviations)
