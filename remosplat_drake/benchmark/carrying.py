@@ -2,9 +2,9 @@
 
 The robot reaches the target as in other trials; only the hand may touch the
 object. Then the hand grasps the object, which from then on is part of the
-robot. The robot carries it to the end effector's pose at the start, on a
-planned path, on which the object leaves its support. In some problems, the
-object is sunk into its support by up to 10 mm; it is raised.
+robot. The robot lifts it off its support, and carries it to the end effector's
+pose at the start. In some problems, the object is sunk into its support by up
+to 10 mm; it is raised.
 """
 
 import dataclasses as dc
@@ -38,12 +38,17 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.objects.solid_distances import SolidDistances
 from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.task.object_spheres import fit_object, overhang
 from remosplat_drake.task.step_configs import (
     AnyStep,
     Attach,
+    Lift,
     ReachTo,
     Touch,
 )
+
+LEAST = 0.002
+"""Least length of the way up [m]."""
 
 _LEFT = 0.005
 """The object has left its support if their distance exceeds this [m]. Before
@@ -67,6 +72,10 @@ def carrying_steps(
     (thing,), support = task.grasped, task.support
     assert support is not None
     leaving = [Touch(support.name, [thing.name])]
+    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
+    # Until the spheres of the object are out of the support.
+    up = max(overhang(thing, fit_object(thing)) - max(apart, 0.0), LEAST)
+    clear = [Touch(support.name, [thing.name], stopping=0.0)]
     common = {
         "patience": scenario.time_limit,
         "position": scenario.arrival.position,
@@ -76,7 +85,12 @@ def carrying_steps(
     return [
         _reach(X_WT, touch=[Touch(thing.name)], **common),
         Attach(object=thing.name, touch=leaving),
-        _reach(robot.end_effector_pose(q0), touch=leaving, **common),
+        Lift(
+            by=[0.0, 0.0, float(up)],
+            touch=leaving,
+            patience=scenario.time_limit,
+        ),
+        _reach(robot.end_effector_pose(q0), touch=clear, **common),
     ]
 
 
