@@ -182,7 +182,7 @@ def judge_carrying(
     result: RunResult,
     carried: Carried | None,
 ) -> CarryingResult:
-    """Judges a run in which the object is carried, by the true shapes.
+    """Judges a run with a carried object against the true shapes.
 
     The object may touch the hand. It may also touch its support until it has
     left the support.

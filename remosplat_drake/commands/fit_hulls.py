@@ -107,7 +107,9 @@ def _table(shapes: dict[str, list[ConvexPiece]]) -> Table:
 
 
 def _write(folder: Path, shapes: dict[str, list[ConvexPiece]]) -> None:
-    elements = ["<!-- For a URDF in the folder above. -->"]
+    elements = [
+        "<!-- Copy these elements into a URDF in the parent folder. -->"
+    ]
     for link, pieces in shapes.items():
         elements.append(f'<link name="{link}">')
         for i, piece in enumerate(pieces):

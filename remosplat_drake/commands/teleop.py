@@ -345,7 +345,9 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     by_meshcat = arguments.viewer == MESHCAT
     if arguments.host != LOOPBACK and (by_meshcat or arguments.headless):
         raise RemoSplatError(
-            "--host: only with the cockpit, which identifies its operator"
+            "--host: needs the cockpit, in which only a client with the "
+            "operator's code moves the robot; leave out --viewer meshcat and "
+            "--headless"
         )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(

@@ -28,9 +28,12 @@ from remosplat_drake.generation.scene_generators import (
 )
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
-ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Robot that must reach the goals; and height [m] below which links that are
-close to the floor ignore the scene, as in scenarios."""
+ROBOT = "frankie"
+"""Robot that must reach the goals."""
+
+FLOOR_HEIGHT = 0.03
+"""Height below which the links near the floor ignore the scene [m], as in
+scenarios."""
 
 
 @dc.dataclass(frozen=True)

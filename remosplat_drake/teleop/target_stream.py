@@ -127,7 +127,7 @@ def decode_pose_target(data: bytes) -> tuple[int, np.ndarray]:
     quaternion = finite_vector("quaternion", message.quaternion, 4)
     length = math.hypot(*quaternion)
     if not 1e-6 < length < math.inf:
-        raise BrokenMessage(f"quaternion has the length {length:g}")
+        raise BrokenMessage(f"quaternion has the norm {length:g}, not 1")
     X_WT = RigidTransform(Quaternion(quaternion / length), position)
     return message.utime, X_WT.GetAsMatrix4()
 

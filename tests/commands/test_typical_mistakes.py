@@ -47,8 +47,8 @@ MISTAKES = {
     "teleop TableTeleop --viewer meshcat --port PORT": "--port PORT is taken",
     "teleop TableTeleop --host 192.0.2.1": "--host 192.0.2.1: Cannot assign",
     "run TableReach --port 80": "run: --port: 80 is not 1024 to 65535",
-    "teleop --viewer meshcat --host 0.0.0.0": "--host: only with the cockpit,"
-    " which identifies its operator",
+    "teleop --viewer meshcat --host 0.0.0.0": "--host: needs the cockpit, in"
+    " which only a client with the operator's code moves the robot; leave out",
     "teleop --viewer mescat": "teleop: --viewer: unknown choice 'mescat' (did"
     " you mean 'meshcat'?); valid: cockpit, meshcat",
     "bench tik": "bench: group: unknown choice 'tik' (did you mean 'tick'?);",

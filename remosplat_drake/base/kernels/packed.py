@@ -299,13 +299,17 @@ def packed_type(kind: types.Type) -> Any:
 
 
 def packed_words(context, builder, kind, value) -> list[ir.Value]:
-    """Returns the words that are stored for a kernel's value.
+    """Converts a kernel's value to the 64-bit integers that represent it.
 
     Args:
         context: Numba's target context.
         builder: Writes the kernel's intermediate code.
         kind: The type of the value.
         value: The value.
+
+    Returns:
+        The integers. An array has its address, shape and strides, a number its
+        bits, and a tuple the integers of its elements.
     """
     if isinstance(kind, types.Array):
         array, n = context.make_array(kind)(context, builder, value), kind.ndim

@@ -185,12 +185,13 @@ def placed_cameras(
 
 
 def coarse_noise(share: float) -> SensorNoise:
-    """Returns the noise of downsampled images.
+    """Returns the noise of a downsampled image.
 
-    Errors of outlines are in pixels of the large image.
+    The errors at outlines are given in pixels of the large image, and are
+    converted to pixels of the small image.
 
     Args:
-        share: Width of the small image as a share of the large one's.
+        share: Width of the small image, divided by that of the large image.
     """
     noise = PRESETS[NOISE]
     return dc.replace(

@@ -151,5 +151,5 @@ def _camera(message: Message, i: int) -> MoverCamera:
 def _pose(where: str, wxyz: np.ndarray, p: np.ndarray) -> RigidTransform:
     length = float(np.linalg.norm(wxyz))
     if not 1e-6 < length < 1e6:
-        raise BrokenMessage(f"{where} has the length {length:g}")
+        raise BrokenMessage(f"{where} has the norm {length:g}, not 1")
     return RigidTransform(RotationMatrix(Quaternion(wxyz / length)), p)

@@ -17,9 +17,9 @@ MAX_REACH = 6
 """Largest number of samples of a window to either side of its centre."""
 
 PLANE_SUMS = 10
-"""Number of columns of the plane sums of `gather_planes`."""
+"""Number of columns of the argument `planes` of `gather_planes`."""
 COLOR_SUMS = 4
-"""Number of columns of the colour sums of `gather_planes`."""
+"""Number of columns of the argument `colors` of `gather_planes`."""
 
 GRID = 14
 """Number of cells along a side of a surfel's grid of votes."""

@@ -35,12 +35,13 @@ SIGNIFICANCE = 4.0
 """z: number of standard deviations in the bound."""
 
 LARGEST_PITCH = 0.002
-"""Limit of the pitch a [m]. A larger pitch overstates the error, because the
-views show an edge at different pixels."""
+"""Limit of the pixel pitch a [m]. A larger pitch would overstate the error,
+since views that show the same edge have their pixels at different places."""
 
 LARGEST_EDGE = 0.008
-"""Limit of the unseen edge e [m]. A larger bound would apply in all directions,
-and would cost more free space than edges occupy."""
+"""Limit of the unseen edge e [m]. A surface continues beyond its edge in one
+direction only, but the bound u applies in all directions. So a larger limit
+would block too much free space."""
 
 LARGEST_SIGMA = 0.005
 """Largest standard deviation of a confirmed point [m]."""

@@ -31,7 +31,7 @@ TOOLS = (
 """Usual names of tool frames, the likeliest first."""
 
 _SAME_PLACE = 1e-3
-"""Distance below which two frames are equally good [m]."""
+"""Largest distance between the origins of frames that count as one tool [m]."""
 
 _ARM_SHARE = 0.6
 """Least number of joints of an arm in an SRDF, as a fraction of the longest
@@ -61,8 +61,8 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
         srdf: Content of its SRDF; may be empty.
 
     Raises:
-        FieldError: More than two arms are equally good, or two frames of one
-            arm.
+        FieldError: More than two chains of joints may be the arm, or two
+            distant frames of an arm have names of tools.
     """
     ends = _said_ends(urdf, srdf) or _longest_ends(urdf)
     if len(ends) > 2:

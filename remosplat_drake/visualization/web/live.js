@@ -44,7 +44,7 @@
       : lost
         ? `no connection: as of ${age.now().toFixed(0)} s ago`
         : deaf
-          ? "second port not connected: buttons do not work, shapes are old"
+          ? "second port not connected: buttons do not work, shapes do not move"
           : age.text();
     const place = document.getElementById("age");
     if (place.textContent !== text) place.textContent = text;

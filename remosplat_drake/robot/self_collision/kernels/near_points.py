@@ -44,14 +44,13 @@ _CLOSE = 0.3
 For links farther apart, the nearest points suffice."""
 
 _SAME, _SAME_CROWDED = 0.01, 1e-4
-"""Distances below which two points of a link count as one [m]. The first one is
-the usual one, the second one is for shapes that are too near. The second one is
-smaller, since the corners of round links are closely spaced, and none of the
-corners may come nearer."""
+"""Distances below which two points of a link count as the same point [m]:
+usually, and for shapes that are too near. The latter distance is smaller, since
+the corners of round links are closely spaced, and no corner may come nearer."""
 
 _MOST = 5
-"""Largest number of pairs of points of two links: one without rotation, and one
-for each of four rotations."""
+"""Largest number of point pairs for two links: the nearest points, and those
+that are nearest after each of four rotations."""
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
