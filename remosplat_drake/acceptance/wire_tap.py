@@ -57,7 +57,7 @@ class WireTap:
         self.wait(lambda: False, duration)
 
     def inject(self, fault: str, value: float = 0.0) -> None:
-        """Injects a fault of the simulated robot now, by its name and value."""
+        """Injects a fault with a name and a value into the simulated robot."""
         self._lcm.Publish(faults.CHANNEL, faults.encode_request(fault, value))
 
     def _listen(self) -> None:

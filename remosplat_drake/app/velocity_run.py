@@ -1,4 +1,4 @@
-"""Moves a real robot's axes with given velocities, to identify them.
+"""Moves a real robot's axes with given velocities, for identification.
 
 These runs use the diagram of every run, with another control law. So the
 velocities are verified against the map, self-collision and joint limits, the

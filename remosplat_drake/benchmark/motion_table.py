@@ -1,4 +1,4 @@
-"""Makes the table of MotionBenchMaker's problems, by method and family."""
+"""Makes the table of MotionBenchMaker: one row per method and family."""
 
 import numpy as np
 

@@ -172,7 +172,7 @@ def family_table(comparison: Comparison) -> Table:
 
 
 def outcome_table(comparison: Comparison) -> Table:
-    """Makes the table of reasons of failures, by the paper's success rule."""
+    """Makes the table of failures and their reasons, under the paper's rule."""
     outcomes = comparison.outcomes()
     return Table(
         f"{comparison.title}: outcomes, by the rule in the paper's text",

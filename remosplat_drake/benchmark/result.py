@@ -83,7 +83,7 @@ class Judgement:
 
 @dc.dataclass(frozen=True)
 class MovingResult:
-    """Contacts and distances between the robot and movers, by ground truth.
+    """True contacts and distances between the robot and movers.
 
     Attributes:
         movers: Number of movers; each moving part counts.
@@ -223,14 +223,14 @@ class TrialResult:
         return getattr(self, rule)
 
     def outcome(self, rule: str) -> str:
-        """Returns one of `OUTCOMES`, by a success rule of `RULES`."""
+        """Returns one of `OUTCOMES`, under the given rule of `RULES`."""
         judgement = self.judged(rule)
         if judgement is None:
             return ERROR if self.problem else CRASH
         return judgement.outcome
 
     def success(self, rule: str) -> bool:
-        """Returns whether the trial is a success, by one of the rules."""
+        """Returns whether the trial is a success under the given rule."""
         return self.outcome(rule) == SUCCESS
 
     def repeatable(self) -> "TrialResult":

@@ -65,7 +65,7 @@ def _row(row: Row, rule: str) -> tuple[str, ...]:
 
 
 def _not_reached(row: Row, rule: str) -> str:
-    """Counts the targets that were not reached, by the reason."""
+    """Lists the targets that were not reached, for each reason."""
     targets = defaultdict(list)
     for trial in row.trials:
         if not trial.success(rule):

@@ -65,7 +65,7 @@ class Row:
         return np.array([t.success(rule) for t in self.trials], bool)
 
     def count(self, outcome: str, rule: str) -> int:
-        """Returns the number of trials with an outcome, by one of `RULES`."""
+        """Counts the trials that have an outcome under one of `RULES`."""
         return sum(t.outcome(rule) == outcome for t in self.trials)
 
     def collisions(self) -> int:
@@ -134,7 +134,7 @@ class Comparison:
 
     @property
     def paper(self) -> dict[str, PaperRow]:
-        """Rows of the paper's Table I for these methods, by our names."""
+        """Rows of the paper's Table I for these methods, keyed by our names."""
         ours = self.is_scan or self.is_motion or self.is_robots
         return {} if ours or self.is_moving else PAPER_TABLE_I
 

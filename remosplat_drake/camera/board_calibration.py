@@ -254,7 +254,7 @@ def _offsets(view: BoardView, X_FC: np.ndarray, X_WK: np.ndarray):
 
 
 def _closed_form(views: list[BoardView]) -> np.ndarray:
-    """X_FC of A X = X B over all pairs of images, by Park and Martin."""
+    """Solves A X = X B for X_FC over all pairs of images (Park and Martin)."""
     A, B = [], []
     for i, a in enumerate(views):
         for b in views[i + 1 :]:

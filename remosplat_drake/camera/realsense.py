@@ -117,7 +117,7 @@ def from_realsense(frames) -> RgbdImage:
 
 
 def stamp_of(frame, now: float) -> float:
-    """Returns the time at which a frame was taken, by the wall clock [s].
+    """Returns the wall-clock time at which a frame was taken [s].
 
     By default, librealsense synchronises the camera's clock with the
     computer's, and provides the time. Otherwise the result is the present time,

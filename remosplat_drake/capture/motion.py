@@ -12,7 +12,7 @@ after the frame [s]."""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
-    """Computes a camera's velocities from its poses, by central differences.
+    """Computes a camera's velocities as central differences of its poses.
 
     A frame beside a gap gets the velocity between it and its only neighbour.
 

@@ -74,8 +74,8 @@ def undistort(
         hidden: Pixels that do not show the scene, shape (h, w), or None.
 
     Returns:
-        New colours, depths and hidden pixels; pixels outside the old images are
-        hidden.
+        New colours, depths and hidden pixels; pixels outside the distorted
+        images are hidden.
     """
     height, width = depth.shape
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

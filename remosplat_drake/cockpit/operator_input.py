@@ -101,7 +101,7 @@ class OperatorInput:
         self._count("command", "poses", pose=pose)
 
     def take(self, thing: str) -> None:
-        """Requests to take an object, by its name."""
+        """Requests to take the object with a name."""
         self._count("command", "takes", thing=thing)
 
     def place(self, support: str, p_WNear: np.ndarray | None) -> None:

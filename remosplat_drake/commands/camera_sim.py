@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images, from the first status of every part of the robot to Ctrl-C.
+    """Sends images until Ctrl-C, once every robot part has sent a status.
 
     Movers begin to move when the robot first moves.
     """

@@ -180,10 +180,14 @@ def _configuration(
         raise FieldError(
             "inspect",
             "--trajectory",
-            f"is of a robot with another number of positions than {n_q}",
+            f"has {trajectory.q.shape[1]} positions, but the robot has {n_q}",
         )
     if not -ticks <= arguments.tick < ticks:
-        raise FieldError("inspect", "--tick", f"there are {ticks} ticks")
+        raise FieldError(
+            "inspect",
+            "--tick",
+            f"{arguments.tick} is not {-ticks} to {ticks - 1}",
+        )
     tick = range(ticks)[arguments.tick]
     return trajectory.q[tick], f" at tick {tick}"
 

@@ -21,7 +21,7 @@ _PERIOD = 0.1
 
 
 class SettledRequests(LeafSystem):
-    """Requests further frames of the live map, for things that stay at rest.
+    """Requests another frame for the live map if a thing stays at rest.
 
     .. pydrake_system::
 

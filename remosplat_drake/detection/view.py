@@ -120,7 +120,7 @@ class View:
 def _is_behind(
     p_C: np.ndarray, measured: np.ndarray, config: DetectionConfig
 ) -> np.ndarray:
-    """Returns whether depths are behind points, by more than noise."""
+    """Returns whether depths exceed those of points by more than noise."""
     z = p_C[:, 2]
     return measured > z + 2 * config.margin(z)
 

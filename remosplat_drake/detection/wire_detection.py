@@ -108,7 +108,7 @@ class WireDetection:
 
     @property
     def problems(self) -> dict[str, str]:
-        """Problems of cameras, by their names."""
+        """Problems of cameras, keyed by the cameras' names."""
         told = self.detection.movers(self._config).cameras
         return {camera.name: camera.problem for camera in told}
 

@@ -1,4 +1,4 @@
-"""Decides which generated scenes are feasible, by their goals.
+"""Determines which generated scenes have feasible goals.
 
 The generators keep the target point clear of obstacles, but not the gripper and
 the arm around it. A goal counts as feasible if a search over base pose and arm

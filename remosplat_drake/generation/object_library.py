@@ -178,7 +178,7 @@ def volume(solid: Solid) -> float:
 def _centroid(
     vertices: np.ndarray, hull: scipy.spatial.ConvexHull
 ) -> np.ndarray:
-    """Centre of mass of a hull of even density, by tetrahedra."""
+    """Centre of mass of a homogeneous hull, summed over its tetrahedra."""
     middle = vertices.mean(axis=0)
     corners = vertices[hull.simplices] - middle
     weights = np.abs(np.linalg.det(corners))

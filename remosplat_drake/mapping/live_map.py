@@ -405,7 +405,7 @@ class LiveMap(LeafSystem):
                 else open_map(event.path, event.seal)
             )
         except RemoSplatError as error:
-            trouble = f"the old map stays: {error}"
+            trouble = f"the previous map stays in use: {error}"
             status = dc.replace(memory.status, trouble=trouble)
             return dc.replace(memory, status=status)
         correction = dc.replace(correction, version=event.version)

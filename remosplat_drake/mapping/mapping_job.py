@@ -94,7 +94,7 @@ class UsableFrames:
     objects: tuple[tuple[PlacedObject, ...], ...]
 
     def select(self, index: np.ndarray) -> "UsableFrames":
-        """Returns some of the frames, by their indices."""
+        """Returns the frames with the given indices."""
         return UsableFrames(
             tuple(self.names[i] for i in index),
             self.capture.select(index),

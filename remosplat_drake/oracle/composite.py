@@ -126,7 +126,7 @@ class CompositeDistanceField(DistanceField):
         )
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Returns the object at a point, from the part with the nearest one."""
+        """Returns the object at a point, from the part nearest to the point."""
         point = Spheres.at(p_W)
         off = [abs(part.clearances(point).minimum()) for part in self.parts]
         return self.parts[int(np.argmin(off))].thing_at(p_W)

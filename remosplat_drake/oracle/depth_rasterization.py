@@ -206,7 +206,7 @@ class DepthRasterizationField(DistanceField):
 
 
 class _Scratch(threading.local):
-    """Working memory of this thread: its canvases, by resolution."""
+    """Working memory of this thread: one canvas per resolution."""
 
     def __init__(self):
         self.canvases: dict[int, Packed[Canvas]] = {}

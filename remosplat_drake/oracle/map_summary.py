@@ -44,7 +44,7 @@ class Place:
 
 @dc.dataclass(frozen=True)
 class MapSummary:
-    """Number of splats or solids in a map, in all and where a robot works.
+    """Numbers of splats or solids in a map, and within reach of the robot.
 
     Attributes:
         kind: Either `SPLATS` or `SOLIDS`.

@@ -92,7 +92,7 @@ class PlacedUnknownSpace(DistanceField):
             floor = spheres.ignore_below - self._p_WG[2]
             return self._ask(self._field, spheres, floor, max_distance)
         if np.isnan(spheres.ignore_below).any():
-            raise ValueError("a sphere's floor is undefined")
+            raise ValueError("`ignore_below` of a sphere is NaN")
         rolls = spheres.ignore_below >= self._floor_height
         answers = []
         for field, chosen in (self._field, ~rolls), (self._over_floor, rolls):

@@ -63,7 +63,7 @@ class SphereViews:
 def look_around(
     splat_W: GaussianSplat, sensor: DepthSensor, spheres: Spheres, i: int
 ) -> SphereViews:
-    """Renders the six views of a splat, expressed in W, from sphere i."""
+    """Renders the six views from sphere i of a splat in W."""
     p_WS, radius = spheres.p_WS[i], float(spheres.radius[i])
     R_WD = np.array(sensor.R_WD(spheres.R_WL)[i])
     images = render(splat_W, p_WS, R_WD, sensor, spheres.ignore_below[i])

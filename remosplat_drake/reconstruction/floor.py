@@ -162,7 +162,7 @@ def _score(
 def _fitted(
     surfels: Surfels, normal_W: np.ndarray, offset: float, config: FloorConfig
 ) -> tuple[np.ndarray, float]:
-    """Returns the floor's normal, by least squares over level surfaces."""
+    """Fits the floor's normal to level surfaces, by least squares."""
     inliers = _inliers(surfels, normal_W, offset, config)
     if inliers.sum() < 3:
         return normal_W, offset

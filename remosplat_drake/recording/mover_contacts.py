@@ -116,7 +116,7 @@ def judge_movers(
     movers: Callable[[float], Movers],
     dt: float,
 ) -> MoverJudgement:
-    """Finds a run's contacts with movers, from their true positions.
+    """Finds a run's contacts with movers, using their true positions.
 
     The function samples every tick, and halves the time between two samples
     until a contact is excluded or its start is found. Let d0 and d1 be the
@@ -304,7 +304,7 @@ class _Contacts:
 def _touches(
     look: _Look, links: np.ndarray, v_WS: np.ndarray
 ) -> Iterator[tuple[tuple[str, int], Contact]]:
-    """Yields the contacts of a sample, by link and index of the mover."""
+    """Yields a sample's contacts, with the link's name and mover's index."""
     mover, sphere = np.nonzero(look.distance < 0.0)
     ahead = np.einsum("ni,ni->n", look.towards_W[mover, sphere], v_WS[sphere])
     speed = np.linalg.norm(v_WS[sphere], axis=1)

@@ -1,4 +1,4 @@
-"""`hand_links`: the links of a hand, by their names."""
+"""`hand_links`: finds the links of a hand from the links' names."""
 
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.robot_model import RobotModel

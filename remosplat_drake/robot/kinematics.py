@@ -337,7 +337,7 @@ def copy_poses(X, Y):
 
 @kernel(linked=True)
 def joint_pose(kind, axis, value, X):
-    """Writes the pose X_FM of a joint, by Rodrigues' formula or as a slide.
+    """Writes the pose X_FM of a revolute or a prismatic joint.
 
     Args:
         kind: REVOLUTE or PRISMATIC.

@@ -87,7 +87,7 @@ def asked_error(X_WE, target):
 
 @helper
 def has_free(weights) -> bool:
-    """Returns whether any direction is free, with a weight of zero.
+    """Returns whether any direction is free (has the weight zero).
 
     Args:
         weights: Weights of the directions, shape (6,).

@@ -1,4 +1,4 @@
-"""Splits a hierarchy's boxes in two, by bins (Numba).
+"""Splits boxes of a hierarchy at the best border between bins (Numba).
 
 The boxes are the rows of a table, which are sorted in place. A row is 8 single
 precision numbers: the lower corner with its sign changed, the upper corner, the

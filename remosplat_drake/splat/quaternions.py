@@ -20,7 +20,7 @@ def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Multiplies one quaternion a, shape (4,), by many b, (N, 4), all wxyz."""
+    """Computes the products a b of a quaternion a (4,) and b (N, 4), wxyz."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b.T
     return np.stack(

@@ -205,7 +205,7 @@ class JobMaker:
         if payload is None or state.X_OE is None:
             raise RemoSplatError("the hand is empty: take an object first")
         if support == name:
-            raise RemoSplatError(f"the hand holds the {name} itself")
+            raise RemoSplatError(f"the {name} cannot be put on itself")
         state.named(support)
         _check_known(support, state)
         X_WE = self._robot.end_effector_poses(q)[state.holder]

@@ -143,7 +143,7 @@ class Open(StepConfig):
 
 @dc.dataclass
 class Close(StepConfig):
-    """Closes the hand, to a width or until an object stops its fingers."""
+    """Closes the hand to a width, or until an object stops its fingers."""
 
     # Its opening [m].
     width: Width = 0.0

@@ -1,4 +1,4 @@
-"""`LcmOperator`: another program moves the target, by LCM messages."""
+"""`LcmOperator`: moves the target as LCM messages request."""
 
 import time
 from collections.abc import Callable

@@ -90,7 +90,7 @@ def _whole_ticks(
     plain: ReactiveLaw,
     verified: ReactiveLaw,
 ) -> dict[str, Callable[[], object]]:
-    """Returns benchmarks of whole ticks, by solver and number of movers."""
+    """Returns benchmarks of whole ticks, per solver and number of movers."""
     quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
     def whole(law: ReactiveLaw, movers: Movers | None = None):
@@ -162,7 +162,7 @@ def _over(
 
 
 def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
-    """Returns some ticks of a headless run, evenly spaced, with their inputs.
+    """Returns evenly spaced ticks of a headless run, with their inputs.
 
     Args:
         scenario: The scenario.

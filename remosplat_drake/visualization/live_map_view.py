@@ -91,7 +91,7 @@ class LiveMapView(LeafSystem):
         next(self._work, None)
 
     def _redraw(self, scene_map: SceneMap) -> Iterator[None]:
-        """Sends one piece per step; then removes the old map's pieces."""
+        """Sends one piece per step; then removes the previous map's pieces."""
         meshcat, kept = self._page.meshcat, set[str]()
         for path in _draw_pieces(meshcat, scene_map):
             if path is not None:

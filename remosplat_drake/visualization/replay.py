@@ -123,7 +123,7 @@ def frame_ticks(
 
 
 def motion_status_at(events: Sequence[Event], time: float) -> MotionStatus:
-    """Returns the cause that held the robot at a time, from the run's events.
+    """Finds in the run's events the cause that held the robot at a time.
 
     Args:
         events: The run's events, in the order of their times.

@@ -40,7 +40,7 @@ def show_unseen_space(
     *,
     shown: bool,
 ) -> None:
-    """Draws the boundary of the space that a capture has seen, with a button.
+    """Draws the boundary of the seen space, and adds a button that hides it.
 
     Args:
         page: The page to draw on.

@@ -190,7 +190,7 @@ def test_a_map_that_is_damaged_leaves_the_old_one(station, folder):
     damage_when_there(folder / "maps" / name)
     station.until_quiet()
     assert station.status.scene_map is before
-    assert "the old map stays" in station.status.trouble
+    assert "the previous map stays in use" in station.status.trouble
     assert name in station.status.trouble
 
 

@@ -90,7 +90,10 @@ def test_a_pose_too_old_or_from_the_future_ends_it(sent):
         (packet(0.5)[:-3], "not a whole pose_target"),
         (packet(0.5, position=(np.nan, 0, 0)), "position[0] is nan"),
         (packet(0.5, quaternion=(0, 0, np.inf, 0)), "quaternion[2] is inf"),
-        (packet(0.5, quaternion=(0, 0, 0, 0)), "length 0"),
+        (
+            packet(0.5, quaternion=(0, 0, 0, 0)),
+            "quaternion has the norm 0, not 1",
+        ),
     ],
     ids=["empty", "short", "position", "quaternion", "zero"],
 )

@@ -1,4 +1,4 @@
-"""Checks of a capture's poses, by comparison of its views."""
+"""Checks a capture's poses by comparing its views."""
 
 import numpy as np
 

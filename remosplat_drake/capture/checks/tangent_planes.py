@@ -90,7 +90,7 @@ def planes_under(capture: Capture, view: int, p_C: np.ndarray) -> TangentPlanes:
 def fit_planes(
     K: np.ndarray, depth: np.ndarray, row: np.ndarray, column: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fits planes to the windows around some pixels, by least squares.
+    """Fits planes by least squares to the windows around some pixels.
 
     A plane goes through the centre of the paraboloid that fits the window best.
     A plane through the mean of the window would lie inside a curved surface.

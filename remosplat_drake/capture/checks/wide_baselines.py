@@ -132,7 +132,7 @@ class _Matches:
 def measure_wide_baselines(
     capture: Capture, seed: int = 0, most: int = _PAIRS
 ) -> WideBaselines:
-    """Measures the disagreement of views, near and distant, on shared surfaces.
+    """Measures how much near and distant views disagree on shared surfaces.
 
     Args:
         capture: Posed RGB-D images, in any order.

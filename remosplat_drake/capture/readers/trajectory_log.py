@@ -59,7 +59,8 @@ def open_recording(path: Path) -> Recording:
         index = entries[i][0]
         if not 0 <= index < len(colors):
             raise FileError(
-                log, f"frame {index}: there are {len(colors)} images"
+                log,
+                f"frame {index} has no image: there are {len(colors)} images",
             )
         return index, f"frame {index} ({colors[index].name})"
 

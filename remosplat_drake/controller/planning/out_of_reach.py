@@ -1,4 +1,4 @@
-"""Detects targets out of reach, from the lengths of the arms."""
+"""Uses the lengths of the arms to detect targets out of reach."""
 
 import numpy as np
 

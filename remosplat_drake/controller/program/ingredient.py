@@ -17,7 +17,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class Ingredient(Protocol):
-    """A cost or constraint of the program, in Python, from outside the library.
+    """A cost or constraint in Python that is not part of the library.
 
     Any object with the method `AddToProgram` is an ingredient. The controller
     and its rollouts share it, so the method must depend only on its arguments.

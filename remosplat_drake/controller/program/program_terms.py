@@ -1,4 +1,4 @@
-"""The terms of a tick's program, by their names."""
+"""The terms of a tick's program, keyed by name."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -84,7 +84,7 @@ def tracking_name(term: str, effector: str) -> str:
 
 @dc.dataclass(eq=False)
 class Terms:
-    """The terms of a program, by their names.
+    """The terms of a program, keyed by name.
 
     Attributes:
         rows: Inequality rows A u <= b.

@@ -46,8 +46,8 @@ class SelfClearance:
         stopping: Stopping distance that the pairs keep [m].
         lever: The result of `relative_motion.levers` for each of l pairs of
             links, shape (l, n_u) [m].
-        rate: Bounds on the rates of distances of l pairs of links per entry of
-            the command, shape (l, n_u).
+        rate: For each pair of links, bounds on the rate of its distance per
+            entry of the command, shape (l, n_u).
     """
 
     robot: RobotModel

@@ -95,7 +95,7 @@ def _capsule(o, d, half_height, radius):
 
 @helper
 def _march(size, radius, o, d, length, near, far):
-    """Returns where a ray hits a rounded box, by sphere tracing; -1 if nowhere.
+    """Finds by sphere tracing where a ray hits a rounded box; -1 if nowhere.
 
     `o` and `d` are the ray's origin and direction in the solid's frame, and
     `length` is that of the direction.

@@ -161,12 +161,12 @@ class BaseSamples:
 
     @property
     def stamp(self) -> np.ndarray:
-        """Times of measurement, by the base's clock, shape (k,) [s]."""
+        """Times of measurement on the base's clock, shape (k,) [s]."""
         return self.rows[:, 0]
 
     @property
     def received(self) -> np.ndarray:
-        """Times of arrival, by our clock, shape (k,) [s]."""
+        """Times of arrival on this computer's clock, shape (k,) [s]."""
         return self.rows[:, _RECEIVED]
 
     @property

@@ -32,7 +32,7 @@ class Mailbox:
 
     @property
     def stamp(self) -> float:
-        """Stamp of the latest packet, by the sender's wall clock [s].
+        """Stamp of the latest packet on the sender's wall clock [s].
 
         NaN before the first packet.
         """

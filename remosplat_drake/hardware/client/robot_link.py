@@ -1,4 +1,4 @@
-"""`RobotLink`: receives a robot's statuses and sends commands, by LCM."""
+"""`RobotLink`: receives a robot's statuses and sends it commands over LCM."""
 
 import dataclasses as dc
 import math

@@ -35,7 +35,7 @@ class DoctorReport:
 
     @property
     def failed(self) -> list[Finding]:
-        """The failed checks, with which no robot may be driven."""
+        """The failed checks; while there are any, no robot may be driven."""
         return [f for f in self.findings if f.result == FAILED]
 
     def lacking(self, needed: Collection[str]) -> list[str]:

@@ -31,7 +31,7 @@ _SYSCTL = Path("/proc/sys")
 
 
 def check_clock() -> Finding:
-    """Checks this computer's clock, by chrony or else by the kernel."""
+    """Checks this computer's clock with chrony, or else with the kernel."""
     wanted = f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
     remedy = "install chrony on both computers, and let one follow the other"
     if shutil.which("chronyc") is None:

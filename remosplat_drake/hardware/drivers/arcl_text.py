@@ -55,7 +55,7 @@ class ArclState:
     heard: float = -math.inf
 
     def stops_at(self, t: float, expiry: float) -> BaseStops:
-        """Returns the base's stops, unknown if the latest line is old.
+        """Returns the base's stops, unknown if the latest line is stale.
 
         Args:
             t: Time now, by the same clock [s].

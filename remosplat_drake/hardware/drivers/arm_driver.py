@@ -1,4 +1,4 @@
-"""`ArmDriver`: drives any arm that accepts velocities, by LCM commands.
+"""`ArmDriver`: executes LCM commands on any arm that accepts velocities.
 
 The channels (`PANDA_COMMAND`, `PANDA_STATUS`), the messages and the rules for
 commands are those of drake-franka-driver. Its messages can represent arms of

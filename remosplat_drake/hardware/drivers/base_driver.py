@@ -1,4 +1,4 @@
-"""`BaseDriver`: drives any base with velocity control, by LCM commands."""
+"""`BaseDriver`: executes LCM commands on any velocity-controlled base."""
 
 import math
 from collections import deque

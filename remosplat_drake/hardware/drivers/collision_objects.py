@@ -150,7 +150,10 @@ def _shape(solid) -> dict[str, Any]:
     if kind not in SHAPES:
         raise RemoSplatError(f"it is a {kind}; give boxes or cylinders")
     if len(sizes) != SHAPES[kind] or not min(sizes) > 0:
-        raise RemoSplatError(f"its {kind} has the dimensions {sizes}")
+        raise RemoSplatError(
+            f"its {kind} has the dimensions {sizes}, not {SHAPES[kind]}"
+            " positive numbers"
+        )
     if kind == "box":
         return {"box": sizes}
     height, radius = sizes

@@ -35,9 +35,9 @@ _STAND = [0.0] * 7
 
 
 class VelocityServo:
-    """Follows setpoints; brakes if they are old or invalid.
+    """Follows setpoints; brakes if they are stale or invalid.
 
-    After it has braked because of old setpoints, it follows setpoints again
+    After it has braked because of stale setpoints, it follows setpoints again
     only after a setpoint of zero. That shows that the commanding program has
     noticed the stop, and starts a new motion.
 

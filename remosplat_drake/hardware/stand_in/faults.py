@@ -1,4 +1,4 @@
-"""Faults of a robot, by name, on a schedule or on request.
+"""Faults of a robot, injected on a schedule or on request.
 
 A fault is written NAME[=VALUE]@START[+DURATION], for example `status-stops@3`
 or `clock-jump=-0.5@2+1`. START counts from the first command that the robot

@@ -66,7 +66,7 @@ class JointVelocities:
 
 @dc.dataclass(frozen=True)
 class RobotState:
-    """State of the robot, by libfranka's names; vectors have 7 entries."""
+    """State of the robot, with libfranka's names; vectors have 7 entries."""
 
     q: list[float]
     q_d: list[float]

@@ -85,7 +85,7 @@ class RtdeArm:
         self._exchanges: list[_Exchange] = []
 
     def stop(self, mode: RobotMode) -> None:
-        """Makes the arm brake, by a protective or an emergency stop."""
+        """Makes the arm brake with a protective or an emergency stop."""
         pressed = mode == RobotMode.USER_STOPPED
         self.rules.stop(
             SafetyMode.ROBOT_EMERGENCY_STOP

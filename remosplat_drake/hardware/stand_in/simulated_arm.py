@@ -28,7 +28,7 @@ class RobotMode(IntEnum):
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmMeasurement:
-    """Measurements of the sensors of an arm of n joints, each of shape (n,).
+    """Sensor measurements of an arm with n joints, each of shape (n,).
 
     Attributes:
         position: Joint positions [rad].

@@ -102,7 +102,8 @@ def decode_base_status(data: bytes) -> BaseState:
     """
     message = decode(base_status, data)
     if message.mode not in MODE_NAMES:
-        raise BrokenMessage(f"mode is {message.mode}")
+        valid = ", ".join(map(str, MODE_NAMES))
+        raise BrokenMessage(f"mode is {message.mode}; valid: {valid}")
     return BaseState(
         pose=finite_vector("pose", message.pose, 3),
         velocity=finite_vector(

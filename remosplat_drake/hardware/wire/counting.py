@@ -55,7 +55,7 @@ def decode_counting(data: bytes, now: float) -> CountingMap | None:
         now: Our wall clock [s].
 
     Returns:
-        The version; None if the stamp is old, or in the future.
+        The version; None if the stamp is stale, or in the future.
 
     Raises:
         BrokenMessage: The packet is not such a message, or has no version.

@@ -184,12 +184,17 @@ def _pixels(image: lcmt_image, dtype: np.dtype, channels: int) -> np.ndarray:
     """Decodes the pixels of an image, shape (h, w, channels)."""
     shape = image.height, image.width, channels
     if not all(0 < side <= _MAX_SIDE for side in shape):
-        raise BrokenMessage(f"has {image.width} x {image.height} pixels")
+        raise BrokenMessage(
+            f"has {image.width} x {image.height} pixels; valid: 1 to"
+            f" {_MAX_SIDE} each"
+        )
     if image.bigendian:
         dtype = dtype.newbyteorder(">")
     size = int(np.prod(shape)) * dtype.itemsize
     if image.row_stride * image.height != size:
-        raise BrokenMessage(f"has rows of {image.row_stride} bytes")
+        raise BrokenMessage(
+            f"has rows of {image.row_stride} bytes, not {size // image.height}"
+        )
     raw = _uncompressed(image, size)
     if len(raw) != size:
         raise BrokenMessage(f"has {len(raw)} bytes of pixels, not {size}")

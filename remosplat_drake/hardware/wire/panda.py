@@ -87,7 +87,10 @@ def decode_panda_status(data: bytes, n: int) -> PandaState:
     if message.num_joints != n:
         raise BrokenMessage(f"has {message.num_joints} joints, not {n}")
     if message.robot_mode not in MODE_NAMES:
-        raise BrokenMessage(f"robot_mode is {message.robot_mode}")
+        valid = ", ".join(map(str, MODE_NAMES))
+        raise BrokenMessage(
+            f"robot_mode is {message.robot_mode}; valid: {valid}"
+        )
     return PandaState(
         q=finite_vector("joint_position", message.joint_position, n),
         v=finite_vector("joint_velocity", message.joint_velocity, n),

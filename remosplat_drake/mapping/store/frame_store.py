@@ -203,7 +203,7 @@ class FrameStore:
         )
 
     def time(self, name: str) -> float:
-        """Returns when a frame was taken, by the clock of its run [s]."""
+        """Returns the time of a frame, on the clock of its run [s]."""
         return float(self._entry(name)["time"])
 
     def frame(self, name: str) -> Frame:

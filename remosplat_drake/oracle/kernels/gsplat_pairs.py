@@ -116,7 +116,7 @@ def make_discs(
 def visible_pairs(
     discs: DiscTensors, sensors: Sensors, sensor: DepthSensor
 ) -> Pairs:
-    """Finds the discs that may be visible in each view, by bounding balls."""
+    """Finds the discs whose bounding balls may be visible in each view."""
     import torch
 
     p_WK = discs.frames_W[:, :, 2]

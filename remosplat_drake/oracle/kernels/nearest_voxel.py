@@ -1,4 +1,4 @@
-"""Finds the nearest seen or unseen voxel to many points, in an octree.
+"""Finds in an octree the seen or unseen voxel nearest to each point.
 
 Nodes are visited depth first, nearest child first. Nodes without a voxel of the
 requested kind, or farther than the best voxel, are skipped.

@@ -77,7 +77,7 @@ def digits(deviation: float) -> int:
 
 @dc.dataclass
 class AlignmentSummary(Config):
-    """Results of the refinement of poses and of the errors of all images."""
+    """Results of refining the poses, and errors that all images share."""
 
     # Whether the refinement was kept: pairs of views that it did not use agree
     # better with it.

@@ -27,8 +27,8 @@ from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 
 _ROUNDS = 4
 """Number of fixed-point iterations that find the position of a new pixel in the
-old image. They are necessary because the motion of a row depends on the depth
-at that position."""
+measured image. They are necessary because the motion of a row depends on the
+depth at that position."""
 
 _JUMP = 0.05
 """Neighbouring pixels belong to two surfaces if their inverse depths differ by
@@ -142,13 +142,13 @@ def _sources(
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        depth: Depth of the old image, shape (h, w) [m].
+        depth: Depth of the measured image, shape (h, w) [m].
         velocity: Velocity of the camera in C, shape (6,).
         errors: The errors.
 
     Returns:
-        Rows and columns in the old image, the new depth, and which pixels the
-        old image does not show, each of shape (h, w).
+        Rows and columns in the measured image, the new depth, and which pixels
+        the measured image does not show, each of shape (h, w).
     """
     height, width = depth.shape
     lens = Distortion(k1=errors[K1], k2=errors[K2])
@@ -158,7 +158,7 @@ def _sources(
     ray = np.concatenate([xy, np.ones((height, width, 1))], axis=-1)
 
     def place(z: np.ndarray, row: np.ndarray):
-        """Returns pixels of points in the old image, and the points' motion."""
+        """Returns measured pixels of points, and the points' motion."""
         # A point is fixed in W, so in C it moves opposite to the camera.
         p = z[..., None] * ray
         motion = _row_motion(p, row, height, velocity, errors)
@@ -207,7 +207,7 @@ def _with_nearer(
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        depth: Depth of the old image, shape (h, w) [m].
+        depth: Depth of the measured image, shape (h, w) [m].
         velocity: Velocity of the camera in C, shape (6,).
         errors: The errors.
         found: The result of `_sources`.

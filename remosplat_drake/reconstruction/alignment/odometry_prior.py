@@ -91,7 +91,7 @@ class OdometryNoise:
         return _spread(*self.inverted(n)[0])
 
     def inverted(self, n: int) -> tuple[np.ndarray, float]:
-        """Inverts the covariances of one coordinate of turns and of shifts.
+        """Inverts the covariances of turns and shifts along one coordinate.
 
         The variance of white noise bounds their eigenvalues from below.
         Rounding may violate this bound if the drift is large.
@@ -108,7 +108,7 @@ class OdometryNoise:
         return inverses, 3 * float(np.log(values).sum())
 
     def _both(self, n: int) -> np.ndarray:
-        """Covariances of one coordinate of turns and of shifts, (2, n, n)."""
+        """Covariances of turns and shifts along one coordinate, (2, n, n)."""
         squares = np.square(_values(self)).reshape(2, _KINDS)
         return np.einsum("sk,kij->sij", squares, _kernels(n))
 

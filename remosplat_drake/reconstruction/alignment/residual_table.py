@@ -1,4 +1,4 @@
-"""Distances between surfaces of two views, by the cameras' distance."""
+"""Table of distances between surfaces of two views, per camera distance."""
 
 import itertools
 

@@ -194,7 +194,7 @@ def _own_error(splat_W: GaussianSplat, workspace: Workspace) -> float:
 def _references(
     surface_W: np.ndarray, truth: PrimitiveScene | None
 ) -> dict[str, DistanceField]:
-    """References that distances are compared with, by name."""
+    """References that distances are compared with, keyed by name."""
     if not len(surface_W):
         raise RemoSplatError("the capture shows no surface in the workspace")
     fields: dict[str, DistanceField] = {CAPTURE: PointDistanceField(surface_W)}
@@ -266,7 +266,7 @@ def _rest(reference: str, careful: np.ndarray) -> float:
 def _errors(
     splat_W: GaussianSplat, spheres: Spheres, expected: dict[str, np.ndarray]
 ) -> dict[str, dict[str, np.ndarray]]:
-    """Measured minus expected distances, by reference and oracle [m]."""
+    """Measured minus expected distances, keyed by reference and oracle [m]."""
     oracles = {
         ELLIPSOIDS: SphereToEllipsoidField(splat_W),
         DEPTH_VIEWS: DepthRasterizationField(splat_W, nearest_only=True),

@@ -1,4 +1,4 @@
-"""Differentiable rendering of discs, by gsplat on a CUDA device."""
+"""Renders discs differentiably, with gsplat on a CUDA device."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -116,7 +116,7 @@ def bound_splat(
     Args:
         capture: The posed RGB-D images from which the splat was made.
         splat_W: Discs, in W.
-        errors: Samples of the errors of the poses and of the depth's scale;
+        errors: Samples of the errors that poses and the depth's scale have;
             None means that poses and scale are exact.
     """
     noise = estimate_noise(capture, splat_W)

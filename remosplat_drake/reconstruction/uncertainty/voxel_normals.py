@@ -1,4 +1,4 @@
-"""Normals of measured surfaces, from the points around."""
+"""Computes normals of measured surfaces from neighbouring points."""
 
 import numpy as np
 from scipy.spatial import KDTree

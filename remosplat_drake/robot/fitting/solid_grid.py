@@ -55,7 +55,7 @@ class SolidGrid:
         return p_L - reach, p_L + reach
 
     def contains(self, p: np.ndarray) -> np.ndarray:
-        """Returns whether points (n, 3) are inside, by their nearest voxels."""
+        """Returns whether the voxels nearest to points (n, 3) are solid."""
         cell = np.rint((p - self.origin) / self.pitch).astype(int)
         on_grid = (cell >= 0) & (cell < self.depth.shape)
         result = np.asarray(on_grid.all(axis=1))

@@ -1,4 +1,4 @@
-"""Roles of joints, by their names: an arm, a gripper, wheels, legs, a head.
+"""Guesses roles of joints from names: arm, gripper, wheel, leg, head.
 
 No file format states the roles of joints, but their names nearly always do.
 """

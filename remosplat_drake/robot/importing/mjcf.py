@@ -117,7 +117,7 @@ def _name_meshes(root: Element, mesh: Callable[[str], str]) -> None:
 
 
 def _sites_as_bodies(root: Element) -> None:
-    """Replaces sites, which Drake does not have, by bodies without shapes."""
+    """Replaces sites by bodies without shapes, since Drake has no sites."""
     taken = {body.get("name") for body in root.iter("body")}
     for body in list(root.iter("body")):
         for site in body.findall("site"):

@@ -123,7 +123,7 @@ class Staging:
         self.floating: list[str] = []
 
     def stage(self, path: Path) -> Path:
-        """Returns the copy of a robot's file, of any format but xacro.
+        """Copies a robot's file of any format but xacro; returns the copy.
 
         Args:
             path: The file.

@@ -77,7 +77,7 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
 
 
 def before_fingers(urdf: Urdf, link: str) -> str:
-    """Returns the link that carries the fingers, for a link of a finger.
+    """Returns the link that carries the fingers, given a finger's link.
 
     Args:
         urdf: The robot.

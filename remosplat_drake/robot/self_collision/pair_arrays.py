@@ -8,7 +8,7 @@ from remosplat_drake.base.lanes import WIDTH
 
 
 def vertex_blocks(vertices: np.ndarray) -> np.ndarray:
-    """Arranges the vertices of a hull in blocks of eight, by coordinate.
+    """Arranges a hull's vertices in blocks: eight x, eight y, eight z.
 
     Kernels read eight vertices at a time. The last block is padded with the
     last vertex.
@@ -55,8 +55,8 @@ class PairArrays(NamedTuple):
     Attributes:
         first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
-        start: Index of the first pair of shapes of each pair of links, and the
-            end, shape (l + 1,).
+        start: For each pair of links, the index of its first pair of shapes;
+            then the end, shape (l + 1,).
         allowance: Length that is added to each pair's distance, shape (k,) [m].
         boxes: For each pair of links, the indices in `link_boxes` of the boxes
             around their shapes, shape (l, 2).

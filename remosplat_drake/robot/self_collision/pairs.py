@@ -78,7 +78,7 @@ class SelfCollisionPairs:
         return self.pairs.arrays(self.allowance)
 
     def links(self, pair: int) -> tuple[str, str]:
-        """Returns the names of the links of a pair of shapes."""
+        """Returns the names of the two links that carry a pair of shapes."""
         links, pairs = self.shapes.links, self.pairs
         return links[pairs.first[pair]], links[pairs.second[pair]]
 

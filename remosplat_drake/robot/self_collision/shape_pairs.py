@@ -29,8 +29,8 @@ class ShapePairs:
         links: The pairs of links, length l.
         first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
-        start: Index of the first pair of shapes of each pair of links, and the
-            end, shape (l + 1,).
+        start: For each pair of links, the index of its first pair of shapes;
+            then the end, shape (l + 1,).
         boxes: For each pair of links, the indices in `link_boxes` of the boxes
             around their shapes, shape (l, 2).
         shapes: The shapes packed for kernels.

@@ -1,7 +1,7 @@
 """Bounds on future positions of movers: prediction and its error.
 
 The core of a mover is the box inside its rounded shape. Let V and A be the
-limits of speed and acceleration of all points of the core. The prediction
+limits on the speeds and accelerations of its points. The prediction
 assumes a constant twist (v, w): the centre moves straight on, and the core
 turns at a constant rate. So a predicted point at a distance r from the centre
 accelerates by at most |w|^2 r. After a time t, the distance of the true point

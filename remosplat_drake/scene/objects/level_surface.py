@@ -44,7 +44,7 @@ def find_level_surface(
     reach: float,
     name: str = "",
 ) -> Box:
-    """Finds the largest level rectangle around a point, in points of a map.
+    """Finds the largest level rectangle of map points around a point.
 
     A plane is fitted to the points around the given one. The points near the
     plane fill cells of a grid, and the rectangle is the largest one that

@@ -19,7 +19,7 @@ from remosplat_drake.scene.objects.scene_object import Solid
 
 
 class SolidDistances:
-    """Distances of one solid, at any pose, from others, by Drake.
+    """Computes with Drake the distances of a solid at any pose from others.
 
     Args:
         moved: The solid that is moved.

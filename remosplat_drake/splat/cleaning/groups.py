@@ -22,7 +22,7 @@ _BLOCK = 1 << 13
 
 @dc.dataclass(frozen=True, eq=False)
 class Neighbours:
-    """The nearest neighbours of n splats, by their centres, nearest first.
+    """The k splats nearest to each of n splats, nearest centre first.
 
     Attributes:
         index: Indices of the neighbours, shape (n, k), int32; n if there are

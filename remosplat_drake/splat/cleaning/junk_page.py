@@ -61,7 +61,7 @@ def page_path(splat: Path) -> Path:
 
 
 def junk_table(junk: Junk) -> Table:
-    """Makes the table of the numbers of removed splats, by reason.
+    """Makes a table with the number of removed splats for each reason.
 
     Args:
         junk: The removed splats.

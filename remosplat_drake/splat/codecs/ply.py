@@ -165,7 +165,7 @@ def write_ply(
 def _raw(
     splat: GaussianSplat, with_normals: bool
 ) -> dict[tuple[str, ...], np.ndarray]:
-    """The raw parameters of splats in INRIA's order, by the columns' names."""
+    """The raw parameters of splats in INRIA's order, keyed by column name."""
     n = len(splat)
     harmonics = splat.sh_rest.transpose(0, 2, 1)
     rest = harmonics.reshape(n, 3 * splat.sh_rest.shape[1])
@@ -188,7 +188,7 @@ def _raw(
 
 
 def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
-    """Reads the tables of a PLY file, by the names of its elements.
+    """Reads the tables of a PLY file, keyed by the names of its elements.
 
     Raises:
         FileError: The file is missing or truncated, is not a PLY file, contains

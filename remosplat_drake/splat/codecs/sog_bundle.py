@@ -68,7 +68,7 @@ class SogBundle:
         return part in self._meta
 
     def integer(self, field: str) -> int:
-        """Returns a whole number of meta.json, by its dotted name.
+        """Returns the whole number with a dotted name in meta.json.
 
         Raises:
             FileError: The field is missing, or is not a whole number.
@@ -81,7 +81,7 @@ class SogBundle:
         return value
 
     def numbers(self, field: str, n: int) -> np.ndarray:
-        """Returns a list of n finite numbers of meta.json, by its dotted name.
+        """Returns the n finite numbers with a dotted name in meta.json.
 
         Raises:
             FileError: The field is missing, or is not such a list.

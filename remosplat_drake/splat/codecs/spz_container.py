@@ -133,8 +133,8 @@ def _gunzip_sections(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
     if len(unpacked) < whole:
         raise FileError(
             path,
-            f"declares {header.count} splats, {whole} bytes, but holds"
-            f" {len(unpacked)} bytes",
+            f"declares {header.count} splats, which need {whole} bytes, but"
+            f" holds {len(unpacked)} bytes",
         )
     if len(unpacked) > whole and not header.flags & _HAS_EXTENSIONS:
         raise FileError(

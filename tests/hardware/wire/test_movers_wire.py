@@ -100,7 +100,10 @@ def put(field: str, value, i: int = 1):
         (put("half_extents", [0, 0, -1.0]), "mover 'ball'.*half_extents"),
         (put("max_speed", np.inf), r"movers\[1\]\.max_speed is inf"),
         (put("velocity_error", -1.0), "mover 'ball'.*velocity_error"),
-        (put("quaternion", [0.0] * 4), r"movers\[1\]\.quaternion has the len"),
+        (
+            put("quaternion", [0.0] * 4),
+            r"movers\[1\]\.quaternion has the norm 0",
+        ),
         (put("near", np.nan, 0), "camera 'room'.*near"),
         (put("camera_quaternion", [np.nan] * 4, 0), r"cameras\[0\]\.quatern"),
         (put("least_tangent", [2.0, 2.0], 0), "camera 'room'.*least_tangent"),

@@ -76,7 +76,7 @@ class Arms(NamedTuple):
 
 @kernel(returns=NOTHING)
 def reach_from(arms, q, steps, tolerance, error):
-    """Solves for configurations in which each E is at its target, from 8 seeds.
+    """Solves, from 8 seeds, for configurations with each E at its target.
 
     Args:
         arms: The `Arms`.

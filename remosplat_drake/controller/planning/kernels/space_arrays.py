@@ -35,8 +35,8 @@ class SpaceArrays(NamedTuple):
         work: Working memory for checks against the map.
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
-        link_level: Largest distance that any pair of shapes of each pair of
-            links keeps, shape (l,) [m].
+        link_level: For each pair of links, the largest distance that a pair of
+            their shapes keeps, shape (l,) [m].
         own_bend: Bounds on the accelerations of points on one link as seen from
             the other, for each two entries of the command and each pair of
             links, shape (n_u, n_u, l), padded in the last dimension.

@@ -141,7 +141,7 @@ class TickArrays(NamedTuple):
         rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
         error_scales: `Tick.error_scales`, shape (k,) [m].
         error_scale: `Tick.error_scale` [m].
-        sphere: Index of the sphere of each of m clearances, shape (m,).
+        sphere: Indices of the spheres that have the m clearances, shape (m,).
         distance: The clearances, shape (m,) [m].
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).

@@ -316,7 +316,7 @@ def _whole_program(law, given, ahead, aim, u_previous, guidance):
 
 @helper
 def _yielded(program):
-    """Finds the rows that were relaxed, by ingredient."""
+    """Finds the relaxed rows of each ingredient."""
     found, count = np.empty((program.count[0], 2), np.int64), 0
     for part in range(len(program.rows)):
         for i in range(program.rows[part, 0], program.rows[part, 1]):

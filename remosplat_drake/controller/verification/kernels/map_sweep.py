@@ -141,7 +141,7 @@ def travel_of(robot, path, i):
 
 @helper
 def _clear_between(robot, path, placed, gap, ends, places, tolerance):
-    """Checks one sphere between two times, by repeated division.
+    """Checks one sphere between two times, dividing the interval if needed.
 
     Args:
         robot: The `RobotArrays`.

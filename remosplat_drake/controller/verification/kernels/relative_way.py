@@ -53,7 +53,7 @@ def relative_bend(lever, turns, speed, offset, reach):
 
 @helper
 def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
-    """Bounds the path of any point of a shape of B relative to A [m].
+    """Bounds the path, relative to A, of any point on a shape of B [m].
 
     Args:
         X_WL: Poses of all bodies at one sample, shape (n, 4, 4).
@@ -98,8 +98,8 @@ def travels(path, rate):
 
     Args:
         path: The `PathArrays`.
-        rate: Bounds on the rates of distances of l pairs of links per entry of
-            the command, shape (l, n_u).
+        rate: For each pair of links, bounds on the rate of its distance per
+            entry of the command, shape (l, n_u).
 
     Returns:
         The bounds, shape (l, s + 1) [m].

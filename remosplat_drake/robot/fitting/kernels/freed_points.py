@@ -55,7 +55,7 @@ def freed_points(vertices, edges, planes, p):
 
 @helper
 def _divide(vertices, edges, plane, height, sides):
-    """Sorts vertices, and crossings of edges with a plane, by side."""
+    """Assigns vertices to the sides of a plane, and edge crossings to both."""
     below = above = 0
     for i in range(len(vertices)):
         height[i] = -plane[3]
@@ -86,7 +86,7 @@ def _divide(vertices, edges, plane, height, sides):
 
 @helper
 def _distance(points, p, enough, work):
-    """Computes the distance of a point from the hull of points [m], by GJK.
+    """Computes with GJK the distance of a point from the hull of points [m].
 
     It is zero within the hull.
 

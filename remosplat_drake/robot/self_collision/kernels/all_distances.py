@@ -1,4 +1,4 @@
-"""The distances of all pairs of shapes, of one configuration or of many."""
+"""Distances of all pairs of shapes, in one configuration or in many."""
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def count_contacts(tree, pairs, states):
 
     Args:
         tree: The `TreeArrays`, packed.
-        pairs: The pairs of shapes of l pairs of links, as packed `PairArrays`.
+        pairs: Packed `PairArrays`, with l pairs of links.
         states: Configurations, shape (m, n_q).
 
     Returns:

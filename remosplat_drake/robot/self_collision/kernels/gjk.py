@@ -1,4 +1,4 @@
-"""Distance of two convex hulls, by Gilbert, Johnson and Keerthi (1988).
+"""Distance of two convex hulls (Gilbert, Johnson and Keerthi, 1988).
 
 The Minkowski difference of two hulls A and B is the set of all b - a. Its point
 nearest to the origin is the vector from the nearest point of A to that of B.

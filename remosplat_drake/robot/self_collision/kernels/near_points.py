@@ -58,8 +58,8 @@ def near_points(pairs, X_WL, within, crowded):
     """Finds the points at which links are near each other.
 
     Args:
-        pairs: The k pairs of shapes of l pairs of links, as packed
-            `PairArrays`.
+        pairs: Packed `PairArrays`, with l pairs of links and their k pairs of
+            shapes.
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.

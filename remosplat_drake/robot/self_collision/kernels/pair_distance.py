@@ -30,14 +30,14 @@ def centers_in_world(shapes, X_WL):
 
 @helper
 def place_centers(shapes, X_WL, p_WC):
-    """Fills in the centres of all shapes in W, shape (s, 3) [m]."""
+    """Writes the centres of all shapes in W to an array (s, 3) [m]."""
     for i in range(len(shapes.body)):
         place_center(shapes, X_WL, i, p_WC)
 
 
 @helper
 def place_center(shapes, X_WL, i, p_WC):
-    """Fills in the centre of one shape in W, in row i of shape (s, 3) [m]."""
+    """Writes the centre of shape i in W to row i of an array (s, 3) [m]."""
     X, center = X_WL[shapes.body[i]], shapes.center[i]
     for r in range(3):
         p_WC[i, r] = X[r, 3]
@@ -79,7 +79,7 @@ def least_distance(shapes, X_WL, p_WC, i, j):
 
 @helper
 def least_distances(shapes, X_WL, p_WC, i, j):
-    """Computes `least_distance` at eight configurations, by lanes.
+    """Computes `least_distance` at eight configurations, one per lane.
 
     Args:
         shapes: The shapes.
@@ -178,7 +178,7 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
 
 @helper
 def distance_beyond(shapes, X_WL, p_WC, pair, enough, work):
-    """Computes the signed distance of two shapes, after a coarse bound.
+    """Computes the signed distance of two shapes, or a bound that suffices.
 
     Args:
         shapes: The shapes.
