@@ -39,7 +39,7 @@ def find_extension(
 
     Args:
         name: The name, as `package.module:Class`.
-        protocols: Protocols; the class must have all methods of one of them.
+        protocols: The class must have all methods of at least one of these.
         folder: Folder of the file that names it.
 
     Raises:

@@ -7,8 +7,8 @@ through (x, y) on the plane z = 1 reaches the sensor at (x_d, y_d),
     x_d = x radial + 2 p1 x y + p2 (s + 2 x^2),
     y_d = y radial + p1 (s + 2 y^2) + 2 p2 x y.
 
-Undistortion needs no inverse: for each pixel of the new image, the distorted
-position in the old one is computed.
+Undistortion needs no inverse: for each pixel of the undistorted image, its
+position in the distorted image is computed.
 """
 
 import dataclasses as dc

@@ -40,7 +40,7 @@ class RunMetrics:
         statuses: Number of ticks, keyed by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
         effector_paths: Lengths of the paths of several end effectors, keyed by
-            name [m]; empty for a single one.
+            name [m]; empty if there is only one end effector.
         line_deviation_max: Largest deviation of the end effector from the lines
             of targets [m]; None without lines.
         line_deviation_mean: Mean of that deviation over the ticks on lines [m].

@@ -143,7 +143,7 @@ class RobotDescription(Config):
 
     @property
     def effector_frames(self) -> dict[str, str]:
-        """Frames of the end effectors by name; a single one has no name."""
+        """Frames of the end effectors by name; the only one's name is ""."""
         return self.end_effectors or {"": self.end_effector_frame}
 
     @property

@@ -17,7 +17,7 @@ from remosplat_drake.signals.aim import Aim
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetPorts:
-    """The two input ports of a system for its target; one is connected.
+    """A system's two input ports for its target, of which one is connected.
 
     Attributes:
         pose: The pose X_WT of a plain target, a `RigidTransform`.

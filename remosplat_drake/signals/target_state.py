@@ -47,7 +47,7 @@ class TargetState:
             the same scan; one less after a scan is aborted.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None for a single one. The targets that the operator does not move
+            None if there is only one. Targets that the operator does not move
             stay in place.
     """
 

@@ -204,8 +204,8 @@ class GaussianSplat:
             other: The splats that follow.
 
         Raises:
-            RemoSplatError: Only one has a known uncertainty; zeros for the
-                other would be wrong.
+            RemoSplatError: Only one of the splats has a known uncertainty;
+                zeros for the other splat would be wrong.
         """
         first, second = self.arrays(), other.arrays()
         if ("uncertainty" in first) != ("uncertainty" in second):

@@ -21,7 +21,7 @@ def legend(effectors: Sequence[str]) -> list[tuple[str, str]]:
     """Returns the colours as HTML colour codes, each with its meaning.
 
     Args:
-        effectors: Names of the end effectors; the name of a single one is
+        effectors: Names of the end effectors; if there is only one, its name is
             empty.
     """
     hands = [

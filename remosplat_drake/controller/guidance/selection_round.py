@@ -97,8 +97,8 @@ def advance_selection(
     direction that it soon abandons.
 
     Motion of movers does not end a round: rollouts predict it, and are repeated
-    more often. A path avoids standing movers. As soon as one has left, the
-    direct way is tried again.
+    more often. A path avoids standing movers. As soon as a standing mover has
+    left, the direct way is tried again.
 
     Args:
         rule: The guidances to try, and the condition of arrival.

@@ -77,7 +77,7 @@ def tracking_name(term: str, effector: str) -> str:
 
     Args:
         term: Name of the term that tracks it.
-        effector: Name of the end effector; empty for a single one.
+        effector: Name of the end effector; empty if there is only one.
     """
     return f"{term} {effector}".rstrip()
 

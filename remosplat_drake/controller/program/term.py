@@ -94,8 +94,8 @@ class Term:
             shape: The shape that they must have.
 
         Raises:
-            TermError: They have another shape, or one is not finite or is
-                negative.
+            TermError: The weights have another shape, or a weight is not finite
+                or is negative.
         """
         array = self.array(what, value, shape)
         if (array < 0.0).any():

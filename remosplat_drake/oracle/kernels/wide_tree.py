@@ -30,10 +30,10 @@ def widen(nodes, links, leaf_size):
         leaf_size: Largest number of boxes in a leaf; below 16.
 
     Returns:
-        Two arrays, whose row i is node i; the root is node 0. The first one has
-        for each child the lower and the upper corner of its box, and the
+        Two arrays, whose row i is node i; the root is node 0. The first array
+        has for each child the lower and the upper corner of its box, and the
         greatest z of a box centre in its subtree, shape (m, 7, 8) [m]; NaN for
-        missing children. The second one has the number of each child, or its
+        missing children. The second array has the number of each child, or its
         link if it is a leaf, shape (m, 8).
     """
     # The usual number of nodes; allocating many more would be expensive.

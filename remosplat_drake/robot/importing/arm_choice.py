@@ -23,8 +23,9 @@ class ArmChoice:
     """The driven part of a robot.
 
     Attributes:
-        end_effectors: Names of the links whose frames are driven to targets, by
-            the names of the end effectors; the name of a single one is empty.
+        end_effectors: Names of the links whose frames are driven to targets,
+            keyed by the names of the end effectors. If there is only one end
+            effector, its name is empty.
         joints: The arms' joints, each after the joints that carry it.
         locked: Constant positions of all other moving joints, by name [rad, m].
     """

@@ -1,9 +1,9 @@
 """RRT-Connect in the free space of a robot (Kuffner and LaValle 2000).
 
 The smaller of two trees takes a step towards a drawn configuration. The other
-one then grows towards the new node, as far as the motion is free. A tree that
-is confined, such as that of a hand in a shelf, so gets as many nodes as the
-other one.
+tree then grows towards the new node, as far as the motion is free. So a
+confined tree, such as that of a hand in a shelf, gets as many nodes as the
+other tree.
 
 The caller draws the configurations. So the kernel needs no random state, and
 equal calls return equal trees.
