@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from own_cache import use_cache
 
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.pool import gpu_for
@@ -66,7 +67,7 @@ def must_not_run(order: SplatOrder):
 
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    use_cache(monkeypatch, tmp_path / "cache")
 
 
 @pytest.fixture

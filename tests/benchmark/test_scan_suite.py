@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from own_cache import use_cache
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark.methods import load_methods
@@ -36,7 +37,7 @@ board:
 @pytest.fixture
 def write_suite(tmp_path, monkeypatch, scene, scene_capture):
     """Writes a suite with solids or a capture as its truth."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    use_cache(monkeypatch, tmp_path / "cache")
     data = tmp_path / "data"
     data.mkdir()
     write_ply(data / "board.ply", surfel_splat(scene, 2000))

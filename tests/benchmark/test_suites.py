@@ -1,6 +1,7 @@
 """Suites: where scenes and splats come from."""
 
 import pytest
+from own_cache import use_cache
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import suites
@@ -16,7 +17,7 @@ from remosplat_drake.splat.codecs.ply import write_ply
 @pytest.fixture
 def published(tmp_path, monkeypatch):
     """Two scenes of each family in the published layout."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    use_cache(monkeypatch, tmp_path / "cache")
     for family, stem in suites.PUBLISHED_FOLDERS.items():
         (tmp_path / stem).mkdir()
         (tmp_path / stem / "generator.json").write_text("{}")

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from own_cache import use_cache
 from rich.text import Text
 
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
@@ -139,7 +140,7 @@ def test_a_bad_problem_is_an_error_and_the_rest_goes_on(tmp_path, capsys):
 def test_scenes_get_splats_and_a_stopped_run_goes_on(
     scenes, capsys, monkeypatch
 ):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(scenes / "cache"))
+    use_cache(monkeypatch, scenes / "cache")
     recipe = "{views: 8, width: 64, height: 48, count: 500}"
     train = ("--methods", "ellipsoid-hard", "--train", "cpu")
     train += ("--recipe", recipe)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from own_cache import use_cache
 
 from remosplat_drake.base import threads
 from remosplat_drake.oracle import prepared_solids
@@ -18,7 +19,7 @@ from remosplat_drake.splat.hierarchy_cache import cache_folder
 
 @pytest.fixture(autouse=True)
 def _cache(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    use_cache(monkeypatch, tmp_path)
     monkeypatch.setattr(hierarchy_cache, "LEAST_BOXES", 10)
 
 

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from own_cache import use_cache
 from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import SpatialInertia
@@ -33,7 +34,7 @@ needs_meshes = pytest.mark.skipif(
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    use_cache(monkeypatch, tmp_path / "cache")
     return tmp_path / "cache"
 
 

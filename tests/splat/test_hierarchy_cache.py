@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from own_cache import use_cache
 
 from remosplat_drake.base.array_file import write_arrays
 from remosplat_drake.splat import hierarchy_cache
@@ -17,7 +18,7 @@ from remosplat_drake.splat.hierarchy_cache import (
 
 @pytest.fixture(autouse=True)
 def _cache(monkeypatch, tmp_path):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    use_cache(monkeypatch, tmp_path)
 
 
 def _hierarchy(seed: int, n: int = 500) -> BoundingVolumeHierarchy:
@@ -108,6 +109,6 @@ def test_a_full_cache_loses_what_was_not_used_longest(monkeypatch):
 def test_a_cache_that_cannot_be_written_stops_no_run(monkeypatch, tmp_path):
     file = tmp_path / "file"
     file.write_text("no folder")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(file))
+    use_cache(monkeypatch, file)
     keep_hierarchy("a", _hierarchy(0))
     assert kept_hierarchy("a", 500) is None
