@@ -139,7 +139,7 @@ def judge_exchange(capture: Capture, wide: WideBaselines) -> list[Finding]:
         f" {1e3 * after:.1f} mm with the other order"
     )
     remedy = "exchanged f_x and f_y"
-    return [Finding(INTRINSICS, problem, remedy=remedy, mend=_exchanged)]
+    return [Finding(INTRINSICS, problem, remedy=remedy, repair=_exchanged)]
 
 
 def _exchanged(capture: Capture) -> Capture:

@@ -26,8 +26,7 @@ import dataclasses as dc
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import cho_solve
-from scipy.linalg.lapack import dpotri
+from scipy.linalg import cho_solve, get_lapack_funcs
 from scipy.optimize import minimize
 
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
@@ -221,7 +220,8 @@ def _cost(
         return value, gradient
     # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x. C has one
     # block for each coordinate, and only these blocks of A are needed.
-    covariance, _ = dpotri(L, lower=1)
+    (potri,) = get_lapack_funcs(("potri",), (L,))
+    covariance, _ = potri(L, lower=1)
     covariance = covariance[: 6 * n, : 6 * n].reshape(n, 6, n, 6)
     x = x[: 6 * n].reshape(n, 2, 3)
     kernels = _kernels(n)
