@@ -3,13 +3,13 @@
 from numba_work import printed_number
 
 # Prints how often numba is at work while a person is seen to pass the robot.
-IN_LOOKS = """
+IN_IMAGES = """
 import dataclasses as dc
 from numba_work import NumbaWork
 from room import CONFIG, LEFT, RIGHT, Watch, ball, known_room
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.detection.rehearsal import rehearse
-from remosplat_drake.detection.detection_state import DetectionState, look
+from remosplat_drake.detection.detection_state import DetectionState, add_image
 
 robot, config = load_robot("frankie"), dc.replace(CONFIG, unseen_speed=1.0)
 known = known_room(config)
@@ -26,7 +26,7 @@ work = NumbaWork()
 detection, seen = DetectionState(), 0
 for shot in shots:
     spheres = robot.spheres_at(robot.q_home)
-    detection = look(detection, shot.image, spheres, known, config)
+    detection = add_image(detection, shot.image, spheres, known, config)
     detection.movers(config)
     seen = max(seen, len(detection.tracks))
 assert seen
@@ -34,5 +34,5 @@ print(work.total)
 """
 
 
-def test_no_look_loads_a_kernel_after_a_rehearsal():
-    assert printed_number(IN_LOOKS) == 0
+def test_no_image_loads_a_kernel_after_a_rehearsal():
+    assert printed_number(IN_IMAGES) == 0

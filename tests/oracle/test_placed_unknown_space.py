@@ -68,7 +68,7 @@ def test_wheels_ignore_what_is_below_the_floor_of_the_world(coverage, X_WG):
 
 def test_an_undefined_floor_is_refused(coverage):
     field = PlacedUnknownSpace(coverage, TILTED, FLOOR)
-    with pytest.raises(ValueError, match="floor"):
+    with pytest.raises(ValueError, match=r"ignore_below.*NaN"):
         field.clearances(Spheres.at(np.zeros(3), ignore_below=np.nan))
 
 
