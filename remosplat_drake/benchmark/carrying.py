@@ -72,9 +72,9 @@ def carrying_steps(
     (thing,), support = task.grasped, task.support
     assert support is not None
     leaving = [Touch(support.name, [thing.name])]
-    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
+    above = max(_distance(thing, support), 0.0)
     # Until the spheres of the object are out of the support.
-    up = max(overhang(thing, fit_object(thing)) - max(apart, 0.0), LEAST)
+    up = max(overhang(thing, fit_object(thing)) - above, LEAST)
     clear = [Touch(support.name, [thing.name], stopping=0.0)]
     common = {
         "patience": scenario.time_limit,
@@ -86,7 +86,7 @@ def carrying_steps(
         _reach(X_WT, touch=[Touch(thing.name)], **common),
         Attach(object=thing.name, touch=leaving),
         Lift(
-            by=[0.0, 0.0, float(up)],
+            by=[0.0, 0.0, up],
             touch=leaving,
             patience=scenario.time_limit,
         ),
@@ -96,9 +96,14 @@ def carrying_steps(
 
 def _raised(thing: SceneObject, support: SceneObject) -> SceneObject:
     """The object where it stands on its support; some problems sink it in."""
-    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
-    up = RigidTransform([0.0, 0.0, max(-float(apart), 0.0)])
+    up = RigidTransform([0.0, 0.0, max(-_distance(thing, support), 0.0)])
     return thing.at(up @ thing.X_WO)
+
+
+def _distance(thing: SceneObject, support: SceneObject) -> float:
+    """The distance of two objects [m], negative if they overlap."""
+    (apart,) = SolidDistances(thing.solid, [support.solid]).at(thing.X_WO)
+    return float(apart)
 
 
 def carry(
