@@ -1,1 +1,1 @@
-"""Basic modules for all others: errors, ranges, files, processes, clocks."""
+"""Modules that all rooms use: errors, ranges, files, processes, clocks."""

@@ -1,10 +1,10 @@
-"""Lets kernels call functions of a user, which are compiled separately.
+"""Lets kernels call a user's functions, which are compiled separately.
 
-A kernel contains the functions that it calls. When one of these changes, the
-kernel is compiled again, which takes minutes. To avoid this for a user's
-function, the function is compiled separately, and the kernel calls it by its
-address. Its settings and arguments are named tuples, which the kernel passes in
-packed form; see `Packed`.
+By default, a kernel contains the code of the functions that it calls. When one
+of these functions changes, the kernel is compiled again, which takes minutes.
+To avoid this for a user's function, the function is compiled separately, and
+the kernel calls it by its address. The function's settings and its argument are
+named tuples, which the kernel passes in packed form; see `Packed`.
 """
 
 import hashlib
@@ -38,9 +38,9 @@ _WORD = ir.IntType(64)
 class AddressedFunction:
     """A compiled function with settings, which kernels call by its address.
 
-    The function takes two named tuples: its settings and its input. All
-    settings of the same type share one compiled function. Division by zero
-    gives infinity or NaN, as in NumPy.
+    The function takes two named tuples: its settings and its input. It is
+    compiled once for all settings of the same type. Division by zero gives
+    infinity or NaN, as in NumPy.
 
     Attributes:
         words: The addresses of the function and of its settings, for kernels,
@@ -73,7 +73,7 @@ class AddressedFunction:
         _functions[settings.address] = self
 
     def __call__(self, told: Any) -> int:
-        """Calls the function in Python, uncompiled."""
+        """Calls the original Python function, which is not compiled."""
         self._function(self._settings, told)
         return DONE
 

@@ -59,8 +59,8 @@ class AppendFile:
         """Closes the file; nothing can be appended any more.
 
         Returns:
-            A problem, such as "was moved or deleted while it was written";
-            empty if the file is still at its path.
+            A description of the problem, such as "was moved or deleted while it
+            was written"; the empty string if the file is still at its path.
         """
         ours = os.fstat(self._file)
         os.close(self._file)

@@ -1,13 +1,15 @@
 """Writes and opens files of named arrays: `write_arrays`, `open_arrays`.
 
-A file has a prefix of fixed size (`_PREFIX`), a JSON header, and the arrays one
-after the other, little-endian, each at a multiple of 64 bytes. The header
-contains a document of the caller and the names, types, shapes and checksums of
-the arrays, in order; the arrays' positions follow from these.
+A file consists of a prefix of fixed size (`_PREFIX`), a JSON header, and the
+arrays in little-endian order. Each array starts at a multiple of 64 bytes. The
+header contains the caller's JSON document and, in the order of the arrays,
+their names, types, shapes and checksums. The positions of the arrays are
+computed from their types and shapes.
 
-Writing a file returns its seal, the SHA-256 of the header. A caller that passes
-the seal opens the file at once: its arrays are mapped into memory and not read.
-Without the seal, every array is read and checked.
+`write_arrays` returns the file's seal, which is the SHA-256 of the header. If a
+caller passes the seal to `open_arrays`, the file is opened at once: its arrays
+are mapped into memory and not read. Without the seal, every array is read and
+checked.
 """
 
 import dataclasses as dc
@@ -42,7 +44,7 @@ _LARGEST_ARRAY = 1 << 40
 _MOST_DIMENSIONS = 4
 
 _TYPES = ("<f4", "<f8", "<i2", "<i4", "<i8", "|u1", "|b1")
-"""Types that the entries of an array may have."""
+"""Data types that the elements of an array may have."""
 
 
 @dc.dataclass(frozen=True)
@@ -61,7 +63,7 @@ class FileKind:
 
 
 class VersionError(FileError):
-    """Raised if a file has an unsupported version of its format."""
+    """Raised if a file's format has a version that is not supported."""
 
 
 @dc.dataclass(frozen=True)
@@ -83,8 +85,9 @@ class ArrayFile:
         path: Path of the file.
         document: The JSON document that is stored with the arrays.
         is_sealed: Whether the file was opened with its seal, the SHA-256 of its
-            header. If so, the arrays are views of the file; otherwise they are
-            views of checked memory.
+            header. If true, the arrays are views of the mapped file. If false,
+            the file was read into memory, and the arrays are views of this
+            memory and are checked.
     """
 
     path: Path
@@ -101,7 +104,8 @@ class ArrayFile:
         """Returns an array.
 
         Raises:
-            FileError: There is no array of this name, or the array is damaged.
+            FileError: The file has no array of this name, or the array is
+                damaged.
         """
         if name not in self._places:
             raise FileError(self.path, f"lacks the array {name!r}")
@@ -168,14 +172,14 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
     Args:
         path: The file.
         kind: The kind of file that it must be.
-        seal: The return value of `write_arrays` in this run of the program: the
-            arrays are then mapped into memory and not read. None reads the
-            file, and checks each array on first use.
+        seal: The value that `write_arrays` returned in this run of the program.
+            With it, the arrays are mapped into memory and not read. If it is
+            None, the file is read, and each array is checked on first use.
 
     Raises:
-        VersionError: The file has an unsupported version of its format.
+        VersionError: The file's format has a version that is not supported.
         FileError: The file is missing, of another kind, truncated or damaged.
-        FieldError: Its header is damaged or contradicts itself.
+        FieldError: The file's header is damaged or contradicts itself.
     """
     data = _read(path) if seal is None else _map(path)
     header = _header(path, kind, data)
@@ -190,7 +194,8 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
 def _read(path: Path) -> memoryview:
     """Reads the file into memory."""
     try:
-        # Only regular files are read, since a pipe or device may never end.
+        # Only regular files are read, since reading a pipe or a device may
+        # never end.
         if not path.is_file() and path.exists():
             raise FileError(path, "is not a file")
         with path.open("rb") as file:
@@ -257,7 +262,8 @@ def _find(
             raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")
         if len(shape) > _MOST_DIMENSIONS:
             raise entry.error("shape", "has too many dimensions")
-        # Dimensions of 0 count as 1, so that the others are bounded, too.
+        # Dimensions of 0 count as 1, so that the other dimensions are bounded,
+        # too.
         size = np.dtype(dtype).itemsize * math.prod(max(n, 1) for n in shape)
         if size > _LARGEST_ARRAY:
             raise entry.error("shape", "is too large")

@@ -1,8 +1,8 @@
-"""Sends values with large arrays without blocking this process's threads.
+"""Sends values with large arrays to another process, without blocking threads.
 
-Pickling a whole map would copy its arrays, and block other threads of Python
-for some milliseconds. This module writes the arrays one by one without copies,
-while other threads continue.
+Pickling a whole map would copy its arrays, and block this process' other Python
+threads for some milliseconds. This module writes the arrays to the pipe one by
+one and without copies, while other threads continue.
 """
 
 import dataclasses as dc
@@ -13,13 +13,13 @@ from typing import Any
 
 @dc.dataclass(frozen=True)
 class ArrayHeader:
-    """The message that precedes the arrays of a value.
+    """The message that is sent before the arrays of a value.
 
     Attributes:
         body: Pickle of the value, without its arrays.
-        sizes: Number of bytes of each array that follows.
+        sizes: Size of each array [bytes], in the order in which they are sent.
         read_only: Whether each array is read-only. The receiver restores this
-            flag, since kernels would be compiled again for writable arrays,
+            flag. Otherwise kernels would be compiled again for writable arrays,
             which takes half a minute.
     """
 
@@ -29,7 +29,7 @@ class ArrayHeader:
 
 
 def send_arrays(connection: Connection, value: object) -> None:
-    """Sends a value; waits for the reader if the pipe's buffer is full.
+    """Sends a value through a pipe; waits while the pipe's buffer is full.
 
     Args:
         connection: The sender's end of the pipe.
@@ -56,7 +56,7 @@ def receive_arrays(connection: Connection, header: ArrayHeader) -> Any:
 
     Args:
         connection: The receiver's end of the pipe.
-        header: The message before the arrays, already received.
+        header: The message before the arrays, which the caller has received.
 
     Raises:
         EOFError: The other end is closed.

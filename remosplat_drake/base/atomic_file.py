@@ -1,4 +1,4 @@
-"""Writes a file completely or not at all."""
+"""Writes files atomically: completely or not at all."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -45,8 +45,8 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
 def check_writable(path: Path) -> None:
     """Checks in advance whether `atomic_write` could write a file.
 
-    Use it before long computations whose results are written at the end. It
-    creates neither the file nor its folder.
+    Call this function before a long computation that writes its result at the
+    end. It creates neither the file nor its folder.
 
     Raises:
         FileError: `path` is a folder, or no file can be made there.
@@ -91,7 +91,7 @@ def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
 
 
 def write_atomically(path: Path, data: bytes | str) -> None:
-    """Writes a whole file at once, text as UTF-8; see `atomic_write`.
+    """Writes bytes, or text as UTF-8, to a file atomically; see `atomic_write`.
 
     Raises:
         FileError: The folder cannot be made or written.

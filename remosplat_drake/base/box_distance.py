@@ -1,4 +1,4 @@
-"""Signed distances of points, or of vectors of points, from solids."""
+"""Computes signed distances of points, scalar or SIMD, from solids."""
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import greatest, magnitude, root, where
@@ -29,8 +29,8 @@ def distance_to_cylinder(x, y, z, size):
         x: x of the point: a number, or a SIMD vector of `lanes` [m].
         y: y of the point, of the same type [m].
         z: z of the point, of the same type [m].
-        size: Radius, radius again, and half height of the cylinder, shape (3,)
-            [m].
+        size: Half edges of the cylinder's bounding box: its radius, its radius,
+            and its half height, shape (3,) [m].
     """
     radial, axial = root(x * x + y * y) - size[0], magnitude(z) - size[2]
     inside = greatest(radial, axial)

@@ -20,7 +20,7 @@ ONE_THREAD = {
     "NUMBA_NUM_THREADS": "1",
     "LP_NUM_THREADS": "1",
 }
-"""Environment variables that keep a child process to one thread.
+"""Environment variables that limit numerical libraries to one thread.
 
 `LP_NUM_THREADS` is the variable of Mesa's software renderer llvmpipe.
 """
@@ -44,13 +44,14 @@ _inside = _Inside()
 
 @contextmanager
 def one_thread_environment() -> Iterator[None]:
-    """Sets `ONE_THREAD` for child processes that the block starts.
+    """Limits the child processes that the block starts to one thread.
 
-    Numerical libraries read these variables when they load. Only the
-    environment of the C library changes, which child processes inherit.
-    `os.environ` of this process does not change, because Numba reads it at each
-    compilation and fails if the number of threads has changed. The blocks of
-    several threads may overlap in time.
+    The function sets the variables `ONE_THREAD`, which numerical libraries read
+    when they are loaded. It sets them only in the environment of the C library,
+    which child processes inherit. It does not change `os.environ`, because
+    Numba reads `os.environ` at each compilation and fails if the number of
+    threads has changed. Several threads may be inside such a block at the same
+    time.
     """
     with _inside.lock:
         _inside.count += 1
@@ -77,16 +78,16 @@ def _restore() -> None:
 class ChildProcess:
     """A daemon process with a pipe, started by multiprocessing's spawn.
 
-    The process ignores Ctrl-C (SIGINT), which its parent handles, and its
-    numerical libraries use one thread. Its scheduling policy is SCHED_OTHER,
-    even if the starting thread has a real-time priority; its nice value can be
-    increased. Its target function must return when the pipe is closed
-    (EOFError).
+    The process ignores Ctrl-C (SIGINT), which its parent handles. Its numerical
+    libraries use one thread. Its scheduling policy is SCHED_OTHER, even if the
+    thread that starts it has a real-time priority. The function that runs in
+    the process must return when reading the pipe raises an EOFError, which
+    means that the pipe is closed.
 
     Attributes:
-        connection: The parent's end of the pipe; None while no process runs or
-            one is still starting.
-        process: The process; None while no process runs or one is still
+        connection: The parent's end of the pipe; None if no process runs, or
+            while the process is starting.
+        process: The process; None if no process runs, or while the process is
             starting.
     """
 
@@ -96,7 +97,7 @@ class ChildProcess:
         Args:
             target: A module-level function that runs in the process. Its
                 first argument is the child's end of the pipe.
-            name: Name of the process, for display.
+            name: Name of the process in messages.
             niceness: Increment of its nice value, 0 to 19.
         """
         self._target = target
@@ -113,10 +114,11 @@ class ChildProcess:
         return self._starter is None
 
     def start(self, *arguments: object) -> None:
-        """Starts the process from a background thread, since spawning is slow.
+        """Starts the process on a background thread, because spawning is slow.
 
         Args:
-            arguments: The target's arguments after the pipe; each is pickled.
+            arguments: The arguments of the target after its first one, the
+                pipe. Each is pickled.
         """
         self._starter = Thread(target=self._spawn, args=arguments)
         self._starter.start()
@@ -141,9 +143,9 @@ class ChildProcess:
         return self.connection, self.process
 
     def _spawn(self, *arguments: object) -> None:
-        # The new process inherits the settings below: SIGINT is blocked, and it
-        # has no real-time priority, even if the control loop has one. Python's
-        # resource tracker is started before, since its start unblocks SIGINT.
+        # The new process inherits the settings below: it blocks SIGINT, and has
+        # no real-time priority, even if the control loop has one. Python's
+        # resource tracker is started first, since starting it unblocks SIGINT.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -167,11 +169,11 @@ class ChildProcess:
             self.connection = connection
 
     def has_news(self) -> bool:
-        """Whether a message, or the end of the pipe, can be read at once."""
+        """Whether a message has arrived or the pipe is closed."""
         return bool(self._poll.poll(0))
 
     def wait(self, timeout: float) -> None:
-        """Waits for a message or the end of the pipe.
+        """Waits until a message has arrived or the pipe is closed.
 
         Args:
             timeout: The longest wait [s].
@@ -188,7 +190,8 @@ class ChildProcess:
         another process.
 
         Args:
-            patience: Time after which the process is killed [s].
+            patience: Time after which the process is killed if it has not
+                exited [s].
         """
         if self._starter is not None:
             self._starter.join()

@@ -1,4 +1,4 @@
-"""Clocks: wall-clock stamps, tick numbers, lap times, fixed-rate loops."""
+"""Time: wall-clock stamps, numbers of ticks, stopwatches, fixed-rate loops."""
 
 import math
 import time
@@ -7,7 +7,8 @@ MICROSECONDS = 1_000_000
 """Microseconds in a second; message stamps are in microseconds."""
 
 LATEST_START = 0.5
-"""Largest delay with which a tick may start, as a fraction of the period."""
+"""Largest delay after which a tick is still started, as a fraction of the
+period."""
 
 
 def wall_utime() -> int:
@@ -18,15 +19,16 @@ def wall_utime() -> int:
 def next_tick(now: float, period: float, latest: int) -> int:
     """Returns the number of the next tick that can still start in time.
 
-    Tick n is due at n * period after the Unix epoch, as Drake's periodic events
-    are due at multiples of their period. A tick that would start later than
-    `LATEST_START` of a period after its due time is skipped.
+    Tick n is due at the time n * period after the Unix epoch, in the same way
+    as Drake's periodic events are due at multiples of their period. A tick is
+    skipped if it would start more than `LATEST_START` * period after the time
+    at which it is due.
 
     Args:
         now: Wall-clock time since the Unix epoch [s].
         period: Time between two ticks [s].
-        latest: Number of the latest tick. The returned number is higher, even
-            if the clock was set back.
+        latest: Number of the latest tick that was started. The returned number
+            is higher, even if the clock was set back.
     """
     return max(latest + 1, math.ceil(now / period - LATEST_START))
 
@@ -35,9 +37,9 @@ def sleep_until(wake: float, longest: float) -> None:
     """Sleeps until a time of the wall clock, but no longer than `longest`.
 
     Args:
-        wake: Wall-clock time to return at, since the Unix epoch [s].
-        longest: Longest duration of the sleep [s]. It bounds the sleep if the
-            clock is wrong or was set back.
+        wake: Time at which to return, since the Unix epoch [s].
+        longest: Longest duration of the sleep [s], which applies if the clock
+            is wrong or was set back.
     """
     duration = min(wake - time.time(), longest)
     if duration > 0:
@@ -45,10 +47,10 @@ def sleep_until(wake: float, longest: float) -> None:
 
 
 class Laps:
-    """Measures the duration of consecutive parts of a job.
+    """A stopwatch that measures the durations of consecutive parts of a job.
 
     Attributes:
-        seconds: Wall-clock time of each part that has ended, keyed by name [s].
+        seconds: Duration of each part that has ended, keyed by name [s].
     """
 
     def __init__(self):
@@ -56,7 +58,7 @@ class Laps:
         self._start = time.perf_counter()
 
     def end(self, name: str) -> None:
-        """Ends a part and begins the next.
+        """Ends the current part, and begins the next one.
 
         Args:
             name: Name of the part that ends.
@@ -67,11 +69,11 @@ class Laps:
 
 
 class Pacer:
-    """Holds a driver's loop to a fixed period on the monotonic clock.
+    """Runs the loop of a robot's driver at a fixed period (monotonic clock).
 
-    A late loop runs without pauses until it has caught up. After a stall longer
-    than `patience`, the missed ticks are dropped, since a burst of outdated
-    ticks has no use.
+    If the loop is late, it runs without pauses until it has caught up. If it is
+    late by more than `patience`, the missed ticks are dropped, since a burst of
+    outdated ticks has no use.
 
     Attributes:
         ticks: Number of calls of `wait`.
@@ -81,11 +83,11 @@ class Pacer:
     """
 
     def __init__(self, period: float, patience: float = 0.02):
-        """Prepares the loop; the first tick is due at the first call of `wait`.
+        """Prepares the loop; its first tick is due at the first call of `wait`.
 
         Args:
             period: Time between two ticks [s].
-            patience: Longest delay that the loop catches up with [s].
+            patience: Longest delay after which no ticks are dropped [s].
         """
         self._period = period
         self._patience = patience

@@ -1,4 +1,4 @@
-"""Display colours and the linear light that renderers compute with."""
+"""Converts display colours to linear light, with which renderers compute."""
 
 import numpy as np
 
@@ -6,8 +6,8 @@ import numpy as np
 def linear_rgb(srgb: np.ndarray) -> np.ndarray:
     """Converts sRGB display colours to linear light (IEC 61966-2-1).
 
-    Photos, splats and CAD files hold display colours; glTF materials and vertex
-    colours are linear.
+    Photos, splats and CAD files contain display colours (sRGB). The materials
+    and vertex colours of glTF files are linear.
 
     Args:
         srgb: Colours of any shape; values outside [0, 1] are clipped.

@@ -1,4 +1,4 @@
-"""Makes directions that are evenly distributed over the sphere."""
+"""Computes directions that are evenly distributed over the unit sphere."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ def spread_directions(n: int) -> np.ndarray:
         n: Number of vectors.
 
     Returns:
-        Shape (n, 3).
+        The unit vectors, shape (n, 3).
     """
     z = 1 - (2 * np.arange(n) + 1) / n
     angle = np.arange(n) * np.pi * (3 - np.sqrt(5))

@@ -1,9 +1,9 @@
-"""Lets files contain Drake's own structs, such as `SimulatorConfig`.
+"""Reads Drake's own structs, such as `SimulatorConfig`, from YAML files.
 
-pydrake lists the fields of each struct (`__fields__`). This module turns their
-types into annotations like those of this package. A vector becomes a list of
-numbers, with the length that it has in a new struct. Random distributions are
-excluded, since a scenario is deterministic.
+pydrake lists the fields of each struct (`__fields__`). This module converts the
+types of these fields into annotations like those of this package's dataclasses.
+A vector becomes a list of numbers, whose length is that in a default struct.
+Random distributions are excluded, since a scenario is deterministic.
 """
 
 import copyreg
@@ -39,10 +39,10 @@ def member(record: Any, name: str) -> Any:
 
 @functools.cache
 def struct_fields(struct: Any) -> dict[str, Any]:
-    """Returns the annotations of a struct's fields, with types for files.
+    """Returns the types that a struct's fields have in files, as annotations.
 
-    It also makes structs of this type picklable, since configurations are sent
-    to other processes.
+    The function also makes structs of this class picklable, since
+    configurations are sent to other processes.
     """
     new = struct()
     copyreg.pickle(struct, _reduced)

@@ -1,7 +1,7 @@
-"""The error tree: every error that a user can cause is a `RemoSplatError`.
+"""Exceptions: every error that a user can cause is a `RemoSplatError`.
 
-The command line prints such an error as one line and exits with code 2; any
-other exception is a bug and keeps its traceback.
+The command line prints a `RemoSplatError` as one line and exits with code 2.
+Any other exception is a bug of this package, and is printed with its traceback.
 """
 
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 class RemoSplatError(Exception):
-    """Base of all errors that a user can cause and correct.
+    """Base class of all errors that a user can cause and correct.
 
     Example:
         >>> import remosplat_drake as rs
@@ -27,7 +27,7 @@ class FileError(RemoSplatError):
 
     Attributes:
         path: The file or folder.
-        problem: Description of the problem, which follows the file's name in
+        problem: Description of the problem, which follows the file's path in
             the message.
     """
 
@@ -41,7 +41,8 @@ class FieldError(RemoSplatError):
     """Raised if a field of a file, scenario or flag has an unusable value.
 
     Attributes:
-        where: The file (with its line, if that is known), flag or class.
+        where: The file (with the line, if it is known), the command-line flag
+            or the class that contains the field.
         field: Path of the field inside the file, such as `oracle.n_sigma`.
         problem: Description of the problem with the value.
     """
@@ -64,12 +65,12 @@ class MissingExtraError(RemoSplatError):
 
 
 _MANY, _LISTED = 12, 5
-"""Largest number of valid names that an error lists completely, and the number
-that it lists if there are more."""
+"""Two numbers of valid names: an error lists all of them if there are at most
+as many as the first number, otherwise as many as the second."""
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
-    """Formats an error about an unknown name, with a guess and valid names.
+    """Returns an error's text about an unknown name, with valid names.
 
     If there are many valid names, only the most similar ones are listed.
 

@@ -1,12 +1,14 @@
-"""Finds classes of other packages, named `package.module:Class` in files.
+"""Finds classes of other packages, which files name `package.module:Class`.
 
 A field accepts such a class if its annotation contains a `Protocol`:
 
     oracle: SphereToEllipsoid | GroundTruth | OracleMaker
 
-Any `Config` dataclass with the protocol's methods is accepted; its fields are
-declared and checked like those of this package. A YAML file names it as a tag,
-`!my_package:MyOracle {gain: 2}`, or as plain text for its defaults.
+In this example, the field accepts any `Config` dataclass that has the methods
+of the protocol `OracleMaker`. The fields of such a class are declared and
+checked in the same way as those of this package's classes. A YAML file names
+the class as a tag, `!my_package:MyOracle {gain: 2}`, or as plain text, which
+gives the class's default values.
 """
 
 import dataclasses as dc
@@ -31,19 +33,21 @@ from remosplat_drake.base.ranges import (
 def find_extension(
     name: str, protocols: list[type], folder: Path | None = None
 ) -> type[Config]:
-    """Returns the class that a name stands for.
+    """Imports and returns the class of a given name.
 
-    Python's import path is searched first. If the module is not found, the
-    folder of the file that names it is appended to `sys.path`. As the last
-    entry, the folder hides no installed module, and child processes inherit it.
+    Python's import path is searched first. If the module is not found there,
+    `folder` is appended to `sys.path`, which child processes inherit. Since
+    `folder` is the last entry of the path, it hides no installed module.
 
     Args:
         name: The name, as `package.module:Class`.
-        protocols: The class must have all methods of at least one of these.
-        folder: Folder of the file that names it.
+        protocols: Protocols; the class must have all methods of at least one of
+            them.
+        folder: Folder of the file that names the class.
 
     Raises:
-        RemoSplatError: There is no such class, or it lacks a required method.
+        RemoSplatError: There is no such class, or the class lacks a required
+            method.
     """
     module, _, class_name = name.partition(":")
     parts = [*module.split("."), class_name]
@@ -87,7 +91,7 @@ def _is_config(found: object) -> bool:
 
 
 def extension_name(kind: type) -> str:
-    """Returns the name by which `find_extension` finds a class.
+    """Returns the name of a class by which `find_extension` finds it.
 
     Raises:
         RemoSplatError: The class is not in a module that can be imported by

@@ -1,7 +1,8 @@
 """Converts dataclasses of arrays to JSON text and arrays, and back.
 
 Supported values are arrays, dataclasses, tuples, lists, numbers, strings and
-None, nested in any way. `restore` returns a value that is equal bit for bit.
+None, nested in any way. `restore` rebuilds the original value, equal to the
+last bit.
 """
 
 import dataclasses as dc
@@ -31,15 +32,16 @@ def restore(kind: type[T], text: str, arrays: Mapping[str, np.ndarray]) -> T:
     """Rebuilds a value from the results of `flatten`.
 
     Args:
-        kind: Dataclass of the value. Only this dataclass, and those in the
-            annotations of its fields, can be created.
+        kind: Dataclass of the value. `restore` creates only objects of this
+            dataclass, and of the dataclasses in the annotations of its fields.
         text: The JSON text.
         arrays: The arrays.
 
     Raises:
-        RemoSplatError: The text is not JSON, or a dataclass rejects a field.
+        RemoSplatError: The text is not JSON, or a dataclass rejects the value
+            of a field.
         LookupError: The text names an unknown array or dataclass.
-        TypeError: The value is of another kind.
+        TypeError: The value is not an object of `kind`.
     """
     value = _restored(parse_json(text, "text"), arrays, _dataclasses(kind))
     if not isinstance(value, kind):

@@ -1,7 +1,8 @@
 """Reads selected fields of YAML that other programs write, with line numbers.
 
-Unknown fields are ignored, and required fields must exist. In contrast,
-`strict_yaml`, which reads the files of this package, rejects unknown fields.
+This module ignores unknown fields, and raises an error if a required field is
+missing. In contrast, `strict_yaml`, which reads the files of this package,
+rejects unknown fields.
 """
 
 import typing
@@ -22,10 +23,11 @@ from remosplat_drake.base.yaml_nodes import (
 
 
 class ForeignValue:
-    """A value in a YAML file, with its line and its path in the document.
+    """A value in a YAML file, with its line and its path in the YAML document.
 
     Attributes:
-        field: Path of the value inside its document; empty for the whole.
+        field: Path of the value inside its YAML document; empty for the whole
+            document.
     """
 
     def __init__(self, node: yaml.Node, field: str = ""):
@@ -34,7 +36,7 @@ class ForeignValue:
 
     @staticmethod
     def read(path: Path) -> "ForeignValue":
-        """Reads a whole document.
+        """Reads a file, and returns its whole YAML document.
 
         Raises:
             FileError: The file is missing or not YAML.
@@ -106,7 +108,8 @@ class ForeignValue:
             count: Required length; None accepts any.
 
         Raises:
-            FieldError: This is not such a list.
+            FieldError: This is not a list of finite numbers, or it has another
+                length.
         """
         values = [item.number() for item in self.items()]
         if count is not None and len(values) != count:

@@ -44,17 +44,17 @@ svg { max-width: 100%; height: auto; }
 """Style sheet (CSS) of a report."""
 
 OURS, OTHERS = "#2f6fae", "#b54708"
-"""Colours of the curves in plots: for the subject of a report, and for the
-reference that it is compared with."""
+"""Colours of two curves in plots: the subject of the report, and the reference
+with which the subject is compared."""
 
 
 def make_page(title: str, body: str, style: str = "") -> str:
-    """Makes one self-contained page of HTML.
+    """Returns a self-contained HTML page, which loads no other files.
 
     Args:
         title: The page's title and heading, as text.
         body: The part after the heading, as HTML.
-        style: Further CSS rules for the page.
+        style: CSS rules for the page in addition to `STYLE`.
     """
     name = html.escape(title)
     return (
@@ -67,7 +67,7 @@ def make_page(title: str, body: str, style: str = "") -> str:
 
 
 def cards(values: Mapping[str, str]) -> str:
-    """Writes highlighted numbers as HTML.
+    """Returns HTML that highlights some numbers, each in a card with a label.
 
     Args:
         values: The numbers as formatted text, keyed by label.
@@ -99,7 +99,7 @@ def new_plot(width: float, height: float) -> tuple[Any, Any]:
 
 
 def to_svg(figure: Any) -> str:
-    """Writes a matplotlib figure as SVG for embedding in a page."""
+    """Returns a matplotlib figure as SVG text, which a page can contain."""
     from matplotlib import rc_context
 
     text = io.StringIO()

@@ -1,4 +1,4 @@
-"""`JsonFields`: an untrusted JSON object, read field by field with checks."""
+"""`JsonFields`: reads an untrusted JSON object field by field, with checks."""
 
 import math
 
@@ -9,14 +9,16 @@ _SHOWN = 40
 """Largest number of characters of an invalid value in messages."""
 
 _LARGEST = 2**53
-"""Largest integer that every program reads exactly: floats hold 53 bits."""
+"""Largest integer that every program reads exactly. Many programs read numbers
+as floats, which hold integers of up to 53 bits."""
 
 
 class JsonFields:
     """A JSON object whose fields are checked when they are read.
 
-    If a field is missing, of another type or out of range, the methods except
-    `has` and `names` raise a `FieldError` that names the file and the field.
+    All methods except `has` and `names` raise a `FieldError` if the field is
+    missing, has another type or is out of range. The error names the file and
+    the field.
     """
 
     def __init__(self, value: object, where: str, field: str = ""):
@@ -24,7 +26,7 @@ class JsonFields:
 
         Args:
             value: A value from `parse_json`.
-            where: The file that errors name.
+            where: The file, which errors name.
             field: Path of the value inside the file; empty for the whole file.
 
         Raises:
@@ -41,7 +43,7 @@ class JsonFields:
         self._values: dict[str, object] = value
 
     def error(self, name: str, problem: str) -> FieldError:
-        """Makes an error about a field, for the caller to raise."""
+        """Returns an error about a field; the caller raises it."""
         return FieldError(self.where, self._name(name), problem)
 
     def has(self, name: str) -> bool:
@@ -53,7 +55,7 @@ class JsonFields:
         return list(self._values)
 
     def text(self, name: str) -> str:
-        """Returns a field that holds a string, without lone surrogates."""
+        """Returns a field that holds a string. Lone surrogates are an error."""
         return self._as_text(name, self._values.get(name))
 
     def flag(self, name: str) -> bool:
@@ -128,7 +130,8 @@ class JsonFields:
         return value
 
     def _as_text(self, name: str, value: object) -> str:
-        # A lone surrogate is valid JSON, but cannot be printed or saved.
+        # A lone surrogate is valid in JSON, but cannot be encoded as UTF-8, so
+        # it can neither be printed nor saved.
         if not isinstance(value, str) or not _is_printable(value):
             raise self._wrong(name, "text", value)
         return value
@@ -137,8 +140,8 @@ class JsonFields:
         is_number = isinstance(value, (int, float))
         if not is_number or isinstance(value, bool) or not _is_finite(value):
             raise self._wrong(name, "a finite number", value)
-        # An integer is not converted to a float, since 1.0 prints differently
-        # from 1.
+        # An integer is not converted to a float, since messages would print 1
+        # as 1.0.
         return value if abs(value) <= _LARGEST else float(value)
 
     def _as_whole(self, name: str, value: object, least: int, most: int) -> int:
@@ -165,7 +168,7 @@ def parse_fields(text: str | bytes, where: str) -> JsonFields:
 
     Args:
         text: The JSON text; bytes are UTF-8.
-        where: The file that errors name.
+        where: The file, which errors name.
 
     Raises:
         FileError: The text is not JSON.

@@ -1,8 +1,8 @@
-"""`KeptStages`: results of finished stages, so that a long job can resume.
+"""`KeptStages`: saves results of a job's stages, so that the job can resume.
 
-Each finished stage is a file of arrays in one folder. The file contains a
-digest of all inputs of the stage, so that a restarted job reuses only results
-that are still valid. At the end of the job the folder is removed.
+The result of each finished stage is saved as a file in one folder. The file
+contains a digest of the stage's inputs. A restarted job reuses the result only
+if the digest is still the same. At the end of the job, the folder is removed.
 """
 
 from collections.abc import Callable
@@ -31,10 +31,10 @@ T = TypeVar("T")
 
 
 class KeptStages:
-    """The finished stages of a job; a context manager around the job.
+    """A context manager around a job, which saves the job's finished stages.
 
-    When the job succeeds, or ends in an error that the user must correct, the
-    folder is removed. After an interrupt, the folder stays.
+    The folder of the stages is removed if the job succeeds, or if it ends in an
+    error that the user must correct. It is kept if the job is interrupted.
 
     Example:
         >>> import dataclasses as dc
@@ -58,13 +58,13 @@ class KeptStages:
         folder: Path | None,
         tell: Callable[[str], object] = lambda words: None,
     ):
-        """Prepares the stages, without reading a file.
+        """Prepares the context manager, without reading a file.
 
         Args:
-            folder: Folder of the stages' files, which need not exist; None
-                keeps no stages.
-            tell: Called with one line for each stage that is reused or cannot
-                be reused.
+            folder: Folder of the stages' files, which need not exist. If it is
+                None, no results are saved.
+            tell: Function that is called with one line of text for each stage
+                whose saved result is reused or cannot be reused.
         """
         self._folder, self._tell = folder, tell
 
@@ -84,12 +84,12 @@ class KeptStages:
     def kept(
         self, name: str, kind: type[T], inputs: object, make: Callable[[], T]
     ) -> T:
-        """Returns a stage's kept result; without one, computes and keeps it.
+        """Returns a stage's saved result, or computes the result and saves it.
 
         Args:
-            name: Name of the stage, also of its file.
-            kind: Dataclass of the result; see `flat_values` for its possible
-                content.
+            name: Name of the stage and of its file.
+            kind: Dataclass of the result; its fields have types that
+                `flat_values` accepts.
             inputs: All values that the result depends on, of types that
                 `flat_values` accepts.
             make: Function that computes the result.
@@ -112,17 +112,18 @@ class KeptStages:
         text, arrays = flatten(make())
         arrays = {n: np.ascontiguousarray(a) for n, a in arrays.items()}
         write_arrays(path, KIND, {"key": key, "value": text}, arrays)
-        # The result is returned as a later run would read it: with another
-        # memory layout of its arrays, sums might differ in the last bit.
+        # The result is rebuilt from its saved form, so that the arrays have the
+        # same memory layout as in a resumed job. In another layout, sums over
+        # an array might differ in the last bit.
         return restore(kind, text, arrays)
 
 
 NOTHING_KEPT = KeptStages(None)
-"""The `KeptStages` of jobs whose results are not kept."""
+"""A `KeptStages` that saves no results."""
 
 
 def _load(path: Path, kind: type[T], key: str) -> T | None:
-    """Returns the result in a stage's file; None if there is no file.
+    """Returns the result from a stage's file; None if there is no file.
 
     Raises:
         RemoSplatError: The file is damaged, or belongs to another job.

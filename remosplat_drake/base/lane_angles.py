@@ -1,4 +1,4 @@
-"""Sine and cosine of a number, or of each lane of a SIMD vector."""
+"""Computes sine and cosine of a number, or of each lane of a SIMD vector."""
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import round_down, where
@@ -7,15 +7,15 @@ _QUARTERS = 0.6366197723675814
 """Number of quarter turns in a radian."""
 
 _QUARTER = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
-"""A quarter of a turn in three parts [rad]: the first two have so few digits
-that their products with small whole numbers are exact."""
+"""A quarter turn as a sum of three numbers [rad]. The first two have so few
+digits that their products with small integers are exact."""
 
 
 @helper
 def sine_and_cosine(x):
-    """Returns sine and cosine of a number, or of each lane of a vector [rad].
+    """Returns sine and cosine of an angle, or of each lane of a vector [rad].
 
-    Errors are some 1e-16, if the angle is less than a million.
+    The errors are about 1e-16 if the angle's magnitude is less than 1e6 rad.
     """
     n = round_down(x * _QUARTERS + 0.5)
     r = ((x - n * _QUARTER[0]) - n * _QUARTER[1]) - n * _QUARTER[2]
@@ -30,7 +30,7 @@ def sine_and_cosine(x):
 
 @helper
 def _series(r):
-    """Taylor's series of sine and cosine, exact up to an eighth of a turn."""
+    """Computes sine and cosine by Taylor's series, for |x| <= pi / 4 [rad]."""
     r2 = r * r
     sine = 1 / 6227020800 - r2 * (1 / 1307674368000)
     for factor in (39916800, 362880, 5040, 120, 6):

@@ -1,13 +1,13 @@
 """SIMD vectors for kernels (Numba): operations on eight or four numbers.
 
-Numba rarely vectorises a loop over eight numbers. This module provides a SIMD
-vector type, called lanes: an operation on eight lanes is one instruction, or
-two if the processor handles four numbers at a time. Kernels use lanes like
-numbers, and a scalar operand is broadcast. The result in each lane equals that
-of scalar code to the last bit.
+Numba rarely vectorises a loop over eight numbers. This module provides SIMD
+vectors of eight or four numbers, called lanes. An operation on eight lanes is
+one instruction, or two if the processor's registers hold four numbers. Kernels
+use lanes in the same expressions as numbers, and a scalar operand is broadcast.
+The result in each lane equals that of scalar code to the last bit.
 
-A comparison returns a mask, one boolean for each lane, for `where` and
-`places_of`.
+A comparison of lanes returns a mask, which has one boolean for each lane.
+`where` and `places_of` take such masks.
 """
 
 import operator
@@ -31,12 +31,12 @@ from numba.extending import (
 from remosplat_drake.base.kernels import helper
 
 _built_in = cast(Callable[..., Any], intrinsic)
-"""Numba's decorator `intrinsic`. A decorated function is called without its
-first parameter, `typing`."""
+"""Numba's decorator `intrinsic`. Callers of a decorated function omit its first
+parameter, `typing`."""
 
 WIDTH, FEW = 8, 4
-"""Numbers of lanes in a vector: eight as a rule, and four for data that rarely
-fill eight."""
+"""Numbers of lanes in a vector: usually eight, and four for data that rarely
+fill eight lanes."""
 
 _NUMBER, _TRUTH = ir.DoubleType(), ir.IntType(1)
 _WHOLE, _PLACE = ir.IntType(64), ir.IntType(32)
@@ -75,7 +75,7 @@ def _width_of(kinds) -> int:
 
 
 def _numbers(width: int) -> Any:
-    """Returns the type of a vector of numbers; of a scalar if `width` is 0."""
+    """Returns the type of a vector of numbers; a scalar's if `width` is 0."""
     return _LANES.get(width, types.float64)
 
 
@@ -135,7 +135,7 @@ def _define(function, operands, results, build) -> None:
 
 
 def _compare(sign):
-    """Makes the code of an ordered comparison, in which NaN is false."""
+    """Generates an ordered comparison, which is false if an operand is NaN."""
     return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
 
 
@@ -154,7 +154,7 @@ _define(operator.invert, _MASKS, _MASKS, ir.IRBuilder.not_)
 
 
 def _of_numbers(build):
-    """Makes the type and the code of a function of scalars or lanes."""
+    """Returns type and code generator of a function of scalars or lanes."""
 
     def type_and_lower(*kinds):
         if not all(map(_is_number, kinds)):
@@ -212,31 +212,31 @@ def magnitude(typing, x):
 
 @_built_in
 def round_up(typing, x):
-    """Rounds up to a whole number, as a float."""
+    """Rounds a number, or each lane, up to an integer; returns floats."""
     return _round_up(x)
 
 
 @_built_in
 def round_down(typing, x):
-    """Rounds down to a whole number, as a float."""
+    """Rounds a number, or each lane, down to an integer; returns floats."""
     return _round_down(x)
 
 
 @_built_in
 def greatest(typing, a, b):
-    """Returns the greater of two numbers or lanes; b if one of them is NaN."""
+    """Returns the greater of a and b, in each lane; b if one of them is NaN."""
     return _greatest(a, b)
 
 
 @_built_in
 def least(typing, a, b):
-    """Returns the lesser of two numbers or lanes; b if one of them is NaN."""
+    """Returns the lesser of a and b, in each lane; b if one of them is NaN."""
     return _least(a, b)
 
 
 @_built_in
 def _times_power_of_two(typing, x, shifted):
-    """Returns x 2^n of numbers or lanes, with n = `shifted` - `_SHIFT`."""
+    """Returns x * 2^n for numbers or lanes, with n = `shifted` - `_SHIFT`."""
     if x != shifted or not _is_number(x):
         return None
 
@@ -252,17 +252,17 @@ def _times_power_of_two(typing, x, shifted):
 
 
 _SHIFT = 1.5 * 2.0**52
-"""Constant for rounding: the sum of a number and this constant contains the
-rounded number in its lowest bits."""
+"""Constant for rounding. If it is added to a number, the lowest bits of the sum
+contain the rounded number."""
 
 _LOG2_E = 1.4426950408889634
 _LN_2 = (0.693147180369123816490, 1.90821492927058770002e-10)
-"""The logarithm of 2 as a sum of two parts. The first has so few digits that
-its product with any exponent is exact."""
+"""The natural logarithm of 2 as a sum of two numbers. The first number has so
+few digits that its product with any exponent is exact."""
 
 _LEAST = -700.0
-"""Smallest exponent of `exponential`; smaller ones are clamped to it, since the
-result is nearly zero."""
+"""Smallest power of 2 in the results of `exponential`. Smaller powers are
+clamped to it, since the result is nearly zero."""
 
 
 @helper
@@ -277,7 +277,7 @@ def exponential(x):
 
 @helper
 def _series(r):
-    """Returns e to the power of x by Taylor's series, for |x| <= ln(2) / 2."""
+    """Returns e^x by Taylor's series, for |x| <= ln(2) / 2."""
     r2 = r * r
     r4 = r2 * r2
     low = (1.0 + r) + r2 * (0.5 + r * (1 / 6))
@@ -326,7 +326,7 @@ def in_all(typing, x):
 
 @_built_in
 def first_lanes(typing, n, lanes):
-    """Returns a mask, as wide as `lanes`, that is true in the first n lanes."""
+    """Returns a mask with the width of `lanes`, true in the first n lanes."""
 
     def compare(context, builder, signature, values):
         most = context.cast(builder, values[0], n, types.float64)
@@ -374,7 +374,7 @@ def lane_of(typing, lanes, place):
 
 @_built_in
 def places_of(typing, mask):
-    """Returns an integer whose bit i is set if lane i of a mask is true."""
+    """Converts a mask to an integer, whose bit i is set if lane i is true."""
 
     def bits(context, builder, signature, values):
         as_bits = builder.bitcast(values[0], ir.IntType(mask.width))
@@ -385,7 +385,7 @@ def places_of(typing, mask):
 
 @_built_in
 def lanes_from(typing, array, place):
-    """Reads eight consecutive numbers from an array's memory.
+    """Reads eight consecutive numbers of an array into lanes.
 
     Args:
         typing: Numba's typing context; callers omit it.
@@ -397,7 +397,7 @@ def lanes_from(typing, array, place):
 
 @_built_in
 def few_lanes_from(typing, array, place):
-    """Reads four consecutive numbers from an array's memory."""
+    """Reads four consecutive numbers of an array into lanes."""
     return _read(array, FEW)
 
 
@@ -424,12 +424,12 @@ def _read(array, width):
 
 @_built_in
 def columns_of(typing, array, places):
-    """Reads eight rows of an array; returns its columns as lanes.
+    """Reads eight rows of an array, and returns their columns as lanes.
 
     Args:
         typing: Numba's typing context; callers omit it.
         array: Array of double precision, shape (n, 16).
-        places: Indices of the rows; the first eight of this array are used.
+        places: Indices of the rows. Only the first eight indices are used.
 
     Returns:
         Sixteen vectors of eight lanes, one for each column.
@@ -459,7 +459,7 @@ def columns_of(typing, array, places):
 
 
 def _transposed(builder, rows):
-    """Transposes eight vectors, one per row, into vectors per column."""
+    """Transposes eight vectors that are rows into vectors that are columns."""
     for step in (1, 2, 4):
         upper = [j - step + WIDTH if j & step else j for j in range(WIDTH)]
         lower = [j + WIDTH if j & step else j + step for j in range(WIDTH)]
@@ -474,7 +474,7 @@ def _transposed(builder, rows):
 
 @_built_in
 def write_lanes(typing, array, place, lanes):
-    """Writes lanes into consecutive numbers of an array's memory."""
+    """Writes lanes to consecutive elements of an array."""
     if not (_is_plain(array) and _is_lanes(lanes)):
         return None
 
@@ -496,7 +496,7 @@ def _address(context, builder, signature, values, width):
 
 @_built_in
 def lowest_bit(typing, bits):
-    """Returns the index of the lowest bit that is set.
+    """Returns the index of the lowest bit of an integer that is set.
 
     Args:
         typing: Numba's typing context; callers omit it.

@@ -1,7 +1,7 @@
 """Runs many jobs in parallel on this machine: `run_jobs`.
 
-Results are returned in the order in which they are ready. A job that fails, or
-whose worker process dies, returns a result that describes the failure.
+Results are returned in the order in which they are ready. If a job fails, or if
+its worker process dies, its result describes the failure.
 """
 
 import dataclasses as dc
@@ -35,11 +35,13 @@ DIED = "its process died"
 """Error text of a job whose worker process died."""
 
 MAX_ATTEMPTS = 2
-"""Number of attempts after which a job whose worker dies counts as failed."""
+"""Number of attempts to run a job. If its worker dies at every attempt, the job
+has failed."""
 
 JOBS_A_WORKER = 100
-"""Number of jobs after which all workers are replaced by new ones. Drake never
-frees a diagram with systems in Python, nor their maps, so memory would grow."""
+"""Number of jobs after which new worker processes replace all workers.
+Otherwise their memory would grow, since Drake never frees a diagram that
+contains Python systems, nor the maps of these systems."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """Name of the environment variable that selects the GPUs of a process."""
@@ -54,8 +56,8 @@ class Job:
     """A function call that returns a result even if the function fails.
 
     Attributes:
-        subject: Argument of the call. It should be small, since it is sent to
-            workers.
+        subject: Argument of the function. It should be small, since it is sent
+            to a worker process.
         function: Function that is called; workers must be able to import it.
         failed: Function that makes a result from the subject and an error's
             text.
@@ -66,7 +68,7 @@ class Job:
     failed: Callable[[Any, str], Any]
 
     def run(self) -> Any:
-        """Returns the function's result, or one made from its error."""
+        """Returns the function's result; `failed`'s if it raises an error."""
         try:
             return self.function(self.subject)
         except Exception:
@@ -74,20 +76,22 @@ class Job:
             return self.failed(self.subject, error)
 
     def died(self) -> Any:
-        """Returns the result of a job whose worker dies at every attempt."""
+        """Returns the result for a job whose worker died at every attempt."""
         return self.failed(self.subject, DIED)
 
 
 def run_jobs(
     jobs: Iterable[Job], workers: int, gpus: Sequence[str] = ()
 ) -> Results:
-    """Runs jobs in worker processes; if a worker dies, only its job may fail.
+    """Runs jobs in worker processes; if a worker dies, only its job can fail.
 
     Args:
-        jobs: Jobs to run. The next one is taken when a worker is free.
-        workers: Number of worker processes; 0 runs all in this process, in
+        jobs: Jobs to run. The iterator yields the next job when a worker is
+            free.
+        workers: Number of worker processes. 0 runs all jobs in this process, in
             order.
-        gpus: Numbers of the GPUs that the workers share; each worker uses one.
+        gpus: Numbers of the GPUs that the workers share. Each worker uses one
+            GPU.
     """
     if workers == 0:
         yield from (job.run() for job in jobs)
@@ -95,8 +99,8 @@ def run_jobs(
     fresh, suspects, deaths = iter(jobs), deque[Job](), Counter[Job]()
     while True:
         if suspects:
-            # After a worker's death, the jobs that were running are repeated
-            # one by one, to find the job that kills its worker.
+            # After a worker has died, the jobs that were running are repeated
+            # one by one, to find the job that causes the death.
             queue, count = _emptied(suspects), 1
         elif (job := next(fresh, None)) is not None:
             rest = islice(fresh, workers * JOBS_A_WORKER - 1)
@@ -121,7 +125,7 @@ class _Failure:
     """The reason why a job has no result.
 
     Attributes:
-        subject: Argument of the call.
+        subject: Argument of the function.
         error: The error's text.
     """
 
@@ -132,14 +136,14 @@ class _Failure:
 def run_all(
     function: Callable[[T], R], subjects: Iterable[T], workers: int
 ) -> Generator[R, None, None]:
-    """Calls a function with each subject, until a call fails.
+    """Calls a function with each of many arguments, until a call fails.
 
     Args:
         function: Function that is called; workers must be able to import it.
-        subjects: The arguments, which should be small; the iterator may be
-            endless.
-        workers: Number of worker processes; 0 runs all in this process, in
-            order.
+        subjects: The arguments, which should be small, since they are sent to
+            worker processes. The iterator may be infinite.
+        workers: Number of worker processes. 0 makes all calls in this process,
+            in order.
 
     Yields:
         The results, in the order in which they are ready.
@@ -167,7 +171,7 @@ def _drain(
     workers: int,
     again: deque[Job],
 ) -> Results:
-    """Keeps the workers busy; `running` holds the jobs that run."""
+    """Submits jobs to free workers, and yields results until all are ready."""
     while True:
         while len(running) < workers and (job := next(queue, None)) is not None:
             try:
@@ -185,13 +189,13 @@ def _drain(
 
 
 def gpu_for(worker: int, gpus: Sequence[str]) -> str:
-    """Returns the GPU of a worker; the GPUs are assigned to workers in turn."""
+    """Returns the number of the GPU that a worker uses."""
     return gpus[worker % len(gpus)]
 
 
 @contextmanager
 def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
-    """Starts worker processes of one thread, which ignore Ctrl-C."""
+    """Returns a pool of processes with one thread each, which ignore Ctrl-C."""
     spawn = multiprocessing.get_context("spawn")
     with one_thread_environment():
         pool = ProcessPoolExecutor(
@@ -223,7 +227,7 @@ def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
 
 
 def _end_with_parent():
-    """Ends this worker when its parent has ended, even by SIGKILL."""
+    """Ends this worker when its parent has ended, also if SIGKILL ended it."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -1,4 +1,4 @@
-"""`PoseConfig`: a pose in a file."""
+"""`PoseConfig`: a pose in a configuration file."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -19,12 +19,12 @@ from remosplat_drake.base.ranges import (
 
 @dc.dataclass
 class PoseConfig(Config):
-    """A pose; its rotation is given as angles or as a matrix, not both."""
+    """A pose in a file, with its rotation as either angles or a matrix."""
 
     # Position x, y, z of the frame's origin [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw, as in Drake's `RollPitchYaw` [deg]. Absent:
-    # `rotation` applies, or there is no rotation.
+    # Roll, pitch and yaw, as in Drake's `RollPitchYaw` [deg]. If they are
+    # absent, `rotation` applies; if both are absent, there is no rotation.
     rpy_deg: RollPitchYawDeg | None = None
     # The three rows of the rotation matrix, in place of `rpy_deg`.
     rotation: (
@@ -57,11 +57,12 @@ class PoseConfig(Config):
 def make_transform(
     config: PoseConfig, where: str, field: str
 ) -> RigidTransform:
-    """Makes the rigid transform of a pose in a scenario.
+    """Returns the rigid transform of a pose.
 
     Args:
         config: The pose.
-        where: The scenario that errors name, as file and name.
+        where: The scenario that contains the pose, for errors: its file and
+            name.
         field: Name of the pose's field, for errors.
 
     Raises:

@@ -1,4 +1,4 @@
-"""`Progress`: progress of a long job, in a terminal or a pipe."""
+"""`Progress`: shows the progress of a long job, in a terminal or a log."""
 
 import dataclasses as dc
 import math
@@ -19,18 +19,19 @@ from rich.text import Text
 T = TypeVar("T")
 
 BEGUN = 1.0
-"""Duration of a stage after which its first line is printed, if there is no
-terminal [s]. Shorter stages print no line."""
+"""Duration of a stage after which its first line is printed, if the output is
+not a terminal [s]. Shorter stages print no line."""
 
 PERIOD = 30.0
-"""Time between two lines about a stage, if there is no terminal [s]."""
+"""Time between two lines about a stage, if the output is not a terminal [s]."""
 
 _STEP, _LEAST_PERIOD = 0.1, 5.0
-"""Without a terminal, a line is printed each time this fraction of the work has
-been done, but not sooner than this time after the last line [s]."""
+"""If the output is not a terminal, another line is printed after this fraction
+of the work has been done, but not before this time [s] has passed since the
+last line."""
 
 _BAR = 30
-"""Width of a bar [columns]."""
+"""Width of the progress bar [columns]."""
 
 
 @dc.dataclass(eq=False)
@@ -38,13 +39,14 @@ class Stage:
     """A part of a job with its own progress display.
 
     Attributes:
-        what: Name of the work.
+        what: Name of the stage's work.
         done: Number of finished steps.
-        total: Number of all steps; None if unknown. If there are fewer than
-            two, only the elapsed time is shown.
+        total: Number of all steps; None if it is unknown. For fewer than two
+            steps, only the elapsed time is shown.
         estimate: Function that returns the finished fraction of the work and
-            the remaining time [s]; None assumes equally long steps.
-        start: Start of the stage, on the monotonic clock [s].
+            the remaining time [s]. If it is None, both are computed for steps
+            of equal duration.
+        start: Time at which the stage began, on the monotonic clock [s].
     """
 
     what: str
@@ -59,7 +61,7 @@ class Stage:
         self._first = self.done
 
     def state(self) -> tuple[float | None, str]:
-        """Returns the finished fraction (None if unknown), and a text.
+        """Returns the finished fraction (None if unknown) and a description.
 
         The fraction never decreases.
         """
@@ -80,7 +82,7 @@ class Stage:
         return self._shown, said
 
     def line(self) -> str:
-        """Returns a line for a log, and records when it was printed."""
+        """Returns a line about the stage, and records the time of this line."""
         fraction, said = self.state()
         self._told = monotonic(), fraction or 0.0
         return f"{self.what}: {said}"
@@ -95,11 +97,12 @@ class Stage:
 
 
 class Progress:
-    """Shows the stage of a job: a bar, its steps, and the time that it takes.
+    """Shows the stage of a job, with a bar, the steps, and the remaining time.
 
-    In a terminal this is a line that vanishes at the end. Without a terminal,
-    lines are printed to stderr: one for each stage of some duration, and more
-    for long stages. Nothing is shown before the first report.
+    In a terminal, the stage is shown in one line, which vanishes at the end. If
+    the output is not a terminal, lines are printed to stderr: one for each
+    stage that is not short, and further lines for long stages. Nothing is shown
+    before the first report.
 
     Example:
         >>> from rich.console import Console
@@ -113,11 +116,11 @@ class Progress:
     """
 
     def __init__(self, console: Console, what: str = ""):
-        """Prepares the display.
+        """Prepares the display; the context manager shows it.
 
         Args:
             console: Console on which progress is shown.
-            what: Name of the first stage; if it is empty, nothing is shown
+            what: Name of the first stage. If it is empty, nothing is shown
                 until the first report.
         """
         self.stage: Stage | None = None
@@ -153,10 +156,10 @@ class Progress:
     def report(
         self, what: str, done: int = 0, total: int | None = None
     ) -> None:
-        """Shows the progress of a stage; a new name begins a new stage.
+        """Shows the progress of a stage; another name begins another stage.
 
         Args:
-            what: Name of the work.
+            what: Name of the stage's work.
             done: Number of finished steps.
             total: Number of all steps; None if unknown.
         """
@@ -167,7 +170,7 @@ class Progress:
         self.show(stage)
 
     def over(self, items: Sequence[T], what: str) -> Iterator[T]:
-        """Yields items, and shows how many have been processed.
+        """Yields items, and shows the number of items that have been processed.
 
         Args:
             items: The items.
@@ -178,7 +181,7 @@ class Progress:
             yield item
 
     def show(self, stage: Stage) -> None:
-        """Replaces the displayed stage by this one."""
+        """Replaces the displayed stage by another one."""
         is_first, self.stage = self.stage is None, stage
         if not is_first:
             return
@@ -188,7 +191,7 @@ class Progress:
             self._lines.start()
 
     def print_line(self) -> None:
-        """Prints a line at once if there is no terminal."""
+        """Prints a line about the stage, if the output is not a terminal."""
         stage = self.stage
         if self._live is None and stage is not None:
             with suppress(OSError):  # The reader has closed the pipe.

@@ -1,14 +1,15 @@
 """Calls from compiled kernels back to Python.
 
-Some results can be computed only in Python: those of Drake's solvers, and of
-maps and ingredients of other packages. A kernel calls `ask_python` with arrays
-and numbers. A C function, which the kernel finds by its symbol, then calls the
+Some results can be computed only in Python, for example those of Drake's
+solvers, and those of maps and terms of the quadratic program from other
+packages. For such a result, a kernel calls `ask_python` with arrays and
+numbers. A C function, which the kernel finds by its symbol, then calls the
 Python function. The Python function writes its results into the arrays, or
 returns the address of a `Packed`.
 
-If the Python function raises an exception, the kernel continues: the call
-returns `FAILED`, and the kernel takes a safe branch. The exception is stored as
-`PythonCalls.error`, so that the kernel's caller can raise it.
+If the Python function raises an exception, `ask_python` returns `FAILED`, and
+the kernel continues with a safe branch. The exception is stored as
+`PythonCalls.error`, so that the code that called the kernel can raise it.
 """
 
 import ctypes
@@ -38,15 +39,15 @@ _WORD = ir.IntType(64)
 _KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
 _DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
 _NUMBER = -1
-"""Marker in place of an array's number of dimensions, if the value is a
+"""Value that replaces an array's number of dimensions if a value is a
 number."""
 
 
 class Question:
-    """The arrays and numbers that a kernel passes to a Python function.
+    """A sequence of the arrays and numbers that a kernel passes to Python.
 
-    A value is read when it is accessed. Arrays are views of the kernel's
-    memory, which is valid until the function returns.
+    A value is read from the kernel's memory when it is accessed. Arrays are
+    views of this memory, and are valid until the Python function returns.
     """
 
     __slots__ = ("_words",)
@@ -56,7 +57,7 @@ class Question:
         self._words = (ctypes.c_int64 * size).from_address(address)[:]
 
     def __getitem__(self, i: int) -> Any:
-        """Returns value i; the fields of named tuples count as values."""
+        """Returns value i. Each field of a named tuple counts as a value."""
         place = self._words[1 + i]
         kind, n_dim, first = self._words[place : place + 3]
         dtype = _DTYPES[kind]
@@ -77,26 +78,28 @@ def _number(word: int, dtype: np.dtype) -> Any:
 
 
 class PythonCalls:
-    """The Python functions that one call of a kernel may call back.
+    """The Python functions that a kernel can call during one call of it.
 
         with PythonCalls(solve, look) as calls:
             kernel(..., calls.number)
         if calls.error is not None:
             raise calls.error
 
-    Each function takes a `Question`, the values that the kernel passes. It
-    returns an integer >= 0, such as the result of `handed` for a `Packed`.
+    Each function takes a `Question`, which contains the values that the kernel
+    passes. The function returns an integer >= 0. To return a `Packed`, it
+    returns the result of `handed`.
 
     Attributes:
-        number: Number by which a kernel refers to this object.
-        error: The first exception that a function raised; None if there was
-            none. After an exception, no function is called any more.
+        number: Number of this object, which the kernel passes to `ask_python`.
+        error: The first exception that a function raised; None if no function
+            has raised an exception. After an exception, no function is called
+            any more.
     """
 
     __slots__ = ("_functions", "_handed", "error", "number")
 
     def __init__(self, *functions: Callable[[Any], int]):
-        """Registers the functions, which kernels call by their index."""
+        """Registers the functions. Kernels refer to them by their index."""
         self._functions = functions
         self._handed: dict[int, Packed] = {}
         self.error: BaseException | None = None
@@ -108,27 +111,29 @@ class PythonCalls:
 
     def __exit__(self, *_: object) -> None:
         del _open[self.number]
-        # This avoids a reference cycle, which would never be freed: the loop of
-        # a real robot runs without garbage collection.
+        # Dropping the functions breaks reference cycles. Such a cycle would
+        # never be freed while a real robot's loop runs, since it runs without
+        # garbage collection.
         self._functions, self._handed = (), {}
 
     def handed(self, packed: Packed) -> int:
-        """Returns a `Packed` value's address, and keeps the value alive.
+        """Returns the address of a `Packed`, and keeps the `Packed` alive.
 
         Args:
-            packed: The value that the kernel reads by `packed_at`.
+            packed: The `Packed`, which the kernel reads by `packed_at`.
         """
         self._handed[packed.address] = packed
         return packed.address
 
     def answer(self, function: int, question: Question | list) -> int:
-        """Calls a function; returns `FAILED` if it raises an exception.
+        """Calls a registered function; returns `FAILED` if it fails.
 
-        After a failure, no further function is called.
+        A function fails if it raises an exception. After that, no further
+        function is called.
 
         Args:
-            function: Number of the function.
-            question: The question.
+            function: Index of the function.
+            question: The values that the kernel passes to the function.
         """
         if self.error is not None:
             return FAILED
@@ -156,7 +161,7 @@ def ask_python(number, function, values) -> int:
     """Calls a Python function, from within a kernel.
 
     Args:
-        number: The number of the `PythonCalls`.
+        number: The attribute `number` of the `PythonCalls`.
         function: Index of the function.
         values: A tuple of contiguous arrays, numbers, and named tuples of
             these, packed or not.
@@ -255,7 +260,7 @@ def _flat_values(context, builder, value, kind):
 
 
 def _described(context, builder, value, kind):
-    """Returns the words that describe a value: type, dimensions, and data."""
+    """Returns the words that describe a value: type, dimensions, data."""
     if not isinstance(kind, types.Array):
         if kind == types.float64:
             value = builder.bitcast(value, _WORD)

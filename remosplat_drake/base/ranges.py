@@ -2,11 +2,12 @@
 
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
 
-The markers in `Annotated` are those of `annotated-types`, `OneOf` and
-`Unbounded`. Every `Config` is checked at creation, and again before use, since
-a field may have been assigned in between. `strict_yaml` checks every value of a
-file, so that errors name the line. In Drake's structs, only the finiteness of
-numbers is checked here; Drake checks the rest.
+The markers in `Annotated` are those of the package `annotated-types`, and this
+module's `OneOf` and `Unbounded`. Every `Config` is checked when it is created,
+and again before it is used, since its fields may have been assigned in between.
+`strict_yaml` checks every value of a file, so that its errors name the line.
+For Drake's structs, this module checks only that numbers are finite; Drake
+checks everything else.
 """
 
 import dataclasses as dc
@@ -37,12 +38,12 @@ _SHOWN = 60
 
 @dc.dataclass(frozen=True)
 class OneOf:
-    """Marks a text field whose value must be one of given names.
+    """Marker of a text field whose value must be one of several names.
 
     Attributes:
         names: The valid names.
-        kind: The kind of things with these names, for messages such as "unknown
-            backend".
+        kind: The kind of things that have these names. For example, "backend"
+            gives messages such as "unknown backend".
     """
 
     names: Collection[str]
@@ -51,7 +52,7 @@ class OneOf:
 
 @dc.dataclass(frozen=True)
 class Unbounded:
-    """Marks a number field for which any finite value is valid.
+    """Marker of a number field for which any finite value is valid.
 
     Attributes:
         reason: The reason why the field needs no range.
@@ -70,27 +71,28 @@ JointPosition = Annotated[float, Interval(ge=-100, le=100)]
 """Position of a revolute joint [rad] or of a prismatic joint [m]."""
 
 Cosine = Annotated[float, Interval(ge=-2, le=2)]
-"""Type of an entry of a rotation matrix. The whole matrix is checked
-elsewhere."""
+"""Type of an entry of a rotation matrix. `PoseConfig` checks the whole
+matrix."""
 
 Seed = Annotated[int, Interval(ge=0, lt=2**63)]
 """Seed of a random number generator."""
 
 AngleDeg = Annotated[float, Interval(ge=-360, le=360)]
-"""An angle of up to one turn either way [deg]."""
+"""An angle from -360 to 360 [deg]."""
 
 RollPitchYawDeg = Annotated[list[AngleDeg], Len(3, 3)]
 """Roll, pitch and yaw [deg], as in Drake's `RollPitchYaw`."""
 
 
 class Config:
-    """Base of dataclasses whose values are checked against declared ranges.
+    """Base class of dataclasses whose values are checked against their ranges.
 
     Attributes:
         PRESET: Name of the field that selects a preset, a set of defaults for
             the other fields; empty if there are no presets.
-        MODULES: Name of the field that states the folder of extensions,
-            relative to the file; empty if extensions are in the file's folder.
+        MODULES: Name of the field with the folder of extensions, as a path
+            relative to the file; empty if extensions are in the folder of the
+            file.
 
     Example:
         >>> import remosplat_drake as rs
@@ -119,10 +121,11 @@ class Config:
         raise NotImplementedError
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks relations between fields whose values are valid by themselves.
+        """Checks relations between fields, each of which has a valid value.
 
         Yields:
-            The name of a field and its problem.
+            The name of a field that is not valid, and a description of the
+            problem.
         """
         yield from ()
 
@@ -137,15 +140,17 @@ class Config:
 
 
 def check_ranges(config: Any, where: str = "", field: str = "") -> None:
-    """Checks all values of a configuration, and of the configurations in it.
+    """Checks all values of a configuration, and of nested configurations.
 
     Args:
         config: A `Config`, or one of Drake's structs.
-        where: The file or flag that errors name; empty: errors name the class.
-        field: Path of the configuration inside `where`; empty for the whole.
+        where: The file or flag that contains the configuration, which errors
+            name. If it is empty, errors name the configuration's class.
+        field: Path of the configuration inside `where`; empty if it is the
+            whole document.
 
     Raises:
-        FieldError: A value is invalid; the error names its field.
+        FieldError: A value is invalid. The error names the value's field.
     """
     where = where or type(config).__name__
     for name, expected in field_types(type(config)).items():
@@ -191,7 +196,7 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
 
 @functools.cache
 def field_types(schema: type) -> dict[str, Any]:
-    """Returns the annotations of a dataclass' or struct's fields."""
+    """Returns the annotations of the fields of a dataclass or Drake struct."""
     if is_struct(schema):
         return struct_fields(schema)
     hints = typing.get_type_hints(schema, include_extras=True)
@@ -207,7 +212,7 @@ def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def choices(expected: Any) -> list[Any]:
-    """Returns the members of a union; for another type, the type itself."""
+    """Returns the members of a union, or of another type the type itself."""
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]
@@ -216,8 +221,8 @@ def choices(expected: Any) -> list[Any]:
 def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
     """Splits a union, without None, into its classes and its protocols.
 
-    A field whose annotation contains a protocol accepts configurations of other
-    packages, see `extensions.py`.
+    If a field's annotation contains a protocol, the field accepts
+    configurations of other packages; see `extensions.py`.
     """
     options = [o for o in choices(expected) if o is not type(None)]
     protocols = [o for o in options if getattr(o, "_is_protocol", False)]
@@ -225,10 +230,10 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Returns the methods that a class lacks for a field, as text.
+    """Returns the reason why a class does not fit a field's protocols.
 
     The class must have all methods of one of the protocols, with equal numbers
-    of arguments. If it has them, the text is empty.
+    of arguments. If it does, the returned text is empty.
     """
     wanted = []
     for protocol in protocols:
@@ -253,7 +258,7 @@ def _takes(kind: type, name: str, arguments: Sequence[str]) -> bool:
 
 
 def schema_problem(schema: type) -> str:
-    """Returns the reason why files cannot contain a dataclass, or ""."""
+    """Returns the reason why files cannot contain a dataclass; "" for none."""
     try:
         types = field_types(schema)
     except Exception as error:
@@ -282,7 +287,7 @@ def _is_readable(expected: Any) -> bool:
 
 
 def joined(field: str, name: str) -> str:
-    """Joins the path of a field and the name of a field inside it."""
+    """Returns a field's path from its parent's path and its own name."""
     return f"{field}.{name}" if field else str(name)
 
 
@@ -304,12 +309,12 @@ KINDS: dict[Any, tuple[str, Any]] = {
     list: ("a list", (Sequence, np.ndarray)),
     dict: ("a mapping", Mapping),
 }
-"""For each scalar type of a field: its name in messages, and the accepted
-Python classes."""
+"""The scalar types of fields. For each type: its name in messages, and the
+Python classes whose objects it accepts."""
 
 
 def kind_problem(value: object, base: Any) -> str:
-    """Returns the reason why a value does not fit a type; empty if it does."""
+    """Returns the reason why a value is not of a type; empty if it is."""
     base = typing.get_origin(base) or base
     name, classes = KINDS[base]
     is_switch = isinstance(value, (bool, np.bool_))
@@ -328,7 +333,7 @@ def kind_problem(value: object, base: Any) -> str:
 
 
 def range_problem(value: Any, markers: Sequence[Any]) -> str:
-    """Returns the reason why a value is out of range; empty if it is not.
+    """Returns the reason why a value is out of range; empty if it is in range.
 
     Args:
         value: A value of the right type.

@@ -1,14 +1,15 @@
-"""Adds the file's name to unexpected errors of file readers.
+"""Adds the name of the file to unexpected errors of functions that read files.
 
-A reader, a function that reads a file, reports a problem of the file as a
+A reader is a function that reads a file. It reports a problem of the file as a
 `RemoSplatError`. Any other exception is a bug of this package, but the user
-still needs the name of the file. The command line prints one line with this
-name, and writes the traceback to a log. A program that calls the reader gets an
-exception with both.
+still needs the name of the file. For such a bug, the command line prints one
+line with this name, and writes the traceback to a log. A Python program that
+calls the reader receives an `UnreadableError`, which has the name and the
+traceback.
 
-The decorator is meant for functions that read whole files before a robot moves.
-Do not use it for code that runs while a robot moves, whose callers handle
-specific exceptions.
+Use the decorator `reads_file` for functions that read whole files before a
+robot moves. Do not use it for code that runs while a robot moves, since the
+callers of such code handle specific exceptions.
 """
 
 import functools
@@ -25,7 +26,7 @@ T = TypeVar("T")
 class UnreadableError(Exception):
     """Raised if a reader has failed with an unexpected error.
 
-    It is not a `RemoSplatError`, since the file may be valid.
+    This error is not a `RemoSplatError`, since the file may be valid.
 
     Attributes:
         path: The file or folder that was read.
@@ -38,7 +39,7 @@ class UnreadableError(Exception):
 
 
 def reads_file(read: Callable[P, T]) -> Callable[P, T]:
-    """Decorates a reader so that unexpected errors name the file.
+    """Decorates a reader, so that its unexpected errors name the file.
 
     The decorated function raises an `UnreadableError` in place of any exception
     that is not a `RemoSplatError`.

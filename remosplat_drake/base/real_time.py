@@ -15,25 +15,28 @@ CONTROLLER_PRIORITY = 5
 """SCHED_RR priority of the process that runs the controller."""
 
 DRIVER_PRIORITY = 10
-"""SCHED_RR priority of the robot's drivers, which precede the controller."""
+"""SCHED_RR priority of the robot's drivers. It is higher than the
+controller's."""
 
 KEPT = 60_000
-"""Number of latest ticks that statistics include: ten minutes at 100 Hz."""
+"""Number of the latest ticks over which statistics are computed: those of ten
+minutes at 100 Hz."""
 
 
 @contextlib.contextmanager
 def realtime_priority(priority: int) -> Iterator[None]:
-    """Schedules this process as SCHED_RR while the block runs.
+    """Gives this process a SCHED_RR priority while the block runs.
 
-    If the system does not allow it (see `ulimit -r`), nothing changes. The
-    priority applies to all threads that exist when the block begins, such as
-    those that receive LCM messages. Threads and processes that these start
-    inside the block inherit it, except a `ChildProcess`. At the end of the
-    block, the threads that existed at its beginning return to SCHED_OTHER.
+    If the system does not allow this priority (see `ulimit -r`), nothing
+    changes. The priority applies to all threads that exist when the block
+    begins, such as those that receive LCM messages. Threads and processes that
+    are started inside the block inherit the priority, except a `ChildProcess`.
+    At the end of the block, the threads that existed at its beginning return to
+    SCHED_OTHER.
 
     Args:
-        priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`. The thread with
-            the higher number runs first.
+        priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`. A thread with a
+            higher priority preempts threads with lower priorities.
     """
     tasks = Path("/proc/self/task")
     threads = [int(task.name) for task in tasks.glob("*")]
@@ -53,8 +56,9 @@ def realtime_priority(priority: int) -> Iterator[None]:
 def garbage_collection_disabled() -> Iterator[None]:
     """Disables Python's cyclic garbage collector while the block runs.
 
-    A collection would take several ticks. At the start of the block, existing
-    garbage is collected and the remaining objects are frozen (`gc.freeze`).
+    A garbage collection would take longer than several ticks. At the start of
+    the block, existing garbage is collected, and the remaining objects are
+    frozen (`gc.freeze`).
     """
     gc.collect()
     gc.freeze()
@@ -76,7 +80,7 @@ class Spread:
 
     @staticmethod
     def of(values: np.ndarray) -> "Spread":
-        """Computes the spread of values, shape (n,); NaN if n is 0."""
+        """Computes the spread of an array of shape (n,); NaN if n is 0."""
         if not len(values):
             return Spread(math.nan, math.nan, math.nan)
         p50, p99 = np.percentile(values, [50, 99])
@@ -90,18 +94,20 @@ class LoopQuality:
     Attributes:
         period: The requested period [s].
         ticks: Number of ticks.
-        missed: Number of ticks that were skipped because an earlier one took
+        missed: Number of ticks that were skipped because an earlier tick took
             too long.
         unheard: Number of ticks for which the robot sent no new status in time.
-        age: Time from the stamp of the status to the stamp of the command
-            computed from it [s].
+        age: Time from the stamp of the robot's status to the stamp of the
+            command that was computed from this status [s].
         jitter: Absolute difference between the period and the time between two
             commands [s].
-        work: Time from the arrival of the status to the command [s].
-        busy: Processor time of the loop's thread from one command to the next;
-            unlike `work` it excludes waiting [s].
-        image_to_command: Time from the stamp of an image used to detect movers
-            to the stamp of the first command computed with it [s]; None without
+        work: Time from the arrival of the status to the sending of the command
+            [s].
+        busy: Processor time of the loop's thread from one command to the next
+            [s]. Unlike `work`, it excludes time in which the thread waits.
+        image_to_command: Time from the stamp of a depth image in which moving
+            objects are detected to the stamp of the first command that was
+            computed with the detected objects [s]; None if there are no such
             images.
     """
 
@@ -119,7 +125,7 @@ class LoopQuality:
 class LoopLog:
     """Records the ticks of a real-time loop; `LoopQuality` summarises them.
 
-    The statistics include only the latest `KEPT` ticks of a long run.
+    The statistics of a long run include only its latest `KEPT` ticks.
 
     Attributes:
         missed: Number of skipped ticks; the loop increments it.
@@ -133,9 +139,9 @@ class LoopLog:
             period: Time between two ticks [s].
         """
         self._period = period
-        # A ring buffer, since a run may last for hours and its memory must not
-        # grow. Columns: age, work, time of sending, processor time, stamp of
-        # the image.
+        # The rows are a ring buffer, since a run may last for hours, and its
+        # memory must not grow. The columns are age, work, time of sending,
+        # processor time, and the stamp of the image.
         self._rows = np.full((KEPT, 5), math.nan)
         self._ticks = 0
         self.missed = 0
@@ -143,7 +149,7 @@ class LoopLog:
 
     @property
     def age(self) -> float:
-        """Time from status to command in the latest tick [s]; NaN before it."""
+        """Time from status to command in the latest tick [s]; NaN if none."""
         return float(self._rows[(self._ticks - 1) % KEPT, 0])
 
     def record(
@@ -157,11 +163,12 @@ class LoopLog:
         """Records one tick; must be called on the loop's own thread.
 
         Args:
-            stamp: Stamp of the status, by the sender's wall clock [s].
-            heard: Arrival of the status, by the local wall clock [s].
+            stamp: Stamp of the robot's status, by the sender's wall clock [s].
+            heard: Time of the status's arrival, by the local wall clock [s].
             sent: Stamp of the command, by the local wall clock [s].
-            image: Stamp of the newest image used to detect movers, by the wall
-                clock [s]; NaN without images.
+            image: Stamp of the newest depth image in which moving objects were
+                detected, by the wall clock [s]; NaN if there are no such
+                images.
         """
         row = (sent - stamp, sent - heard, sent, time.thread_time(), image)
         self._rows[self._ticks % KEPT] = row

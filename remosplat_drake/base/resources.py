@@ -1,8 +1,8 @@
-"""Locations of models/, scenarios/ and the user's cache.
+"""Finds the folders models/ and scenarios/, and the user's cache and logs.
 
-In a checkout or an editable install, these folders are beside the package; a
-wheel contains them inside the package, in share/. All other modules get these
-paths from this module.
+In a checkout or an editable install, models/ and scenarios/ are beside the
+package. A wheel contains them inside the package, in share/. All other modules
+get these paths from this module.
 """
 
 import itertools
@@ -17,8 +17,8 @@ _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
 
 _MOST = 10_000
-"""Largest number of files in a folder that is searched for a file of a similar
-name."""
+"""Largest number of files in a folder for which an error suggests a file with a
+similar name."""
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
 """Prefix of the URIs of files that are part of this package."""
@@ -35,24 +35,25 @@ def scenarios_dir() -> Path:
 
 
 def cache_dir() -> Path:
-    """Returns the cache directory, in XDG_CACHE_HOME; it need not exist."""
+    """Returns the cache folder in XDG_CACHE_HOME, which need not exist."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "remosplat_drake"
 
 
 def state_dir() -> Path:
-    """Returns the directory for logs, in XDG_STATE_HOME; it need not exist."""
+    """Returns the folder for logs in XDG_STATE_HOME, which need not exist."""
     base = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state"
     return Path(base) / "remosplat_drake"
 
 
 def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
-    """Turns `package://remosplat_drake/...` or a path into an existing path.
+    """Returns the path of an existing file, given as package URI or path.
 
     Args:
-        uri: A package URI, an absolute path, or a path relative to
-            `relative_to` (default: the working directory).
-        relative_to: Directory of the file that mentions `uri`.
+        uri: A URI `package://remosplat_drake/...`, an absolute path, or a path
+            relative to `relative_to`.
+        relative_to: Folder of the file that contains `uri`; by default, the
+            working directory.
 
     Raises:
         FileError: There is no such file.
@@ -66,7 +67,7 @@ def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
 
 
 def _guess(path: Path) -> str:
-    """Suggests a file with a similar name in the same folder."""
+    """Returns a hint at a file with a similar name in the same folder."""
     try:
         names = [x.name for x in itertools.islice(path.parent.iterdir(), _MOST)]
     except OSError:

@@ -1,4 +1,4 @@
-"""Turns Ctrl-C (SIGINT) and SIGTERM into a request that a loop checks."""
+"""Turns Ctrl-C (SIGINT) and SIGTERM into a stop request that a loop checks."""
 
 import signal
 import threading
@@ -13,8 +13,8 @@ class StopRequest:
 
     Attributes:
         made: Whether a signal has arrived.
-        has_ended: Whether the loop has ended. From then on, further signals are
-            ignored, so that they do not interrupt the braking ramp.
+        has_ended: Whether the loop has ended. After that, signals are ignored,
+            so that they do not interrupt the braking ramp.
     """
 
     def __init__(self):
@@ -39,10 +39,11 @@ def stop_signals(
 ) -> Iterator[StopRequest]:
     """Records signals as a `StopRequest` while the block runs.
 
-    A loop checks the request between two iterations. An exception is no
-    alternative: if a signal raised one while Drake delivers a message, Drake
-    would turn it into another exception. Signals that are ignored before the
-    block remain ignored. Outside the main thread, the function has no effect.
+    A loop checks the request between two iterations. The signal handler does
+    not raise an exception at the first signal: if it did so while Drake
+    delivers a message, Drake would convert the exception into another one.
+    Signals that are ignored before the block remain ignored. Outside the main
+    thread, the function has no effect.
 
     Args:
         numbers: The signals; by default SIGINT and SIGTERM.
@@ -66,8 +67,9 @@ def stop_signals(
 def is_interrupt(error: BaseException) -> bool:
     """Returns whether an exception was caused by Ctrl-C.
 
-    If compiled code is interrupted, for example Numba's, it may raise a
-    `SystemError` whose cause is the KeyboardInterrupt.
+    If Ctrl-C interrupts compiled code, for example Numba's, this code may raise
+    a `SystemError` whose cause is the KeyboardInterrupt. Such an error counts,
+    too.
     """
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, KeyboardInterrupt):

@@ -2,8 +2,8 @@
 
 Python's own parser raises a RecursionError on deep nesting, accepts duplicate
 keys, and returns integers of thousands of digits, which neither a float nor an
-array can hold. This module rejects the first two, and turns such integers into
-floats.
+array can hold. This module reports deep nesting and duplicate keys as a
+`FileError`, and converts integers of more than 64 bits to floats.
 """
 
 import json
@@ -15,8 +15,8 @@ from typing import Any
 from remosplat_drake.base.errors import FieldError, FileError
 
 MAX_DEPTH = 32
-"""Largest accepted nesting of lists and objects. All supported formats have
-fewer than ten levels."""
+"""Largest accepted nesting depth of lists and objects. All supported file
+formats have fewer than ten levels."""
 
 _WHOLE = range(-(2**63), 2**63)
 _LONGEST = len(str(_WHOLE.start))
@@ -26,16 +26,16 @@ def parse_json(text: str | bytes, where: str | Path) -> Any:
     """Parses a JSON text.
 
     Integers that do not fit into 64 bits (int64) become floats. NaN and
-    infinities are accepted here, so that a later check can name the field in
-    its error.
+    infinities are accepted, so that a later check can name the field in its
+    error.
 
     Args:
         text: The text; bytes are UTF-8.
-        where: The file that errors name.
+        where: The file, which errors name.
 
     Raises:
-        FileError: The text is not JSON, nested too deeply, or has a duplicate
-            key.
+        FileError: The text is not JSON, is nested too deeply, or has a
+            duplicate key.
     """
     try:
         document = json.loads(
@@ -54,8 +54,8 @@ def read_json_object(path: Path) -> dict[str, Any]:
     """Reads a JSON file (UTF-8) that holds an object.
 
     Raises:
-        FileError: The file cannot be read, or holds no object; see
-            `parse_json`.
+        FileError: The file cannot be read, is not valid JSON, or holds
+            something other than an object; see `parse_json`.
     """
     try:
         data = path.read_bytes()
@@ -68,7 +68,8 @@ def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
     """Parses a JSON text that holds an object.
 
     Raises:
-        FileError: The text is not JSON or not an object; see `parse_json`.
+        FileError: The text is not valid JSON, or holds something other than an
+            object; see `parse_json`.
     """
     document = parse_json(text, where)
     if not isinstance(document, dict):
@@ -77,11 +78,11 @@ def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
 
 
 def as_number(where: object, field: str, value: object) -> float:
-    """Checks that a value of a document is a finite number.
+    """Returns a value of a JSON document, which must be a finite number.
 
     Raises:
-        FieldError: The value is something else; the error names `where` and
-            `field`.
+        FieldError: The value is not a finite number. The error names `where`
+            and `field`.
     """
     if (
         isinstance(value, bool)
@@ -97,11 +98,11 @@ def as_number(where: object, field: str, value: object) -> float:
 def as_whole_number(
     where: object, field: str, value: object, least: int, most: int
 ) -> int:
-    """Checks that a value of a document is a whole number in [least, most].
+    """Returns a value of a JSON document, a whole number in [least, most].
 
     Raises:
-        FieldError: The value is something else; the error names `where` and
-            `field`.
+        FieldError: The value is not a whole number, or is out of range. The
+            error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -146,7 +147,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _is_deeper(document: Any, levels: int) -> bool:
-    """Whether containers are nested deeper than `levels`."""
+    """Whether lists and objects are nested deeper than `levels`."""
     containers = [document] if isinstance(document, (dict, list)) else []
     for _ in range(levels):
         containers = [

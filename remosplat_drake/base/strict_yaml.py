@@ -1,9 +1,9 @@
 """Loads YAML into dataclasses, with errors that name file, line and field.
 
-A document is parsed into nodes with line numbers, which are checked against the
-dataclasses and the ranges of their fields (`ranges.py`). Then several documents
-(layers), such as a file and text from the command line, are merged into one
-object.
+Each document is parsed into nodes with line numbers. The nodes are checked
+against the dataclasses and the ranges of their fields (`ranges.py`). Then
+several documents (layers), such as a file and a text from the command line, are
+merged into one object.
 """
 
 import copy
@@ -66,8 +66,8 @@ def load_strict(
             contains.
 
     Raises:
-        FileError: The file is missing, not YAML, or has no such entry.
-        FieldError: A field is unknown, or its value invalid; the error names
+        FileError: The file is missing, is not YAML, or lacks the entry `child`.
+        FieldError: A field is unknown, or its value is invalid. The error names
             the file, the line and the field.
     """
     node = compose(read_text(path), str(path))
@@ -87,7 +87,7 @@ def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
 
     Args:
         schema: A dataclass whose fields all have defaults.
-        text: YAML text, from the command line for example.
+        text: YAML text, for example from the command line.
         where: Source of the text, such as a flag, for errors.
         defaults: Values of the fields that the text does not contain.
 
@@ -141,10 +141,12 @@ def _check_node(
         node: The node.
         expected: The annotation.
         field: Path of the field, for messages.
-        folder: Folder of extensions, besides Python's import path.
+        folder: Folder that is searched for extensions after Python's import
+            path.
 
     Raises:
-        FieldError: The node does not fit; the error names line and field.
+        FieldError: The node does not fit the annotation. The error names the
+            line and the field.
     """
     base, markers = split(expected)
     options = choices(base)
@@ -181,10 +183,11 @@ def _check_node(
 def _choose(
     node: yaml.Node, base: Any, field: str, folder: Path | None = None
 ) -> tuple[Any, yaml.Node]:
-    """Returns the class in a union that a tag names, and the node without it.
+    """Returns the class in a union that a tag names, and the node without tag.
 
-    Without a tag, this is the first class. If the union contains a protocol,
-    the tag may also name a class of another package.
+    If there is no tag, the function returns the first class of the union. If
+    the union contains a protocol, the tag may also name a class of another
+    package.
     """
     options, protocols = alternatives(base)
     tag = "" if node.tag.startswith(YAML_TAG) else node.tag.removeprefix("!")
@@ -290,7 +293,7 @@ def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
 
 
 def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
-    """Returns the last layers that all choose the same member of a union."""
+    """Returns the last layers, as long as they have the same type of value."""
     wanted, _ = _choose(layers[-1], base, field)
     alike: list[yaml.Node] = []
     for layer in reversed(layers):
@@ -316,8 +319,8 @@ def _build_dataclass(
     try:
         return schema(**values)
     except FieldError as error:
-        # Each value has been checked, so only relations between fields can be
-        # wrong.
+        # Each value has been checked before, so only relations between fields
+        # can be invalid here.
         path = joined(field, error.field)
         if not layers:
             raise FieldError(schema.__name__, path, error.problem) from error
@@ -341,7 +344,7 @@ def _build_struct(
 
 
 def _given(layers: list[yaml.Node], field: str) -> dict[str, list[yaml.Node]]:
-    """Returns the nodes of all layers for each field."""
+    """Returns the nodes of all layers, keyed by field."""
     given: dict[str, list[yaml.Node]] = {}
     for layer in layers:
         for name, (_, node) in fields(layer, field).items():
@@ -350,7 +353,7 @@ def _given(layers: list[yaml.Node], field: str) -> dict[str, list[yaml.Node]]:
 
 
 def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
-    """Returns the node at a path, or its deepest existing parent."""
+    """Returns the node at a path; if it does not exist, its closest parent."""
     for name in path:
         if isinstance(node, yaml.MappingNode):
             found = {key.value: value for key, value in node.value}
@@ -363,7 +366,7 @@ def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
 def _start(
     schema: type[T], given: dict[str, list[yaml.Node]], default: T | None
 ) -> T:
-    """Returns the object with the values of fields that no layer contains."""
+    """Returns the object that has the values of fields absent in all layers."""
     if issubclass(schema, Config) and schema.PRESET in given:
         node = given[schema.PRESET][-1]
         return schema.preset(node.value)
@@ -374,7 +377,7 @@ def _start(
 
 
 def dump(name: str, config: Any) -> str:
-    """Formats a configuration as YAML under one key, including defaults."""
+    """Returns a configuration as YAML under one key, with default values."""
     key = yaml.ScalarNode(YAML_TAG + "str", name)
     root = yaml.MappingNode(
         YAML_TAG + "map", [(key, _node(config, type(config)))]

@@ -2,7 +2,7 @@
 
 Drake, Open3D and librealsense link against libraries that pip does not install.
 If such a library is missing, a one-line error names it and its Debian package.
-Only libusb exists as a pip package, too, which is tried if the system has no
+For libusb there is a pip package, too, which is used if the system has no
 libusb.
 """
 
@@ -25,12 +25,12 @@ DEBIAN_PACKAGES = {
     "libudev.so.1": "libudev1",
     "libusb-1.0.so.0": "libusb-1.0-0",
 }
-"""The package of Debian and Ubuntu that holds each shared library."""
+"""The Debian and Ubuntu package that contains each shared library."""
 
 _LIBUSB = "libusb-1.0.so.0"
 
-# These patterns match messages of the dynamic loader, and of Drake, which loads
-# EGL itself.
+# These patterns match error messages of the dynamic loader, and of Drake, which
+# loads the library EGL itself.
 _GLIBC = re.compile(r"version `GLIBC_([\d.]+)' not found")
 _LIBRARY = re.compile(r"(?:^|/|loading )(lib[^\s/:;]+\.so[\d.]*)[:;]")
 
@@ -40,11 +40,11 @@ class MissingLibraryError(RemoSplatError):
 
 
 def import_optional(name: str, feature: str, extra: str) -> ModuleType:
-    """Imports a package of an extra that may need libraries of the system.
+    """Imports a package of an extra, which may need libraries of the system.
 
     Args:
         name: Name of the package to import.
-        feature: The feature that needs the package, for the error.
+        feature: The feature that needs the package, which the error names.
         extra: Name of the extra that installs the package.
 
     Raises:
@@ -62,10 +62,10 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
 @contextlib.contextmanager
 def libraries_named(feature: str) -> Iterator[None]:
-    """Turns an import error about a missing library into a one-line error.
+    """Turns import errors about a missing library into one-line errors.
 
     Args:
-        feature: The feature that needs the library, for the error.
+        feature: The feature that needs the library, which the error names.
 
     Raises:
         MissingLibraryError: A shared library is absent, or glibc is too old.
@@ -94,14 +94,16 @@ def _missing(problem: str) -> str | None:
 
 
 def _load_libusb() -> None:
-    """Loads libusb, the system's or pip's, for packages that link against it.
+    """Loads the system's or pip's libusb, for packages that link against it.
 
-    The dynamic loader does not search for a library that is already loaded.
+    When the package is imported, the dynamic loader uses the library that is
+    already loaded.
     """
     try:
         ctypes.CDLL(_LIBUSB, ctypes.RTLD_GLOBAL)
     except OSError:
-        # If neither exists, the importing package reports the missing library.
+        # If neither exists, the import of the package reports the missing
+        # library.
         with contextlib.suppress(ImportError, OSError):
             libusb = importlib.import_module("libusb_package")
             path = libusb.get_library_path()

@@ -10,11 +10,12 @@ class Table:
 
     Attributes:
         title: Heading above the table; empty for none.
-        header: Headings of the columns; empty ones are not shown in a terminal.
-        rows: Rows of cells; a row has one cell for each heading.
+        header: Headings of the columns. If all are empty, a terminal shows
+            none.
+        rows: Rows of cells. Each row has one cell for each heading.
         notes: Paragraph below the table; empty for none.
-        texts: Number of leading columns that contain text, which is aligned
-            left. The other columns contain numbers.
+        texts: Number of columns with text, which is aligned left. They precede
+            the columns with numbers.
         quoted: Indices of rows with results that are quoted from publications.
     """
 
@@ -26,7 +27,7 @@ class Table:
     quoted: frozenset[int] = frozenset()
 
     def to_markdown(self) -> str:
-        """Writes the heading, an aligned pipe table, and the notes."""
+        """Returns heading, aligned pipe table and notes as Markdown."""
         rows = [
             (f"*{cells[0]}*", *cells[1:]) if i in self.quoted else cells
             for i, cells in enumerate(self.rows)
@@ -53,7 +54,7 @@ class Table:
         return "\n".join(lines) + "\n"
 
     def to_html(self) -> str:
-        """Writes heading, table and notes as a fragment of HTML."""
+        """Returns heading, table and notes as a fragment of HTML."""
         head = "".join(
             f"<th{self._side(i)}>{_safe(cell)}</th>"
             for i, cell in enumerate(self.header)

@@ -32,12 +32,13 @@ def is_free(host: str, port: int) -> bool:
 def check_free(host: str, port: int | None) -> None:
     """Raises an error if no page can be served at an address.
 
-    Commands that serve a page only after long work call this function first.
+    If a command serves a page only after a long computation, it calls this
+    function before the computation.
 
     Args:
         host: Network interface, in the format of `--host`.
         port: The TCP port, in the format of `--port`; None for the first free
-            one.
+            port.
 
     Raises:
         RemoSplatError: There is no such interface, or the port is taken.

@@ -1,4 +1,4 @@
-"""`TerminalLines`: reads lines that are typed while a program runs."""
+"""`TerminalLines`: reads lines that a user types while a program runs."""
 
 import os
 import select
@@ -6,7 +6,7 @@ import sys
 
 
 class TerminalLines:
-    """Reads lines that are typed at this process' terminal, if it has one."""
+    """Reads the lines that a user types at this process' terminal."""
 
     def __init__(self):
         """Opens the terminal, without reading a line."""
@@ -18,7 +18,7 @@ class TerminalLines:
         return self._open
 
     def fetch(self) -> str | None:
-        """Returns a line typed since the last call; None if there is none.
+        """Returns a line typed since the last call; None if there is no line.
 
         The call does not wait for input. A background process gets no input.
         """

@@ -1,7 +1,7 @@
-"""Runs work on large arrays on several threads.
+"""Runs functions on several threads, for work on large arrays.
 
-Threads are useful, since NumPy and kernels release the GIL. A process that is
-limited to one thread, see `ONE_THREAD`, starts no others.
+Threads run in parallel, since NumPy and kernels release the GIL. A process that
+is limited to one thread (see `ONE_THREAD`) starts no further threads.
 """
 
 import os
@@ -14,15 +14,15 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _MOST = 8
-"""Largest number of threads. More threads would not be faster, since they would
-wait for memory."""
+"""Largest number of threads. More threads would not be faster, since the
+memory's bandwidth limits them."""
 
 
 def num_threads() -> int:
     """Returns the number of threads that this process may use.
 
     It is at most the number of cores, and at most the value of the environment
-    variable NUMBA_NUM_THREADS.
+    variable NUMBA_NUM_THREADS, if that is set.
     """
     try:
         cores = len(os.sched_getaffinity(0))
@@ -38,15 +38,17 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """Calls a function with each item, on `num_threads` threads.
 
     Args:
-        function: The function. Its calls must not change data that other calls
+        function: The function. A call must not change data that other calls
             use.
-        items: The arguments; put those that take longest first.
+        items: The arguments. Put first the ones for which the function takes
+            longest.
 
     Returns:
         The results, in the order of the items.
 
     Raises:
-        Exception: The exception of the first item that failed.
+        Exception: A call raised this exception; if several calls did, that of
+            the first item.
     """
     items = list(items)
     threads = min(num_threads(), len(items))
@@ -58,10 +60,10 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
 
 @cache
 def kept_threads(name: str, threads: int) -> ThreadPoolExecutor:
-    """Returns a persistent thread pool, for frequent short work.
+    """Returns a thread pool that persists, for short work at a high rate.
 
-    The threads are kept, since starting them would take as long as the work. A
-    function that runs on one of these threads must use a pool of another name.
+    Starting new threads would take as long as the work. A function that runs on
+    a thread of a pool must not use this pool, but one of another name.
 
     Args:
         name: Name of the pool.
@@ -75,7 +77,7 @@ os.register_at_fork(after_in_child=kept_threads.cache_clear)
 
 
 def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
-    """Calls two functions at the same time, if two threads are allowed.
+    """Calls two functions, in parallel if two threads are allowed.
 
     Args:
         first: Function that the calling thread calls.
@@ -85,7 +87,8 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
         The results of both functions.
 
     Raises:
-        Exception: The exception of the first function, or else of the second.
+        Exception: A function raised this exception; if both did, that of the
+            first.
     """
     if num_threads() < 2:
         return first(), second()
@@ -95,5 +98,5 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
 
 
 def blocks(n: int, size: int) -> list[slice]:
-    """Splits n rows into blocks of at most `size` rows."""
+    """Splits n rows into consecutive blocks of at most `size` rows."""
     return [slice(k, min(k + size, n)) for k in range(0, n, size)]

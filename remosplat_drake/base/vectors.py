@@ -1,7 +1,7 @@
-"""Operations on 3D vectors, as arrays or tuples, for kernels.
+"""Operations on 3D vectors for kernels; a vector is an array or a tuple.
 
-Kernels use them instead of NumPy's operations, each of which allocates an array
-and takes longer to compile.
+Kernels use these functions instead of NumPy's, which allocate an array in each
+operation and take longer to compile.
 """
 
 import math
@@ -46,12 +46,11 @@ def set_vector(out, a) -> None:
 
 @helper
 def across(n, angle):
-    """Makes two perpendicular unit vectors that are perpendicular to a third.
+    """Returns two perpendicular unit vectors that are perpendicular to a third.
 
     Args:
         n: The third vector, a unit vector, shape (3,).
-        angle: Angle by which the two are rotated about n from their default
-            [rad].
+        angle: Angle by which the two vectors are rotated about n [rad].
 
     Returns:
         The two vectors, shape (2, 3).
@@ -78,7 +77,7 @@ def across(n, angle):
 
 @helper
 def rotation(axis, angle):
-    """Makes the matrix, (3, 3), of a rotation about a unit vector [rad]."""
+    """Returns the matrix of a rotation about a unit vector, shape (3, 3)."""
     s, c = math.sin(angle), math.cos(angle)
     x, y, z = axis[0], axis[1], axis[2]
     R = np.empty((3, 3))

@@ -1,4 +1,4 @@
-"""Sets values in YAML text, and preserves all other characters."""
+"""Sets values in a YAML text, and preserves all other characters."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from remosplat_drake.base.errors import FieldError
 def with_values(
     text: str, path: tuple[str, ...], values: dict[str, str], where: Path | str
 ) -> str:
-    """Returns the text with new values in one of its mappings.
+    """Returns a YAML text with new values in one of its mappings.
 
     Comments, and the order and notation of all other values, are preserved. A
     missing mapping or field is added before its siblings.
@@ -36,8 +36,8 @@ def with_values(
             end = found.end_mark.index
             return f"{text[:at]} {{{content}}}{text[end:]}"
         node = _mapping(found, path[: depth + 1], where)
-    # Replacements are made from the end of the text, so that earlier positions
-    # stay valid.
+    # Replacements are made from the end of the text to its beginning, so that
+    # the positions of later replacements stay valid.
     present = {k: v for k in values if (v := _value(node, k)) is not None}
     new = [f"{k}: {v}" for k, v in values.items() if k not in present]
     for key, old in sorted(
@@ -51,7 +51,7 @@ def with_values(
 def _mapping(
     node: yaml.Node | None, path: tuple[str, ...], where: Path | str
 ) -> yaml.MappingNode:
-    """Returns the node, which must be a mapping without a tag."""
+    """Returns the node; raises an error unless it is a mapping without tag."""
     if not isinstance(node, yaml.MappingNode) or not node.tag.endswith(":map"):
         raise FieldError(
             str(where),
@@ -72,7 +72,8 @@ def _is_empty(node: yaml.Node) -> bool:
 def _end(node: yaml.Node) -> int:
     """Returns the position at which a value ends.
 
-    For blocks, PyYAML's end mark is not used, since it is at the next token.
+    For values in block style, PyYAML's end mark is not used, since it is at the
+    next token, after comments and blank lines.
     """
     is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
     if not is_block or not node.value:
@@ -82,7 +83,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _with_fields(text: str, node: yaml.MappingNode, lines: list[str]) -> str:
-    """Adds fields before all other fields of a mapping."""
+    """Returns the text with new fields before all other fields of a mapping."""
     if node.flow_style:
         at = node.start_mark.index + 1
         comma = ", " if node.value else ""

@@ -1,7 +1,7 @@
 """Parses YAML into PyYAML nodes with line numbers.
 
-The size of a file, its nesting and the expansion of its aliases are limited, so
-that reading any file ends after a short time.
+The size of a file, its nesting and the expansion of its aliases are limited. So
+reading takes a short time for any file.
 """
 
 import functools
@@ -23,7 +23,7 @@ MOST_NODES = 2_000_000
 """Largest number of values in a document after expansion of aliases."""
 
 DEEPEST = 40
-"""Largest accepted nesting of lists and mappings."""
+"""Largest accepted nesting depth of lists and mappings."""
 
 YAML_TAG = "tag:yaml.org,2002:"
 """Prefix of the tags of YAML's own types."""
@@ -53,7 +53,7 @@ def read_text(path: Path) -> str:
 
 
 class _Loader(yaml.SafeLoader):
-    """Composes nodes with file and line, up to a limited depth."""
+    """PyYAML loader whose nodes have file and line, with limited nesting."""
 
     def __init__(self, text: str, where: str):
         super().__init__(text)
@@ -78,15 +78,16 @@ class _Loader(yaml.SafeLoader):
 def compose(text: str, where: str) -> yaml.Node:
     """Parses YAML into the root node of its document.
 
-    The latest documents are kept, since a scenario's name is looked up in all
-    shipped files. Callers must not change the nodes.
+    The most recent documents are cached, since a search for a scenario's name
+    reads all shipped files. Callers must not change the nodes.
 
     Args:
         text: YAML text.
-        where: The file or flag that the text is from, for errors.
+        where: The file or flag that contains the text, for errors.
 
     Raises:
-        FileError: The text is not YAML, empty, or expands to too many values.
+        FileError: The text is not YAML, is empty, or has aliases that expand to
+            too many values.
     """
     try:
         loader = _Loader(text, where)
@@ -94,7 +95,7 @@ def compose(text: str, where: str) -> yaml.Node:
             node = loader.get_single_node()
         finally:
             loader.dispose()
-    # Some conversions of PyYAML raise errors that are not its own.
+    # PyYAML raises errors of other packages for some invalid values.
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         problem = " ".join(str(error).split())
         raise FileError(where, f"not YAML: {problem}") from error
@@ -158,7 +159,7 @@ def is_null(node: yaml.Node) -> bool:
 
 
 def line_of(node: yaml.Node) -> str:
-    """Returns the file and line that a node is from, as `file:line`."""
+    """Returns the file and line of a node, as `file:line`."""
     mark = node.start_mark
     return f"{mark.name}:{mark.line + 1}"
 
@@ -168,10 +169,10 @@ def fail(node: yaml.Node, field: str, problem: str) -> typing.NoReturn:
     raise FieldError(line_of(node), " ".join(field.split()), problem)
 
 
-# The functions below convert scalars, which PyYAML keeps as text.
+# The functions below convert scalars, which PyYAML's nodes contain as text.
 
 _SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
-"""Pattern of the dot in YAML's spellings .inf, -.inf and .nan."""
+"""Regular expression for the dot in YAML's spellings .inf, -.inf and .nan."""
 
 _OCTAL = re.compile(r"[-+]?0[0-9_]+")
 
@@ -190,7 +191,8 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
         The value; None if the scalar is of another kind.
 
     Raises:
-        FieldError: A number is written with leading zeros, which is octal.
+        FieldError: A number is written with leading zeros, which YAML reads as
+            octal.
     """
     tag = node.tag.removeprefix(YAML_TAG)
     if kind in (float, int) and not node.style and _OCTAL.fullmatch(node.value):
@@ -214,9 +216,10 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
 
 
 def _number(node: yaml.ScalarNode) -> float | None:
-    """Returns the number that a plain scalar stands for.
+    """Returns the number that a plain scalar represents.
 
-    It accepts 1e-3, which is a number in YAML 1.2 but not in YAML 1.1.
+    The function accepts 1e-3, which is a number in YAML 1.2 but not in YAML
+    1.1.
     """
     if node.style:
         return None

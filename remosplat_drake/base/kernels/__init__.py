@@ -1,4 +1,4 @@
-"""Compilation of the kernels of this package with Numba.
+"""Compiles the kernels of this package with Numba.
 
 A `kernel` is a function that is compiled separately and kept on disk. A
 `helper` is a function that is compiled into each kernel that calls it.
@@ -37,15 +37,15 @@ def kernel(
     linked: bool = False,
     **options: Any,
 ) -> Any:
-    """Compiles a function that Python and kernels call, and keeps it on disk.
+    """Decorates a function, which is compiled as a `Kernel` and kept on disk.
 
-    The kernel releases the GIL while it runs. See `Kernel`.
+    Python and other kernels can call it. It releases the GIL while it runs.
 
     Args:
-        function: The function; omitted if there are options.
-        returns: Type of the function's result, see `Kernel`.
-        linked: Whether kernels that call the function contain its code, as with
-            a helper.
+        function: The function; None if the decorator is used with options.
+        returns: Type of the function's result; see `Kernel.returns`.
+        linked: Whether the function is compiled into each kernel that calls it,
+            in the same way as a `helper`.
         options: Numba's options.
     """
     if function is None:
@@ -58,22 +58,23 @@ def kernel(
 
 
 def numpy_kernel(function: Any = None, **options: Any) -> Any:
-    """Makes a `kernel` in which division by zero gives infinity or NaN."""
+    """Decorates a `kernel` in which division by zero gives infinity or NaN."""
     return kernel(function, error_model="numpy", **options)
 
 
 def parallel_kernel(function: Any) -> Any:
-    """Makes a `kernel` whose loops over `prange` run on several threads."""
+    """Decorates a `kernel` whose loops over `prange` run on several threads."""
     return kernel(function, parallel=True)
 
 
 helper = register_jitable(no_cfunc_wrapper=True)
-"""Compiles a function into the kernels that call it.
+"""Decorator of a function that is compiled into each kernel that calls it.
 
-If Python calls a helper directly, it runs uncompiled, which is slow."""
+If Python calls a helper directly, the function runs uncompiled, which is
+slow."""
 
 numpy_helper = register_jitable(no_cfunc_wrapper=True, error_model="numpy")
-"""A `helper` in which division by zero gives infinity or NaN."""
+"""Decorator of a `helper` in which division by zero gives infinity or NaN."""
 
 
 def overload(function: Callable) -> Callable[[Callable], Callable]:

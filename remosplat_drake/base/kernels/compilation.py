@@ -1,11 +1,12 @@
 """Compiles kernels in worker processes, on idle cores.
 
-A process can declare in advance which kernels it will need, by `expect`. When
-the first of these is not on disk, worker processes compile all missing ones.
-Without such a declaration, workers compile only kernels with a declared result
-type, in parallel with their callers. The workers write compiled kernels to
-disk, from where this process loads them. While this process waits for a kernel
-of a worker, it compiles another one from the queue.
+With `expect`, a process can declare in advance which kernels it will need. As
+soon as it needs one of these kernels that is not on disk, worker processes
+compile all of them that are missing. Without such a declaration, workers
+compile only kernels with a declared result type, in parallel with the kernels
+that call them. The workers write compiled kernels to disk, and this process
+loads them. While this process waits for a worker's kernel, it compiles another
+kernel from the queue.
 """
 
 import contextlib
@@ -30,36 +31,36 @@ extending_modules: list[str] = []
 they compile."""
 
 _ASKED, _BEGUN, _ENDED, _READY = range(4)
-"""Messages of a worker about a variant (a kernel for certain argument types):
-it needs the variant, begins to compile it, or has compiled it. The last message
-is that the worker waits for the next variant."""
+"""Messages of a worker about a variant (a kernel for certain argument types).
+In order, they mean: the worker needs the variant, has begun to compile it, has
+compiled it, or is ready for the next variant."""
 
 _USUAL = 1.0
-"""Assumed compilation time of a variant whose time is unknown [s]."""
+"""Compilation time that is assumed for a variant whose time is unknown [s]."""
 
 
 class _Compilation:
-    """The queue of variants to compile, and the worker processes.
+    """State of compilation: the queue of variants, and the worker processes.
 
     Attributes:
-        changed: Condition, notified when a variant is requested or has been
-            compiled.
+        changed: Condition that is notified when a variant is requested or has
+            been compiled.
         asked: All requested variants.
-        waiting: Requested variants that no process has begun to compile, in
-            order.
+        waiting: Requested variants that no process has begun to compile, in the
+            order of compilation.
         running: Variants that workers compile at present.
         processes: Number of workers.
         idle: Number of idle workers.
         expected: Function that returns the variants that this process will
-            need; None after its call.
-        tell: Function that sends messages to the parent process, for which this
-            one compiles; None if this process is no worker.
-        weights: Known compilation times of variants, on a reference processor
-            [s].
-        missing: Compilation times of the variants that were missing [s].
-        compiled: The missing variants that have been compiled.
-        shows: Callback that gets True if this process waits for kernels, else
-            False.
+            need; None if there is no such function, or after its call.
+        tell: Function of a worker that sends a message to its parent process;
+            None in a process that is not a worker.
+        weights: Known compilation times of the expected variants on a reference
+            processor [s].
+        missing: Compilation times of the variants that were not on disk [s].
+        compiled: The variants in `missing` that have been compiled.
+        shows: Callback whose argument is True while this process waits for
+            kernels, else False.
     """
 
     def __init__(self):
@@ -80,7 +81,7 @@ _state = _Compilation()
 
 
 def expect(variants: Callable[[], Mapping[Any, float]]) -> None:
-    """Declares which variants (kernels for argument types) will be needed.
+    """Declares the variants (kernels for argument types) that will be needed.
 
     Args:
         variants: Function that returns the variants, in the order of
@@ -94,8 +95,9 @@ def show(shows: Callable[[bool], None] | None) -> None:
     """Sets a callback that reports whether this process waits for kernels.
 
     Args:
-        shows: Called with True when the process begins to wait, possibly
-            several times, and with False at the end.
+        shows: Function that is called with True when the process begins to
+            wait, possibly several times, and with False when it no longer
+            waits.
     """
     _state.shows = shows
 
@@ -106,9 +108,10 @@ class Count(NamedTuple):
     Attributes:
         done: Number of missing kernels that have been compiled.
         total: Number of missing kernels.
-        work_done: Compilation time of the compiled kernels on a reference
-            processor [s].
-        work: Compilation time of all missing kernels on that processor [s].
+        work_done: Compilation time of the kernels counted by `done`, on a
+            reference processor [s].
+        work: Compilation time of the kernels counted by `total`, on the same
+            reference processor [s].
     """
 
     done: int
@@ -163,8 +166,8 @@ def ask(variant: Unit) -> None:
 def begin(variant: Unit) -> None:
     """Records that this thread begins to compile a variant of a kernel.
 
-    The variant is not on disk. If another process already compiles it, this
-    call returns when that process has finished.
+    The caller has found that the variant is not on disk. If another process
+    already compiles it, this function waits until that process has finished.
 
     Args:
         variant: The kernel, for certain argument types.
@@ -205,10 +208,10 @@ def end(variant: Unit) -> None:
 
 
 def finish(variant: Unit) -> None:
-    """Loads or compiles all variants that a variant calls.
+    """Loads or compiles all variants that a given variant calls.
 
     Args:
-        variant: A variant whose own code is compiled or loaded.
+        variant: The given variant, whose own code has been compiled or loaded.
     """
     missing, seen = [variant], set()
     while missing:
@@ -306,11 +309,11 @@ class _Process:
 
 
 def serve(requests: Any, answers: Any) -> None:
-    """Compiles the variants that another process requests, until it ends.
+    """Compiles the variants that the parent process requests, until it ends.
 
     Args:
-        requests: The file from which requests are read.
-        answers: The file to which answers are written.
+        requests: File from which this process reads requests.
+        answers: File to which this process writes its messages.
     """
 
     def tell(what, variant):
@@ -325,8 +328,8 @@ def serve(requests: Any, answers: Any) -> None:
             for module in modules:
                 importlib.import_module(module)
             variant = found(reference)
-            # An error is ignored here: the other process then compiles the
-            # variant itself and raises the error.
+            # An error is ignored here, since the parent process then compiles
+            # the variant itself and raises the error.
             with contextlib.suppress(Exception):
                 if variant is not None and not variant.is_kept:
                     variant.prepare()

@@ -1,10 +1,10 @@
-"""Computes the digest of a kernel's content, which names its file.
+"""Computes the digest of a kernel's content, which is the name of its file.
 
 A kernel contains the functions that it calls and the constants that it reads,
 from all modules. The digest covers the bytecode of these functions and the
-values of these constants in this process. It does not depend on source files: a
-changed comment does not change the digest, and if a function was redefined in a
-notebook, the digest covers the current code.
+values of these constants in this process. It does not depend on source files.
+So a changed comment does not change the digest. If a function was redefined in
+a notebook, the digest covers the current definition.
 
 If a kernel calls another kernel by its address, the digest covers only the name
 and the type of the called kernel; see `Kernel`.
@@ -25,8 +25,8 @@ from llvmlite import ir
 from numba import extending, types
 
 _FOREIGN = {"numba", "numpy", "llvmlite", *sys.stdlib_module_names}
-"""Packages whose functions the digest covers by name and version, instead of
-bytecode."""
+"""Packages whose functions are represented in the digest by the package's name
+and version, and not by their bytecode."""
 
 _COMPILER_FILES = (
     "address_calls.py",
@@ -37,7 +37,7 @@ _COMPILER_FILES = (
     "kernels/packed.py",
     "kernels/variant.py",
 )
-"""The files in base/ that extend Numba's compiler."""
+"""The files in `remosplat_drake/base/` that extend Numba's compiler."""
 
 _COMPILER_MODULES = {
     f"remosplat_drake.base.{name.removesuffix('.py').replace('/', '.')}"
@@ -53,8 +53,8 @@ class Referenced:
     """A global that kernels call by its address.
 
     Attributes:
-        content: Text that represents the global in digests of its callers;
-            empty if its callers contain its code.
+        content: Text that represents the global in the digests of kernels that
+            call it; empty if these kernels contain the global's code.
     """
 
     content: str
@@ -66,7 +66,7 @@ overloads: dict[Callable, list[Callable]] = {}
 
 
 def content_digest(function: Callable) -> str:
-    """Returns the digest of a function and of all that it contains.
+    """Returns the digest of a function, and of the functions that it calls.
 
     Raises:
         UnknownContentError: The function reads a global whose content cannot be
@@ -80,7 +80,7 @@ def content_digest(function: Callable) -> str:
 
 
 class _Walk:
-    """Iterates over the content of values; visits each function once."""
+    """Iterates over the content of values, and visits each function once."""
 
     def __init__(self):
         self._seen: dict[Any, int] = {}
@@ -152,8 +152,8 @@ def _names(code: CodeType) -> set[str]:
 
 
 def _is_foreign(module: str | None) -> bool:
-    # `__main__` is the module of a script or notebook, although it is in the
-    # list of the standard library.
+    # `__main__` is the module of a script or notebook, although Python lists it
+    # as a module of the standard library.
     return module != "__main__" and (module or "").split(".")[0] in _FOREIGN
 
 
@@ -191,9 +191,10 @@ def _plain(value: Any) -> bytes:
 
 
 def _is_known_by_name(value: Any) -> bool:
-    """Whether a value is a function of Numba, NumPy or C, or an intrinsic.
+    """Whether a value's name represents it: a function of Numba, NumPy or C.
 
-    Only intrinsics that are defined in `_COMPILER_FILES` reach this function.
+    An intrinsic of this package is also represented by its name. Only
+    intrinsics in `_COMPILER_FILES` reach this function.
     """
     return hasattr(value, "__name__") and (
         isinstance(value, BuiltinFunctionType | np.ufunc)
@@ -214,7 +215,7 @@ _known_environment = b""
 
 
 def _environment() -> bytes:
-    """Returns the dependencies of all kernels: versions and extensions."""
+    """Returns the content that all kernels share: versions and extensions."""
     global _known_environment
     if not _known_environment:
         base = Path(__file__).resolve().parents[1]

@@ -1,9 +1,10 @@
-"""Files of compiled kernels, one for each kernel, named by its content.
+"""Reads and writes files of compiled kernels, one file for each kernel.
 
 A file's name depends on the content of the kernel, the types of its arguments,
 and the target processor. So a file is never out of date, and folders of kernels
-can be copied and shared. Kernels are read from the user's cache, where new ones
-are written, and from the package, if its wheel contains kernels.
+can be copied and shared. Kernels are read from the user's cache and, if the
+package was installed from a wheel with kernels, from the package. New kernels
+are written to the user's cache.
 """
 
 import fcntl
@@ -29,15 +30,15 @@ PACKAGED = Path(__file__).resolve().parents[2] / "compiled_kernels"
 """Folder of the kernels that a wheel contains."""
 
 MADE_FOR = "made_for.txt"
-"""The file in the wheel's folder that states the versions that its kernels fit,
-see `made_for`."""
+"""Name of the file in the wheel's folder that states the versions and the
+processor that the wheel's kernels require; see `made_for`."""
 
 _MOST = 1_000_000_000
 """Size of the user's cache beyond which the oldest files are removed [B]."""
 
 
 def kernels_dir() -> Path:
-    """Returns the folder of the user's kernels, which need not exist.
+    """Returns the folder of the user's cache of kernels, which need not exist.
 
     The environment variable NUMBA_CACHE_DIR overrides the default.
     """
@@ -46,7 +47,7 @@ def kernels_dir() -> Path:
 
 
 def made_for() -> str:
-    """Returns the versions and the processor that kernels made here need."""
+    """Returns the versions and the processor of this process, as text."""
     python = ".".join(map(str, sys.version_info[:2]))
     processor = config.CPU_NAME or "this processor"
     return (
@@ -56,9 +57,10 @@ def made_for() -> str:
 
 
 def unfit() -> str:
-    """Returns the versions that the wheel's kernels require, if they differ.
+    """Returns what the wheel's kernels require, if this process does not fit.
 
-    The text is empty if the kernels fit this system, or if the wheel has none.
+    The text has the form of `made_for`. It is empty if the kernels fit this
+    process, or if the wheel contains no kernels.
     """
     try:
         made = (PACKAGED / MADE_FOR).read_text()
@@ -68,10 +70,10 @@ def unfit() -> str:
 
 
 def find(name: str) -> Path | None:
-    """Returns the path of a kernel's file; None if there is none.
+    """Returns the path of a kernel's file; None if the file does not exist.
 
     Args:
-        name: Its name.
+        name: Name of the kernel's file.
     """
     for folder in (kernels_dir(), PACKAGED):
         path = folder / name
@@ -81,7 +83,7 @@ def find(name: str) -> Path | None:
 
 
 def read(path: Path) -> tuple[Any, ...] | None:
-    """Returns the content of a kernel's file; None if damaged or missing."""
+    """Returns the parts of a kernel's file; None without a valid file."""
     try:
         return pickle.loads(path.read_bytes())
     except Exception:  # Damaged pickles raise anything.
@@ -92,8 +94,8 @@ def write(name: str, parts: tuple[Any, ...]) -> None:
     """Writes a kernel's file, unless the disk is full or read-only.
 
     Args:
-        name: Its name.
-        parts: The result of `read`.
+        name: Name of the kernel's file.
+        parts: The parts of the file, which `read` returns.
     """
     with suppress(FileError, OSError):
         write_atomically(kernels_dir() / name, pickle.dumps(parts))
@@ -120,11 +122,11 @@ def _remove_oldest() -> None:
 def locked(name: str) -> Iterator[None]:
     """Provides a context in which only this process compiles a kernel.
 
-    If the folder is read-only, there is no lock, and each process compiles for
-    itself.
+    If the folder is read-only, there is no lock, and each process compiles the
+    kernels that it needs.
 
     Args:
-        name: The kernel's file.
+        name: Name of the kernel's file.
     """
     place = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
     try:
@@ -141,6 +143,6 @@ def locked(name: str) -> Iterator[None]:
 
 @cache
 def _lock_file(folder: Path) -> int:
-    """Returns the lock file, each byte of which is a lock; opens it once."""
+    """Returns the open lock file, in which each byte is a lock."""
     folder.mkdir(parents=True, exist_ok=True)
     return os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)

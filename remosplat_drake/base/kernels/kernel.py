@@ -30,19 +30,17 @@ Returns = types.Type | Callable[..., types.Type] | None
 class Kernel(Referenced):
     """A compiled function, kept on disk under the digest of its content.
 
-    Python calls a kernel with values. Other kernels call it by its address: so
-    the kernel is compiled only once, and its callers are not compiled again
-    when it changes.
+    Other kernels call a kernel by its address. So the kernel is compiled only
+    once, and its callers are not compiled again when it changes.
 
     Attributes:
         py_func: The original Python function.
         module: Name of its module.
         name: Qualified name of the function in its module.
-        content: See `Referenced`; empty if the kernel's callers contain its
-            code.
-        returns: The type of the result, or a function that derives it from the
-            argument types. If it is given, callers are compiled in parallel
-            with this kernel, otherwise after it.
+        content: See `Referenced.content`.
+        returns: The type of the result, or a function that computes this type
+            from the argument types. If it is None, kernels that call this
+            kernel are compiled after it, otherwise in parallel with it.
         options: Numba's options, as text.
     """
 
@@ -78,7 +76,7 @@ class Kernel(Referenced):
         self._call = None if linked else self._intrinsic()
 
     def __call__(self, *arguments: Any) -> Any:
-        """Calls the kernel with values."""
+        """Calls the kernel from Python."""
         try:
             return self.dispatcher(*arguments)
         except BaseException:
@@ -134,9 +132,10 @@ def _type_of_kernel(kernel, context):
 
 
 def callback(signature: Any) -> Any:
-    """Compiles a function that kernels call by its address, for one signature.
+    """Compiles a function for one signature; kernels call it by its address.
 
-    The result is not kept on disk, since it may contain code of other files.
+    The compiled function is not kept on disk, since it may contain code of
+    other files.
 
     Args:
         signature: Numba's types of the function's result and arguments.

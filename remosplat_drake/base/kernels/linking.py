@@ -1,9 +1,9 @@
-"""Changes to Numba's code generation that keep compilation short.
+"""Changes Numba's code generation, so that compilation takes less time.
 
 By default, Numba compiles each function to machine code, and compiles it again
-as a part of each caller. A helper that Python never calls needs only the copies
-in its callers. So helpers are linked into their callers, but are not compiled
-separately, unless a pointer into their library is needed.
+as a part of each function that calls it. If Python never calls a helper, its
+separate machine code is not needed. So this module links helpers into their
+callers, and compiles a helper separately only if its address is needed.
 
 This module uses private parts of Numba. A test lists each of these parts, and
 `pyproject.toml` excludes versions of Numba that are not tested.
@@ -20,12 +20,12 @@ _ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
 _UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
 
 _environments: dict[str, Any] = {}
-"""Arguments of delayed calls of `set_env`, for functions that have no machine
-code yet."""
+"""Arguments of calls of Numba's `set_env` that are delayed until the function
+has machine code."""
 
 
 class LinkedLibrary(codegen.JITCodeLibrary):
-    """A code library that is compiled only if code outside it calls it."""
+    """Numba code library that is compiled only if code outside it calls it."""
 
     _only_linked = False
 
@@ -40,10 +40,11 @@ class LinkedLibrary(codegen.JITCodeLibrary):
             super()._optimize_final_module()
 
     def _hide_linked(self):
-        """Makes the names of helpers invisible to the code of other kernels.
+        """Hides the names of helpers from the code of other kernels.
 
         Numba's names of functions contain a number that is unique only within a
-        process. So two different helpers could have the same name.
+        process. So two different helpers, from different processes, could have
+        the same name.
         """
         for function in self._final_module.functions:
             if function.linkage.name == "linkonce_odr":
@@ -65,7 +66,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
                 self._codegen.set_env(variable.name, environment)
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Returns the address of a function; 0 if this library lacks it."""
+        """Returns the address of a function; 0 if it is not in this library."""
         self._ensure_finalized()
         if self._only_linked:
             if not any(f.name == name for f in self.get_defined_functions()):
@@ -81,7 +82,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
         super()._finalize_final_module()
 
     def _is_entered(self) -> bool:
-        """Whether Python calls the library, or its code cannot be deferred."""
+        """Whether Python calls the library, or its compilation cannot wait."""
         module = self._final_module
         return (
             not self._object_caching_enabled
@@ -116,10 +117,10 @@ def link_only() -> None:
 
 
 def compare_quickly() -> None:
-    """Makes Numba compare functions' settings by their explicit values only.
+    """Makes Numba compare only those settings of functions that were set.
 
-    By default, Numba compares settings thousands of times, and computes all of
-    them each time, including default values.
+    By default, Numba compares the settings of functions thousands of times.
+    Each time it computes all settings, including those with default values.
     """
     config = targetconfig.TargetConfig
     equal, digest = config.__eq__, config.__hash__
@@ -148,15 +149,15 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 
 
 def reduced(compiled: Any, is_linked: bool) -> tuple:
-    """Returns the part of a compile result that is kept on disk.
+    """Returns the part of Numba's `CompileResult` that is kept on disk.
 
-    Numba's result contains intermediate code, which is needed to link the
-    function into other code. If no other code links it, an empty module
-    replaces the intermediate code. This module has the names that the machine
-    code defines, which are needed in any case.
+    A `CompileResult` contains intermediate code, from which the function is
+    linked into other code. If no other code links the function, this function
+    replaces the intermediate code by an empty module. The empty module has the
+    names that the machine code defines, which are needed in any case.
 
     Args:
-        compiled: Numba's `CompileResult`.
+        compiled: The `CompileResult`.
         is_linked: Whether other code links the function.
     """
     library, *rest = compiled._reduce()

@@ -1,8 +1,8 @@
-"""Reads and writes lists of kernels, with argument types and times.
+"""Reads and writes lists of kernels: argument types and compilation times.
 
-With such a list, all kernels that a process needs can be compiled at once on
-all cores, before the values of their arguments exist. The types in a list are
-numbered, since they refer to each other.
+With such a list, all kernels that a process needs can be compiled in parallel
+on all cores, before the values of their arguments exist. The argument types in
+a list are numbered, so that a type can refer to other types.
 """
 
 import importlib
@@ -26,7 +26,7 @@ class UnlistedTypeError(Exception):
 
 
 def listed(variants: Iterable[Variant]) -> str:
-    """Returns a list of variants as text; called variants precede callers.
+    """Returns a list of variants as text; each follows those that it calls.
 
     A variant that another process cannot find, such as one defined in a script,
     is omitted.
@@ -78,7 +78,7 @@ def _callees_first(variants: Iterable[Variant]) -> Iterator[Variant]:
 
 
 class _Table:
-    """The types in a list, each once, and after the types that it contains.
+    """The argument types in a list, each after the types that it contains.
 
     Attributes:
         rows: Descriptions of the types, in order.

@@ -1,10 +1,10 @@
 """`Packed`: a named tuple of arrays that kernels receive by address.
 
 If a kernel takes a plain named tuple, Numba makes a separate argument of each
-number in each array header: hundreds of arguments for a robot, also in each
-function that the kernel calls. These arguments would dominate the compilation
-time and the duration of calls from Python. A `Packed` is a single address, from
-which a kernel reads only the fields that it uses.
+number in each array header. For a robot, these are hundreds of arguments of the
+kernel, and of each function that the kernel calls. They would dominate the
+compilation time and the duration of calls from Python. In contrast, a `Packed`
+is a single address, from which a kernel reads only the fields that it uses.
 """
 
 import hashlib
@@ -43,12 +43,12 @@ _REAL, _WHOLE = struct.Struct("d"), struct.Struct("q")
 class Packed(Generic[Values]):
     """A named tuple for kernels: arrays, numbers, and tuples of these.
 
-    Kernels read the fields of a `Packed` by name, as those of the tuple.
-    Kernels must not write to its read-only arrays.
+    Kernels read the fields of a `Packed` by name, as if it were the named
+    tuple. Kernels must not write to its read-only arrays.
 
     Attributes:
         values: The named tuple, with contiguous arrays.
-        address: Address of the array headers.
+        address: Address of the packed fields: array headers and numbers.
     """
 
     __slots__ = ("_layout", "_numba_type_", "_words", "address", "values")
@@ -57,8 +57,8 @@ class Packed(Generic[Values]):
         """Packs a named tuple.
 
         Args:
-            values: The named tuple. Arrays that are not contiguous are copied.
-                Nested named tuples are packed, too.
+            values: The named tuple; named tuples in it are packed, too. Arrays
+                that are not contiguous are copied.
         """
         words: list[int] = []
         self.values, layout = _pack(values, words)
@@ -67,7 +67,7 @@ class Packed(Generic[Values]):
         self.address = _address(self._words)
 
     def __getattr__(self, name: str) -> Any:
-        """Reads a field, as kernels do."""
+        """Returns a field of the named tuple, by its name."""
         if name in Packed.__slots__:
             raise AttributeError(name)
         return getattr(self.values, name)
@@ -80,11 +80,12 @@ class Packed(Generic[Values]):
 
 
 def _pack(value: Any, words: list[int]) -> tuple[Any, Any]:
-    """Appends a value as 64-bit words, an array as address, shape, strides.
+    """Appends a value as 64-bit words; an array's are address, shape, strides.
 
     Returns:
-        The value with contiguous arrays and without `Packed`s, and a hashable
-        key, the layout, which is equal only for values of the same type.
+        Two things: the value, in which arrays are contiguous and each `Packed`
+        is replaced by its named tuple, and its layout. The layout is a hashable
+        key, which is equal only for values of the same type.
     """
     if isinstance(value, np.ndarray):
         value = np.ascontiguousarray(value)
@@ -116,10 +117,11 @@ _codes: dict[type, Any] = {}
 
 
 def bind_code(kind: type, function: Any) -> None:
-    """Associates the code that processes a named tuple with the tuple's type.
+    """Declares the function that processes a named tuple as part of its type.
 
-    Kernels that contain this code are then compiled again when the code
-    changes. This function must be called before the first such tuple is packed.
+    Kernels that take such a tuple are then compiled again when the code of the
+    function changes. `bind_code` must be called before the first such tuple is
+    packed.
 
     Args:
         kind: The named tuple.
@@ -129,7 +131,7 @@ def bind_code(kind: type, function: Any) -> None:
 
 
 def _code_of(kind: type) -> str:
-    """Returns an identifier of the code that processes a named tuple."""
+    """Returns the digest of a named tuple's `bind_code` function, as text."""
     try:
         return content_digest(_codes[kind]) if kind in _codes else ""
     except UnknownContentError:
@@ -137,7 +139,7 @@ def _code_of(kind: type) -> str:
 
 
 class PackedType(types.Type):
-    """Numba's type of a `Packed`: types of the named tuple and its fields."""
+    """Numba's type of a `Packed`, with the types of its fields."""
 
     def __init__(self, kind: type, fields: tuple[types.Type, ...]):
         self.kind, self.fields = kind, fields
@@ -163,7 +165,7 @@ _numbers = itertools.count()
 
 
 def _known_type(layout: Any, values: Any) -> tuple[int, PackedType]:
-    """Returns the number and the type of a layout, created once for each."""
+    """Returns the number and the Numba type of a layout; creates each once."""
     if layout not in _types:
         found = next(_numbers), _packed_type(values)
         return _types.setdefault(layout, found)
@@ -176,7 +178,7 @@ def _packed_type(values: Any) -> PackedType:
 
 def _type(value: Any) -> types.Type:
     if isinstance(value, np.ndarray):
-        # Writable and read-only arrays have the same type.
+        # A writable and a read-only array have the same type.
         return types.Array(typeof(value).dtype, value.ndim, "C")
     if hasattr(value, "_fields"):
         return _packed_type(value)
@@ -228,9 +230,9 @@ def packed_field(context, builder, kind, value, place) -> Any:
 
     Args:
         context: Numba's target context.
-        builder: Writes the kernel's intermediate code.
+        builder: LLVM builder of the kernel's intermediate code.
         kind: The `PackedType`.
-        value: The value.
+        value: The packed value.
         place: Index of the field.
     """
     first = sum(_count(part) for part in kind.fields[:place])
@@ -239,7 +241,7 @@ def packed_field(context, builder, kind, value, place) -> Any:
 
 
 def _read(context, builder, kind, words, first):
-    """Reads a value of a type from consecutive words, beginning at `first`."""
+    """Reads a value of a given type from consecutive words, from `first` on."""
 
     def word(number):
         at = builder.gep(words, [ir.Constant(_WORD, number)])
@@ -303,13 +305,13 @@ def packed_words(context, builder, kind, value) -> list[ir.Value]:
 
     Args:
         context: Numba's target context.
-        builder: Writes the kernel's intermediate code.
+        builder: LLVM builder of the kernel's intermediate code.
         kind: The type of the value.
         value: The value.
 
     Returns:
-        The integers. An array has its address, shape and strides, a number its
-        bits, and a tuple the integers of its elements.
+        The integers. An array is represented by its address, shape and strides,
+        a number by its bits, and a tuple by the integers of its elements.
     """
     if isinstance(kind, types.Array):
         array, n = context.make_array(kind)(context, builder, value), kind.ndim
@@ -357,7 +359,7 @@ def hand_over(context, builder, kind, value) -> ir.Value:
 
     Args:
         context: Numba's target context.
-        builder: Writes the kernel's intermediate code.
+        builder: LLVM builder of the kernel's intermediate code.
         kind: The type of the value.
         value: The value. Its arrays must exist until the other kernel returns.
     """
@@ -375,7 +377,7 @@ def hand_over(context, builder, kind, value) -> ir.Value:
 
 
 def type_text(kind: types.Type) -> str:
-    """Returns a text that identifies a type in every process.
+    """Returns text that identifies a type, and is equal in all processes.
 
     Numba's own name of a named tuple is not sufficient, since it lacks the
     names of the fields.

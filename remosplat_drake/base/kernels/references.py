@@ -1,4 +1,4 @@
-"""References by which any process finds a kernel; interfaces of kernels."""
+"""References by which any process finds a kernel, and interfaces of kernels."""
 
 import importlib
 from collections.abc import Callable
@@ -14,7 +14,7 @@ types."""
 
 
 class KernelCode(Protocol):
-    """The part of the interface of `Kernel` that `Variant` uses."""
+    """Protocol with the part of `Kernel` that `Variant` uses."""
 
     py_func: Callable
     module: str
@@ -34,7 +34,7 @@ class KernelCode(Protocol):
 
 
 class Unit(Protocol):
-    """The part of the interface of `Variant` that compilation uses."""
+    """Protocol with the part of `Variant` that `compilation` uses."""
 
     uses: Any
 
@@ -58,14 +58,14 @@ class Unit(Protocol):
 
 
 def found(reference: Reference) -> Any:
-    """Returns the variant that a reference names; None if there is none."""
+    """Returns the variant that a reference names; None if it does not exist."""
     module, name, arguments = reference
     kernel = of_module(module, name)
     return kernel.variant(arguments) if hasattr(kernel, "variant") else None
 
 
 def of_module(module: str, name: str) -> Any:
-    """Returns a member of a module by its name; None if it is absent."""
+    """Returns a member of a module by its name; None if it does not exist."""
     try:
         return getattr(importlib.import_module(module), name, None)
     except ImportError:

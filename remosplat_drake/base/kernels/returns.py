@@ -1,4 +1,4 @@
-"""Functions that return Numba's types, for results of kernels."""
+"""Functions that return Numba types, to declare the result types of kernels."""
 
 from numba import types
 
@@ -11,7 +11,7 @@ REAL, WHOLE, TRUTH, NOTHING = (
 
 
 def reals(n: int) -> types.Array:
-    """Returns the type of n-dimensional arrays of real numbers."""
+    """Returns the type of n-dimensional arrays of double-precision numbers."""
     return types.Array(REAL, n, "C")
 
 
@@ -26,15 +26,15 @@ def truths(n: int) -> types.Array:
 
 
 def several(*kinds: types.Type) -> types.BaseTuple:
-    """Returns the type of tuples whose parts have the given types."""
+    """Returns the type of tuples whose elements have the given types."""
     return types.BaseTuple.from_types(kinds)
 
 
 def named(kind: type, *kinds: types.Type) -> types.BaseNamedTuple:
-    """Returns the type of named tuples of a class.
+    """Returns the type of a named tuple.
 
     Args:
-        kind: The class.
+        kind: The class of the named tuple.
         kinds: The types of its fields.
     """
     if len(set(kinds)) == 1:

@@ -1,8 +1,9 @@
-"""Chooses the processor for which kernels are compiled.
+"""Chooses the type of processor for which kernels are compiled.
 
-On x86-64 this is the microarchitecture level v3 (AVX2, FMA) instead of the
-present processor, if that supports v3. Kernels for v3 run on all processors
-with this level, and are only a few percent slower.
+On x86-64, kernels are compiled for the microarchitecture level v3 (AVX2, FMA),
+if this computer's processor supports it. Such kernels run on all processors
+with this level. They are only a few percent slower than kernels for the
+processor of this computer.
 """
 
 from llvmlite import binding

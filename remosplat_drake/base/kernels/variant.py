@@ -1,9 +1,9 @@
-"""`Variant`: a kernel for arguments of certain types.
+"""`Variant`: a kernel that is compiled for certain argument types.
 
 Kernels call a variant through its cell, a word of memory that contains the
-variant's address. Machine code finds the cell by name. Before Python calls a
-kernel, the cells of all variants that it may call are filled, so that no
-variant is compiled or loaded during the call.
+address of the variant's machine code. Machine code finds the cell by the cell's
+name. Before Python calls a kernel, the cells of all variants that the kernel
+may call are filled. So no variant is compiled or loaded during the call.
 """
 
 import ctypes
@@ -34,9 +34,9 @@ from remosplat_drake.base.kernels.references import (
 _CELL = "numba.dynamic.globals.remosplat_drake:"
 """Prefix of the names of cells.
 
-Because of how the prefix begins, Numba treats the cells as local to this
-process. So it does not cache functions with `cache=True` that call kernels:
-another process would not find the cells."""
+Numba recognises the beginning of this prefix, and treats the cells as local to
+this process. So Numba does not cache functions with `cache=True` that call
+kernels, because another process would not find the cells."""
 
 _WORD = ir.IntType(64)
 
@@ -48,15 +48,14 @@ _named: dict[str, "Variant"] = {}
 
 
 class Variant:
-    """A kernel for arguments of certain types.
+    """A kernel that is compiled for certain argument types.
 
     Attributes:
         kernel: The kernel.
         arguments: The types of the arguments.
         uses: The variants that this one calls; None before it is compiled or
             loaded.
-        time: Compilation time on one core, without that of the called variants
-            [s].
+        time: Compilation time of this variant's own code on one core [s].
         was_kept: Whether the variant was loaded from disk.
     """
 
@@ -84,7 +83,7 @@ class Variant:
 
     @property
     def file(self) -> str:
-        """The name of the variant's file; empty if there can be none."""
+        """Name of the variant's file; empty if it cannot be kept on disk."""
         return self._file
 
     @cached_property
@@ -117,14 +116,14 @@ class Variant:
 
     @property
     def reference(self) -> Reference | None:
-        """The variant's reference for `found`; None if there is none."""
+        """Reference for `found`; None if other processes cannot find it."""
         kernel = self.kernel
         module, name = kernel.module, kernel.name
         is_found = module != "__main__" and of_module(module, name) is kernel
         return (module, name, self.arguments) if is_found else None
 
     def prepare(self) -> None:
-        """Loads or compiles the variant, without the variants that it calls."""
+        """Loads or compiles the variant, but not the variants that it calls."""
         if self._compiled is not None:
             return
         _thread.nested += 1
@@ -138,7 +137,7 @@ class Variant:
             _thread.nested -= 1
 
     def load(self, target_context: Any) -> Any:
-        """Returns the compile result from disk; None if it is not on disk."""
+        """Returns Numba's `CompileResult` from disk; None if there is none."""
         if self._compiled is not None:
             return self._compiled
         kept = self._kept()
@@ -148,8 +147,8 @@ class Variant:
         uses = []
         for reference, result in used:
             variant = found(reference)
-            # The caller on disk is only valid if its callees still have the
-            # result types that they had at its compilation.
+            # The code on disk is valid only if the variants that it calls still
+            # have the result types for which it was compiled.
             if variant is None or variant.result != result:
                 return None
             variant.name_cell()
@@ -171,7 +170,7 @@ class Variant:
         _thread.working.append(self)
 
     def keep(self, compiled: Any) -> None:
-        """Writes Numba's compiled code to disk."""
+        """Writes the variant's compiled code to disk."""
         spent = process_time() - self._start
         self.time += spent
         for outer in _thread.working[-2:-1]:
@@ -209,20 +208,20 @@ class Variant:
                 "declared"
             )
         self._result, self.uses = result, uses
-        # Numba measures the duration of compilations, but not of loading.
+        # Numba records the duration of a compilation, but not of loading.
         self._compiled = compiled._replace(metadata=None)
         self._cell.value = compiled.library.get_pointer_to_function(
             compiled.fndesc.llvm_func_name
         )
 
     def name_cell(self) -> None:
-        """Defines the cell's name for machine code."""
+        """Registers the cell's name with LLVM, for use by machine code."""
         if self.name not in _named:
             _named[self.name] = self
             binding.add_symbol(self.name, ctypes.addressof(self._cell))
 
     def generate_call(self, context, builder, signature, arguments):
-        """Generates the code of a call through the cell (`numba.extending`)."""
+        """Generates the intermediate code of a call through the cell."""
         self.name_cell()
         convention, module = context.call_conv, builder.module
         cell = module.globals.get(self.name)
@@ -253,7 +252,7 @@ class Variant:
 def _check_owned(context, builder, kernel, kind, value) -> None:
     """Generates a check that a result contains no array of a packed argument.
 
-    Such an array might be freed while the result is still read.
+    Such an array might be freed while the caller still uses the result.
     """
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
@@ -268,12 +267,12 @@ def _check_owned(context, builder, kernel, kind, value) -> None:
 
 
 class _Thread(threading.local):
-    """State of a thread that compiles.
+    """State of a thread that compiles variants.
 
     Attributes:
-        working: The variants that it compiles.
-        nested: Number of these variants that are compiled as callees of others,
-            or for other processes.
+        working: The variants that the thread compiles at present.
+        nested: Number of these variants that are compiled because another
+            variant calls them, or because another process requested them.
     """
 
     def __init__(self):
@@ -285,10 +284,10 @@ _thread = _Thread()
 
 
 def abandon(outer: int = 0) -> None:
-    """Ends the thread's compilations after one of them failed.
+    """Ends this thread's compilations after one of them has failed.
 
     Args:
-        outer: Number of enclosing compilations that continue.
+        outer: Number of the thread's outermost compilations that continue.
     """
     for variant in reversed(_thread.working[outer:]):
         variant._end()
@@ -297,19 +296,19 @@ def abandon(outer: int = 0) -> None:
 
 
 class VariantCache:
-    """Replaces the cache of a Numba dispatcher."""
+    """Replaces the cache of a Numba dispatcher by the files of variants."""
 
     def __init__(self, kernel: KernelCode):
         self._kernel = kernel
 
     def load_overload(self, arguments: Types, target_context: Any) -> Any:
-        """Returns a variant's compile result from disk; None if absent."""
+        """Returns a variant's `CompileResult` from disk; None if absent."""
         variant = self._kernel.variant(tuple(arguments))
         target_context.refresh()  # It links Numba's runtime.
         compiled = variant.load(target_context)
         if compiled is None:
             variant.begin()
-            # Another process may have compiled it meanwhile.
+            # Another process may have compiled the variant in the meantime.
             compiled = variant.load(target_context) if variant.file else None
             if compiled is not None:
                 variant._end()
@@ -324,11 +323,12 @@ class VariantCache:
 def adding_complete(
     kernel: KernelCode, add: Callable[[Any], None]
 ) -> Callable[[Any], None]:
-    """Returns a function that adds a compile result to a kernel's dispatcher.
+    """Returns a function that adds a `CompileResult` to a kernel's dispatcher.
 
     As soon as a result is added, Python may call the kernel on any thread. So
-    all variants that it calls are prepared before that. Their own results are
-    not added: if Python needs one of them, `VariantCache` loads it.
+    the function first prepares all variants that the kernel calls. It does not
+    add the results of these variants to their dispatchers: if Python calls one
+    of them, `VariantCache` loads it.
 
     Args:
         kernel: The kernel.
@@ -340,7 +340,8 @@ def adding_complete(
             if variant.kernel is kernel:  # Not for a variant from disk.
                 variant.keep(compiled)
                 _complete(variant)
-        # Functions whose code is contained in a caller are linked by Numba.
+        # If a kernel contains the code of a function, Numba links this
+        # function.
         if not _thread.nested or not kernel.content:
             add(compiled)
 
@@ -348,7 +349,7 @@ def adding_complete(
 
 
 def _complete(variant: Variant) -> None:
-    """Prepares the variants that a variant calls, before Python calls it."""
+    """Prepares all variants that a variant calls, before Python calls it."""
     if not _thread.nested:
         try:
             compilation.finish(variant)
@@ -359,8 +360,8 @@ def _complete(variant: Variant) -> None:
 def complete_for_others(variant: Variant) -> None:
     """Prepares a variant for a caller that is not a kernel.
 
-    Such a caller does not request the variants that it needs before its first
-    call.
+    Such a caller does not prepare the variants that it needs, so they are
+    prepared when it is compiled.
     """
     if not _thread.working and not _thread.nested:
         variant.prepare()

@@ -1,4 +1,4 @@
-"""A process that compiles kernels for another one; see `compilation`."""
+"""A worker process that compiles kernels for its parent; see `compilation`."""
 
 import os
 import signal
@@ -7,7 +7,7 @@ import sys
 from remosplat_drake.base.kernels import compilation
 
 NICE = 5
-"""Nice value of a worker. It is high, so that a running control loop has
+"""Nice value of a worker. It is high, so that a running control loop takes
 precedence."""
 
 if __name__ == "__main__":
