@@ -1,4 +1,4 @@
-"""The reference of all commands, read from their argument parsers."""
+"""Generation of the reference of all commands from their parsers."""
 
 import argparse
 
@@ -7,7 +7,7 @@ from remosplat_drake.commands.command_parser import CommandParser
 
 
 def reference_of_commands() -> str:
-    """Markdown: one section for each command, group by group."""
+    """Returns Markdown with one section for each command, in their groups."""
     return "\n".join(
         _section(command, summary)
         for group in GROUPS
@@ -16,7 +16,7 @@ def reference_of_commands() -> str:
 
 
 def make_parser(command: str) -> CommandParser:
-    """The parser of one command."""
+    """Returns the parser of one command."""
     parser = CommandParser(command)
     parser.formatter_class = lambda prog: argparse.HelpFormatter(prog, width=79)
     return parser

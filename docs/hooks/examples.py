@@ -1,7 +1,7 @@
-"""An example in a docstring is shown as code, as Google's style has it.
+"""A Griffe extension that shows the examples in docstrings as code.
 
-mkdocstrings knows the section "Examples:" only; "Example:" would be a box of
-quotations.
+mkdocstrings supports the heading "Examples:" only. It would show a section
+"Example:" as a quotation.
 """
 
 import re
@@ -13,14 +13,14 @@ _HEADING = re.compile(r"^Example:$", re.M)
 
 
 def with_examples(docstring: str) -> str:
-    """A docstring whose example is a section."""
+    """Renames the heading "Example:" in a docstring to "Examples:"."""
     return _HEADING.sub("Examples:", docstring)
 
 
 class Examples(Extension):
-    """Griffe asks for every object with a docstring."""
+    """An extension that Griffe calls for every documented object."""
 
     def on_object(self, *, obj: Object, **_: Any) -> None:
-        """Renames the heading."""
+        """Renames the heading in the docstring of an object."""
         if obj.docstring is not None:
             obj.docstring.value = with_examples(obj.docstring.value)

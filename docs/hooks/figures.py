@@ -1,12 +1,13 @@
 """Measured figures, inserted from results files while the pages are built.
 
-`docs/results/NAME.yaml` holds the figures of the page `NAME.md`: measurements
-with date, commit and machine, each with a table or with values, and the
-settings that the page may write itself. In the page `{{ tick }}` stands for the
-table of the measurement `tick`, and `{{ tick.median }}` for one of its values.
+`docs/results/NAME.yaml` contains the figures of the page `NAME.md`:
+measurements with date, commit and machine, each with a table or with values,
+and the settings that the page itself may contain. On the page, `{{ tick }}` is
+replaced by the table of the measurement `tick`, and `{{ tick.median }}` by one
+of its values.
 
-The README is read where nothing is built. There a figure stands between
-`<!-- speed.tick -->` and `<!-- -->`, and is compared with that measurement.
+The README is not built. In it, each figure is between `<!-- speed.tick -->` and
+`<!-- -->`, and is compared with the measurement of this name.
 """
 
 import dataclasses as dc
@@ -21,7 +22,7 @@ from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[2]
 README_SETTINGS = "benchmark", "speed"
-"""Pages whose settings the README may write, too."""
+"""Names of the results files whose settings the README may contain."""
 
 _NUMBER = r"[−-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?"
 _MORE = r",?\s(?:to|and|or|→)\s|\s?/\s?|\s\+\s|,\s|\s\[(?=[\d.]+, [\d.]+\])"
@@ -29,7 +30,7 @@ _LITERAL = re.compile(
     rf"(?<![\w.,/−-]){_NUMBER}(?:(?:{_MORE}){_NUMBER}\]?)*"
     r"\s?(?:ms|s|mm|%)(?![\w²/])"
 )
-"""A figure, or a list or range of them, with a unit."""
+"""Pattern of a figure with a unit, or of a list or range of figures."""
 
 _CODE = re.compile(r"^```.*?^```|`[^`\n]+`|\]\([^)\s]*\)", re.M | re.S)
 _PLACE = re.compile(r"\{\{\s*(\w+)(?:\.(\w+))?\s*\}\}")
@@ -38,7 +39,7 @@ _MARKED = re.compile(r"<!-- (\w+)\.(\w+) -->(.*?)<!-- -->", re.S)
 
 @dc.dataclass(frozen=True)
 class Measurement:
-    """What was measured at one time on one machine.
+    """The figures that were measured at one time on one machine.
 
     Attributes:
         date: Day on which the figures were recorded.
@@ -56,7 +57,7 @@ class Measurement:
 
     @property
     def origin(self) -> str:
-        """Date, commit and machine, in one line."""
+        """Date, commit and machine, as one line of text."""
         day = f"{self.date:%d %B %Y}".lstrip("0")
         return f"Recorded {day}, commit {self.commit}; machine: {self.machine}"
 
@@ -74,7 +75,8 @@ class Figures:
     """The figures of a page.
 
     Attributes:
-        settings: What each literal is that the page may write itself.
+        settings: The literals that the page itself may contain, each with its
+            meaning.
         measurements: The measurements, by name.
     """
 
@@ -114,7 +116,8 @@ def with_figures(markdown: str, figures: Figures) -> str:
         figures: Its figures.
 
     Raises:
-        PluginError: The page writes a figure itself, or names none.
+        PluginError: The page contains a figure that is not a setting, or
+            names a figure that does not exist.
     """
     text = _PLACE.sub(" ", markdown)
     if "{{" in text:
@@ -146,15 +149,15 @@ def with_figures(markdown: str, figures: Figures) -> str:
         for name, entry in used.items()
     )
     return (
-        f"{page}\n\n## Measurements\n\nWhen and where the figures of this page"
-        " were recorded. The date is that of the commit.\n\n"
-        "| measurement | date | commit | machine |\n|---|---|---|---|\n"
+        f"{page}\n\n## Measurements\n\nThe table states when and where the"
+        " figures of this page were recorded. The date is that of the commit."
+        "\n\n| measurement | date | commit | machine |\n|---|---|---|---|\n"
         f"{rows}\n"
     )
 
 
 def readme_faults(text: str) -> list[str]:
-    """Finds figures of the README that no results file has.
+    """Finds figures of the README that no results file contains.
 
     Args:
         text: The README.

@@ -1,4 +1,4 @@
-"""Formulas as MathML, made while the pages are built: no script draws them."""
+"""Conversion of formulas to MathML during the build, without any script."""
 
 import html
 import importlib.util
@@ -11,17 +11,17 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 FONT = "assets/STIXTwoMath-Regular.ttf"
-"""A font with the tables that formulas need; few systems have one."""
+"""A font with tables for mathematics, which few systems contain."""
 
 _BETTER = (
-    # Without the mark a dot hovers far above its letter.
+    # Without this attribute, a dot is drawn far above its letter.
     (r"<mover>(?=.{,99}?</mi>(</mrow>)?<mo)", '<mover accent="true">'),
-    # These are operators only by their tag.
+    # latex2mathml marks these names as operators, which adds spaces.
     (r"<mo>(min|max|det)</mo>", r"<mi>\1</mi>"),
-    # Bars are spaced as operators, too; they stay as tall as their letters.
+    # Browsers add spaces around bars, as around operators.
     (r'(?<=stretchy="false")>(?=&#x0007C;)', ' lspace="0" rspace="0">'),
 )
-"""What latex2mathml writes, and what looks better."""
+"""Patterns in the output of latex2mathml, with their replacements."""
 
 _FORMULA = re.compile(
     r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.S
@@ -29,7 +29,10 @@ _FORMULA = re.compile(
 
 
 def with_mathml(page: str) -> str:
-    """A page's HTML, the LaTeX that `arithmatex` has marked as MathML."""
+    """Returns a page's HTML with all formulas converted from LaTeX to MathML.
+
+    The extension `arithmatex` marks the formulas.
+    """
     return _FORMULA.sub(_as_mathml, page)
 
 
@@ -38,19 +41,19 @@ def _as_mathml(match: re.Match[str]) -> str:
     display = "block" if tag == "div" else "inline"
     mathml = convert(html.unescape(latex), display=display)
     if "\\" in mathml or "<mi>&</mi>" in mathml:
-        raise PluginError(f"latex2mathml does not know all of {latex!r}")
+        raise PluginError(f"latex2mathml cannot convert {latex!r}")
     for pattern, better in _BETTER:
         mathml = re.sub(pattern, better, mathml)
     return mathml
 
 
 def on_page_content(content: str, **_) -> str:
-    """Mkdocs asks for every page."""
+    """Converts the formulas of a page; MkDocs calls this for every page."""
     return with_mathml(content)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Mkdocs asks once: the font comes along."""
+    """Adds the font of the formulas to the files of the site."""
     package = importlib.util.find_spec("ziamath")
     assert package is not None and package.origin is not None
     font = Path(package.origin).parent / "fonts" / Path(FONT).name

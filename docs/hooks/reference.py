@@ -1,4 +1,4 @@
-"""The reference's pages, written from the code while the site is built."""
+"""Generation of the pages of the reference from the code, in each build."""
 
 import inspect
 
@@ -12,31 +12,34 @@ from remosplat_drake.app.scenario import Scenario
 
 SCENARIO = """# Scenario fields
 
-A scenario file is a mapping of names to scenarios, as [its
-guide](../guides/scenarios.md) tells. Every field has a default, so a scenario
-says only what differs. Below are all fields, dataclass by dataclass, beginning
-with the scenario itself; brackets that are round leave the bound out.
+This page lists all fields of a scenario file. [The guide to
+scenarios](../guides/scenarios.md) explains these files. A field that is left
+out has its default value. Each section describes one dataclass, beginning with
+the scenario itself. In the column of ranges, a square bracket includes the
+bound, and a round bracket excludes it.
 
 """
 
 COMMANDS = """# Commands
 
-`remosplat COMMAND --help` says the same. Exit codes are 0 for done, 1 where
-the robot did not get there, 2 where something in the input has to be mended
-(one line says what and where), and 130 when interrupted.
+This page lists all commands with their arguments, as
+`remosplat COMMAND --help` prints them. The exit code is 0 for success, 1 if the
+robot did not reach its targets or a check failed, 2 after an error in the
+input, which one line describes, and 130 after Ctrl-C.
 
 """
 
 API = """# The public API
 
-`import remosplat_drake as rs` gives these names, and loads what stands behind
-one of them only when it is used.
+This page lists the public names of the package. `import remosplat_drake as rs`
+provides these names. The module of a name is loaded when the name is first
+used.
 
 """
 
 
 def reference_of_api() -> str:
-    """Markdown from which mkdocstrings makes the page of public names."""
+    """Returns Markdown from which mkdocstrings makes the page of the API."""
     public = [name for name in remosplat_drake.__all__ if name[0] != "_"]
     return "\n".join(map(_entry, public))
 
@@ -54,11 +57,11 @@ PAGES = {
     "reference/commands.md": lambda: COMMANDS + reference_of_commands(),
     "reference/api.md": lambda: API + reference_of_api(),
 }
-"""What each generated page is made by."""
+"""The paths of the generated pages, each with the function that makes it."""
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Mkdocs asks once, before it reads any page."""
+    """Adds the generated pages; MkDocs calls this before it reads any page."""
     for path, make in PAGES.items():
         files.append(File.generated(config, path, content=make()))
     return files

@@ -1,4 +1,4 @@
-"""The reference of all scenario fields, read from the dataclasses."""
+"""Generation of the reference of all scenario fields from dataclasses."""
 
 import ast
 import dataclasses as dc
@@ -23,7 +23,7 @@ _PLAIN = {
     str: "text",
 }
 _UNIT = re.compile(r"\s*\[([\w/^%, ]+)\](?:,(?= \[))?")
-"""As in "Bound on the speeds [m/s], [rad/s]."."""
+"""Pattern of units in a comment, such as "Bounds on speeds [m/s], [rad/s]."."""
 
 
 @dc.dataclass(frozen=True)
@@ -31,13 +31,13 @@ class FieldRow:
     """One field of a configuration, as text.
 
     Attributes:
-        name: As a scenario writes it.
-        kind: What it holds.
-        default: The value that it has if none is given.
-        range: Which values are valid.
-        unit: Of its numbers.
-        meaning: The comment in the source.
-        configs: Dataclasses that it may hold.
+        name: The field's name in a scenario.
+        kind: The kind of its value, for example "number".
+        default: The default value.
+        range: The valid values.
+        unit: The unit of its numbers.
+        meaning: The comment above the field in the source.
+        configs: The dataclasses that the field may contain.
     """
 
     name: str
@@ -50,7 +50,7 @@ class FieldRow:
 
 
 def reference_of(root: type) -> str:
-    """Markdown: one section for each dataclass within `root`."""
+    """Returns Markdown with one section for each dataclass within `root`."""
     places: dict[type, list[str]] = {}
     for schema, place in _walk(root, ""):
         places.setdefault(schema, []).append(place)
@@ -91,7 +91,7 @@ def _first_paragraph(schema: type) -> str:
 
 
 def field_rows(schema: type) -> list[FieldRow]:
-    """All fields that a file may set, in the order of the source."""
+    """Returns all fields that a file may set, in the order of the source."""
     comments = field_comments(schema)
     rows = []
     for field in dc.fields(schema):
@@ -117,9 +117,10 @@ def field_rows(schema: type) -> list[FieldRow]:
 
 
 def field_comments(schema: type) -> dict[str, str]:
-    """What the source says above each field, inherited ones first.
+    """Returns the comment above each field, inherited fields first.
 
-    A field without a comment shares that of a field of the same kind above.
+    A field without a comment has the comment of the previous field, if both
+    are of the same kind.
     """
     comments: dict[str, str] = {}
     for base in reversed(schema.__mro__):
@@ -147,7 +148,7 @@ def _own_comments(schema: type) -> dict[str, str]:
 
 
 def _split_unit(comment: str) -> tuple[str, str]:
-    """A comment without its units, and these."""
+    """Splits a comment into the text without units, and the units."""
     return _UNIT.sub("", comment), ", ".join(_UNIT.findall(comment))
 
 
@@ -253,7 +254,7 @@ def _length(length: Len) -> str:
 
 
 def _bound(marker: Any, open_end: str, closed_end: str) -> tuple[bool, Any]:
-    """Whether the bound itself is valid, and the bound."""
+    """Returns whether the bound itself is valid, and the bound."""
     closed = getattr(marker, closed_end, None)
     return closed is not None, (
         getattr(marker, open_end, None) if closed is None else closed
