@@ -1,4 +1,4 @@
-"""The refinement of camera poses in `reconstruct`: flags, progress, table."""
+"""Flags, progress and result table of the refinement of camera poses."""
 
 import argparse
 from functools import partial
@@ -24,15 +24,16 @@ _LENGTH = ("FRAME", "U", "V", "FRAME", "U", "V", "METRES")
 
 
 def add_alignment_arguments(parser: argparse.ArgumentParser):
-    """Declares the flags of the refinement."""
+    """Declares the flags of the refinement of camera poses."""
     group = parser.add_argument_group("cameras")
     group.add_argument(
         "--align",
         choices=("auto", "off"),
         default="auto",
         help=(
-            "auto: refine camera poses and the scale of depths, and keep "
-            "the result if views then agree better (default: auto)"
+            "auto: refine camera poses and the scale of depths, and keep the "
+            "result if the views then agree better with each other (default: "
+            "auto)"
         ),
     )
     group.add_argument(
@@ -40,9 +41,9 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         choices=("auto", "exact"),
         default="auto",
         help=(
-            "auto: with --align, also refine errors that all images share: "
-            "focal length, lens, delay, read-out and mount; exact: assume "
-            "that the camera is exact, except scale and offset of its "
+            "auto: with --align, also refine the camera parameters that all "
+            "images share: focal length, lens distortion, delay, read-out "
+            "time and mount. exact: refine only scale and offset of the "
             "depths (default: auto)"
         ),
     )
@@ -72,7 +73,7 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
 
 
 def check_alignment(arguments: argparse.Namespace):
-    """Checks the flags of the refinement.
+    """Checks the flags of the refinement of camera poses.
 
     Raises:
         FieldError: The standard deviation is out of range, or a length has an
@@ -126,7 +127,7 @@ def _length(values: list[float]) -> Length:
 
 
 def print_alignment(console: Console, summary: AlignmentSummary):
-    """Prints the residuals between views, and the corrections of the camera."""
+    """Prints the residuals between views, and the corrections to the camera."""
     table = Table(title="distances of points from other views' surfaces [mm]")
     for heading in ("distance of views [m]", "pairs", "median", "95 %"):
         table.add_column(heading, justify="right")

@@ -12,7 +12,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 
 _STAYS = 1
 _PATIENCE = 1.0
-"""Longest wait for the controller's answer [s]."""
+"""Longest time for which `arm` waits for the controller's answer [s]."""
 
 EXAMPLES = """
 remosplat arm
@@ -28,19 +28,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--rehearsal",
         action="store_true",
         help=(
-            f"arm the stand-in for the robot (hardware-sim) at {REHEARSAL_URL}"
+            "arm the simulated robot of `remosplat hardware-sim` at "
+            f"{REHEARSAL_URL}"
         ),
     )
     parser.add_argument(
         "--session",
         type=int,
         metavar="N",
-        help="session to arm, if several controllers wait",
+        help="number of the controller's session to arm; needed if several "
+        "controllers wait",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Arms one session; returns 1 if its robot remains stopped."""
+    """Arms the robot of one controller; returns 1 if it remains stopped."""
     console = open_console(highlight=False)
     url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
     operator = Operator(open_wire(url))
@@ -54,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
-    """Returns the session to arm.
+    """Returns the controller's session to arm.
 
     Raises:
         RemoSplatError: No controller waits, or several controllers wait.

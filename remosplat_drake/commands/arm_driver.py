@@ -1,4 +1,4 @@
-"""`remosplat arm-driver`: connects any arm with the controller by LCM."""
+"""`remosplat arm-driver`: connects a real arm with the controller by LCM."""
 
 import argparse
 import time
@@ -30,11 +30,12 @@ from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
 _PATIENCE = 3.0
-"""Longest wait at the end until the arm is at rest [s]."""
+"""Longest time for which the driver waits, before it ends, until the arm is at
+rest [s]."""
 
 _AFTERWARDS = 0.2
-"""Time for which the mode of a stopped arm is sent before the driver ends
-[s]."""
+"""Time for which the driver still sends the mode of a stopped arm before it
+ends [s]."""
 
 EXAMPLES = """
 remosplat arm-driver my_arm.yaml
@@ -49,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the arm until Ctrl-C, or until the arm has stopped by itself."""
+    """Drives the arm until Ctrl-C, or until the arm stops by itself."""
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.arm_driver is None:
@@ -85,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _leave(
     driver: ArmDriver, link: ArmLink, pacer: Pacer, has_stopped: bool
 ) -> None:
-    """Brings the arm to rest, or sends the reason of its stop for a moment."""
+    """Brings the arm to rest, or sends the reason for its stop for a moment."""
     try:
         end = time.monotonic() + (_AFTERWARDS if has_stopped else _PATIENCE)
         while time.monotonic() < end:

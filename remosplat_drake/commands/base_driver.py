@@ -57,15 +57,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--arcl",
         metavar="HOST[:PORT]",
         help=(
-            "address of an Omron base; the driver also queries over ARCL "
-            "whether the base may move"
+            "address of an Omron base; the driver then also queries the base "
+            "over ARCL (Omron's text protocol) for permission to move"
         ),
     )
     parser.add_argument(
         "--arcl-password-file",
         type=Path,
         metavar="FILE",
-        help="file that contains the password of ARCL",
+        help="file that contains the password for ARCL",
     )
 
 
@@ -112,7 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
-    """Stops the base with several messages, since one may be lost."""
+    """Stops the base with several messages, since a message may be lost."""
     try:
         for _ in range(_LAST_ZEROS):
             driver.stop()
@@ -125,7 +125,7 @@ def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
 def _arcl(
     arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
-    """Queries ARCL inside the `with` block, if a flag requests it."""
+    """Queries the base over ARCL in the `with` block if `--arcl` is given."""
     if arguments.arcl is None:
         yield []
         return
@@ -138,7 +138,7 @@ def _arcl(
 
 
 def _password(arguments: argparse.Namespace) -> str:
-    """Reads ARCL's password from a file: other users can see command lines."""
+    """Reads the password for ARCL; a file hides it from other users."""
     path = arguments.arcl_password_file
     if path is None:
         raise FieldError("--arcl", arguments.arcl, "needs --arcl-password-file")

@@ -47,11 +47,12 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
 """For each group of timed cases, the function that makes the cases."""
 
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
-"""Packages of other projects that a group also times, if they are installed."""
+"""For each group, packages of other projects that it also times if they are
+installed."""
 
 ON_A_WIRE = ("hardware", "detection", "faults")
-"""Groups that run the real-time loop with a simulated robot (stand-in); each
-prints its own table."""
+"""Groups that run the real-time loop with the simulated robot of `remosplat
+hardware-sim`. Each of these groups prints its own table."""
 
 EXAMPLES = """
 remosplat bench tick
@@ -71,10 +72,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
         help=(
-            "only this group of cases (default: all timed groups). The "
-            "groups hardware, detection and faults drive the stand-in for a "
-            "real robot: hardware in real time, detection with cameras that "
-            "see a moving person, faults with injected faults"
+            "time only this group of cases (default: all groups except "
+            "hardware, detection and faults). These three groups drive the "
+            "simulated robot of `remosplat hardware-sim`: hardware in real "
+            "time, detection with cameras that see a moving person, and "
+            "faults with injected faults"
         ),
     )
     parser.add_argument(
@@ -84,7 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--case",
         metavar="TEXT",
         default="",
-        help="with faults: only faults whose names contain this text",
+        help="with the group faults: inject only faults whose names contain "
+        "this text",
     )
     parser.add_argument(
         "--json",

@@ -1,4 +1,4 @@
-"""Makes the tables of `remosplat bench` about a robot that uses LCM."""
+"""Runs the groups of `remosplat bench` that drive a robot over LCM."""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ def run_faults(
 
     Args:
         console: Console for the table.
-        only: Text that the names of the cases contain; empty for all cases.
+        only: Text. Only cases whose names contain it run; "" selects all cases.
         stand_in: Command line of the simulated robot, which takes the arguments
             of `hardware-sim`.
 
@@ -70,7 +70,7 @@ def run_loops(console: Console) -> list[LoopQuality]:
 
 
 def run_detection(console: Console) -> list[LoopQuality]:
-    """Measures the loop with cameras that detect movers, and prints a table."""
+    """Measures the loop while cameras detect movers, and prints a table."""
     _check_wire()
     console.print(load())
     loops = [measure_detection()]
@@ -88,7 +88,7 @@ def _check_wire() -> None:
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """Makes the table of injected faults, with one row per fault."""
+    """Makes the table of a fault campaign, with one row per injected fault."""
     return Table(
         "",
         (
@@ -115,7 +115,7 @@ def fault_table(results: list[FaultResult]) -> Table:
 
 
 def fault_rows(results: list[FaultResult]) -> list[dict]:
-    """Converts the results to JSON types; a missing number becomes null."""
+    """Converts a fault campaign's results to JSON types; NaN becomes null."""
     rows = []
     for result in results:
         row = {"fault": result.case.name, **vars(result)}

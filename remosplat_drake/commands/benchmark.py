@@ -1,4 +1,4 @@
-"""`remosplat benchmark`: compares controllers, as the paper does."""
+"""`remosplat benchmark`: compares controllers in many scenes."""
 
 import argparse
 import dataclasses as dc
@@ -65,8 +65,8 @@ REPORT, PAGE = "report.md", "report.html"
 """Names of the report's files in the output folder."""
 
 CRASHED, UNUSABLE, UNFINISHED = 1, 2, 3
-"""Exit codes: a trial crashed; a scene cannot be used; some trials have not run
-yet."""
+"""Exit codes. `CRASHED`: a trial crashed. `UNUSABLE`: a scene cannot be used.
+`UNFINISHED`: some trials have not run yet."""
 
 HEADING = "Benchmark"
 
@@ -93,11 +93,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|mbm-grasp:DIR"
         "|mbm-carry:DIR|scan:NAME|robots[:SCENE,...]",
         help=(
-            "generated: our scenes (default). published:DIR: the paper's "
-            "scenes in DIR. moving: scenes with moving obstacles. mbm:DIR, "
-            "mbm-grasp:DIR and mbm-carry:DIR: MotionBenchMaker's problems in "
-            "DIR, without the object to be grasped, with it, and with it "
-            "carried back as well. scan: targets in scanned scenes, as "
+            "generated: generated scenes (default). published:DIR: the "
+            "paper's scenes in DIR. moving: scenes with moving obstacles. "
+            "mbm:DIR: MotionBenchMaker's problems in DIR without the object "
+            "to grasp; mbm-grasp:DIR: with this object; mbm-carry:DIR: the "
+            "robot also carries it back. scan: targets in scanned scenes, as "
             "scan:demo, scan:FILE.yaml or scan:redkitchen:DATA. robots: "
             "random targets for any robot, in the SCENEs clutter, trained, "
             "shelf, box, under_table (default: clutter,trained)"
@@ -108,9 +108,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="NAME|FILE",
         help=(
-            "robot that all methods drive (default: the robot of each "
-            "method; for mbm: panda; for robots: all shipped robots). For "
-            "robots, give one or several, joined by commas. For mbm, a "
+            "robot that all methods drive (default: the robot of each method; "
+            "in suite mbm: panda; in suite robots: all shipped robots). Suite "
+            "robots accepts several robots, joined by commas. In suite mbm, a "
             "mobile robot starts at a displaced pose"
         ),
     )
@@ -118,11 +118,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--methods",
         metavar="A,B,...",
         help=(
-            "methods to compare: names; FILE or FILE:NAME of a file like "
-            "benchmark/methods.yaml; your own controller as MODULE:FUNCTION "
-            f"(see custom_controller.py); or groups: {', '.join(GROUPS)} "
-            f"(default: {METHODS}; for moving: {MOVING_METHODS}; for robots: "
-            f"{ROBOTS_METHOD})"
+            "methods to compare, joined by commas. Each is the name of a "
+            "method; FILE or FILE:NAME of a file like benchmark/methods.yaml; "
+            "your own controller as MODULE:FUNCTION (see "
+            f"custom_controller.py); or a group: {', '.join(GROUPS)} "
+            f"(default: {METHODS}; in suite moving: {MOVING_METHODS}; in "
+            f"suite robots: {ROBOTS_METHOD})"
         ),
     )
     parser.add_argument(
@@ -144,8 +145,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/benchmark"),
         metavar="DIR",
-        help="folder of the results; trials in it are not run again"
-        " (default: results/benchmark)",
+        help="folder of the results; trials with a result in it do not run "
+        "again (default: results/benchmark)",
     )
     parser.add_argument(
         "--jobs",
@@ -168,9 +169,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=math.inf,
         metavar="MINUTES",
         help=(
-            "after this time, start no further trial and report the results "
-            "so far; the same command then continues with the remaining "
-            "trials"
+            "start no further trial after this time, and report the results "
+            "so far; the same command, run again, runs the remaining trials"
         ),
     )
     add_splat_arguments(parser)
@@ -182,8 +182,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     Returns:
         0: all trials have run. 1: a trial crashed, or a splat could not be
-        made. 2: a scene cannot be used; the trials in other scenes have run. 3:
-        `--stop-after` ended the run, and some trials have not run.
+        made. 2: a scene cannot be used; the trials in the other scenes have
+        run. 3: `--stop-after` ended the run, and some trials have not run.
     """
     started = monotonic()
     console = open_console(stderr=True)
@@ -217,7 +217,7 @@ def run(arguments: argparse.Namespace) -> int:
     if splats is not None:
         made = stored_records(cases, splats.recipe)
         write_records(output / SPLATS, [*made, *outcome.failed_splats])
-    # New results take precedence over old ones with other splats.
+    # A new result replaces an earlier result with another splat.
     results = [*read_results(output / RESULTS), *outcome.results]
     text = _report(results, output)
     if arguments.json:
@@ -234,7 +234,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _trials(
     arguments: argparse.Namespace, folders: tuple[Path, ...], drawing: Drawing
 ) -> list[Trial]:
-    """Returns all trials, scene by scene.
+    """Returns all trials, ordered by scene.
 
     With this order, an interrupted run has the results of all methods in most
     scenes.

@@ -6,7 +6,7 @@ from remosplat_drake.benchmark.splat_record import SplatRecord
 
 
 class BenchmarkProgress(Progress):
-    """Displays progress: first of making splats, and then of running trials."""
+    """Displays the progress of making splats, and then that of the trials."""
 
     _splats: Stage
     _trials: Stage
@@ -19,7 +19,7 @@ class BenchmarkProgress(Progress):
             self.show(self._splats)
 
     def show_splat(self, record: SplatRecord) -> None:
-        """Increments the number of splats that are made."""
+        """Increments the number of finished splats."""
         self._splats.done += 1
 
     def start_trials(self, count: int) -> None:
@@ -28,7 +28,7 @@ class BenchmarkProgress(Progress):
         self.show(self._trials)
 
     def show_trial(self, result: TrialResult) -> None:
-        """Increments the number of trials that have run."""
+        """Increments the number of finished trials."""
         self._succeeded += result.outcome("text") == SUCCESS
         self._trials.done += 1
         finished = f"{self._succeeded}/{self._trials.done}"

@@ -43,19 +43,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         help=(
-            "scenario, as NAME, FILE or FILE:NAME, with the robot, its "
-            "camera, and the assumed mount of the camera"
+            "scenario, as NAME, FILE or FILE:NAME, that contains the robot, "
+            "its camera, and the camera's assumed pose on the robot (mount)"
         ),
     )
     parser.add_argument(
         "--board",
         metavar="CxR:SQUARE:MARKER",
         help=(
-            "a ChArUco board: numbers of squares along its sides, side "
-            "length of squares and of markers [m], and optionally "
-            ":DICTIONARY of OpenCV, e.g. 7x5:0.04:0.03. Without a board, "
-            "overlapping depth images of the scene are used; then the "
-            "assumed mount must be right to a few degrees"
+            "a ChArUco board: numbers of squares along its sides, side length "
+            "of squares and of markers [m], and optionally :DICTIONARY of "
+            "OpenCV, e.g. 7x5:0.04:0.03. Without a board, the command uses "
+            "overlapping depth images of the scene; the assumed mount must "
+            "then be correct to a few degrees"
         ),
     )
     parser.add_argument(
@@ -63,8 +63,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FOLDER",
         help=(
-            "recorded images, with camera poses by the assumed mount "
-            "(default: images received over LCM)"
+            "recorded images, with camera poses that were computed from the "
+            "assumed mount (default: images received over LCM)"
         ),
     )
     parser.add_argument(

@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--serial",
         metavar="NUMBER",
-        help="serial number of the camera (default: any)",
+        help="serial number of the camera (default: the first camera found)",
     )
     for name, default, what in (
         ("width", 640, "width of its images [pixels]"),
@@ -93,16 +93,16 @@ def run(arguments: argparse.Namespace) -> int:
 def _drive(
     driver: CameraDriver, console: Console, request: StopRequest
 ) -> None:
-    """Sends images, and reports when the camera stops and resumes."""
+    """Sends images, and prints when the camera stops and when it resumes."""
     problem, is_new = "", True
     while not request.made:
         driver.step()
         if is_new and driver.sent and driver.coverage < 1:
             is_new = False
             console.print(
-                f"the lens sees {100 * driver.coverage:.0f} % of the image"
-                " that the scenario's wrist_camera requires; reduce its"
-                " fov_y_deg"
+                "the camera's field of view covers "
+                f"{100 * driver.coverage:.0f} % of the image that the "
+                "scenario's wrist_camera requires; reduce its fov_y_deg"
             )
         if driver.problem != problem:
             problem = driver.problem

@@ -1,4 +1,4 @@
-"""`remosplat camera-sim`: simulates a camera of the real robot, on LCM."""
+"""`remosplat camera-sim`: simulates the real robot's cameras, on LCM."""
 
 import argparse
 import os
@@ -31,8 +31,8 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 _YIELD = 10
 
 _MOST_AHEAD = 50_000
-"""Longest time between the rendering of an image and its later time stamp [us].
-It is short, since the robot is drawn at its present position."""
+"""Longest time from the rendering of an image until its time stamp [us]. It is
+short, since the image shows the robot at its position when rendering begins."""
 
 EXAMPLES = """
 remosplat camera-sim StudioLive
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, once every robot part has sent a status.
+    """Waits for a status of every robot part; then sends images until Ctrl-C.
 
     Movers begin to move when the robot first moves.
     """
@@ -83,7 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     inbox = Inbox(open_wire(arguments.lcm_url), heard.channels)
     lcm, url = open_camera_wire(arguments)
     camera = _camera(arguments.camera, scenario, world, lcm)
-    # Rendering must not delay the programs that move the robot.
+    # A low priority, since rendering must not delay the programs that move the
+    # robot.
     os.nice(_YIELD)
     with stop_signals() as request:
         open_console(stderr=True).print(f"the camera is on {url}; Ctrl-C ends")
@@ -99,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _camera(
     name: str | None, scenario: Scenario, world: World, lcm: DrakeLcm
 ) -> CameraSim | WireCamera:
-    """Returns the camera on the wrist, or the one with the given name."""
+    """Returns the wrist camera, or the camera with the given name."""
     robot, truth, tracks = world.robot, world.truth, tracks_of(scenario)
     if name is None:
         wrist = scenario.camera or WristCameraConfig()

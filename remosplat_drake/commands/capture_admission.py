@@ -1,4 +1,4 @@
-"""Inspects a capture before work starts, and refuses, repairs or warns."""
+"""Inspects a capture before a command uses it: refuses, repairs or warns."""
 
 import argparse
 from collections.abc import Iterable
@@ -31,13 +31,13 @@ from remosplat_drake.safety.gates import (
 
 
 def add_inspection_arguments(parser: argparse.ArgumentParser):
-    """Declares the flags about bad captures."""
+    """Declares `--repair` and `--accept`, the flags about defects."""
     parser.add_argument(
         "--repair",
         action="store_true",
         help=(
-            "repair defects that the inspection finds: inverted poses, "
-            "wrong units, axes, orders or frames"
+            "repair defects that the inspection finds: inverted poses; wrong "
+            "units, axes, element orders or frames"
         ),
     )
     defects = "; ".join(f"{name}: {what}" for name, what in DEFECTS.items())
@@ -46,16 +46,17 @@ def add_inspection_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="NAME",
-        help="use the capture in spite of this defect; may be given repeatedly"
-        f" ({defects})",
+        help="use the capture in spite of this defect; repeat the flag for "
+        f"further defects ({defects})",
     )
 
 
 def check_inspection_arguments(arguments: argparse.Namespace):
-    """Checks, before any work, that all accepted names are names of defects.
+    """Checks that `--accept` contains only names of defects.
 
     Raises:
-        RemoSplatError: A name is not the name of a defect.
+        RemoSplatError: `--accept` contains a name that is not the name of a
+            defect.
     """
     check_names(arguments.accept, DEFECTS)
 
@@ -63,10 +64,10 @@ def check_inspection_arguments(arguments: argparse.Namespace):
 def admitted(
     capture: Capture, arguments: argparse.Namespace, console: Console
 ) -> tuple[Capture, list[str]]:
-    """Inspects a capture, and repairs it if that was requested.
+    """Inspects a capture, and repairs it if `--repair` is given.
 
     Args:
-        capture: The capture as it was read.
+        capture: The capture, as read from its files.
         arguments: The command line, with `capture`, `repair` and `accept`.
         console: Console for findings and repairs.
 
@@ -74,8 +75,8 @@ def admitted(
         The capture to use, and the remaining warnings about it.
 
     Raises:
-        RemoSplatError: The capture has a defect that is not accepted; one line
-            states the defect and a remedy.
+        RemoSplatError: The capture has a defect that `--accept` does not name;
+            one line states the defect and a remedy.
     """
     result = Repair(capture, inspect_capture(capture))
     if arguments.repair:
@@ -100,12 +101,12 @@ def admitted(
 def after_alignment(
     warnings: list[str], capture: Capture, undone: np.ndarray
 ) -> list[str]:
-    """Returns the warnings that remain after the refinement of the cameras.
+    """Returns the warnings that remain after the refinement of camera poses.
 
     Args:
-        warnings: The warnings before.
+        warnings: The warnings before the refinement.
         capture: The capture with refined cameras and depths.
-        undone: Names of the camera errors that were corrected, see
+        undone: Names of the camera errors that the refinement corrected, see
             `camera_errors`.
     """
     rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
@@ -119,7 +120,7 @@ def after_alignment(
 
 
 def tell_findings(console: Console, findings: Iterable[Finding]):
-    """Prints the faults of a capture, one line each."""
+    """Prints the defects and warnings of a capture, one line each."""
     for finding in findings:
         if finding.severity == DEFECT:
             _tell(console, "wrong:", "bold red", finding.problem)
@@ -137,14 +138,14 @@ def _otherwise(result: Repair, tried: bool) -> str:
     anyway = "to use this capture anyway"
     if tried and result.undone:
         done = ", ".join(finding.remedy for finding in result.undone)
-        return f"--repair {done}, which does not suffice; {anyway}"
+        return f"--repair {done}, which does not correct all defects; {anyway}"
     if tried:
-        return f"--repair knows no remedy; {anyway}"
+        return f"--repair cannot correct it: make another capture; {anyway}"
     if any(
         f.repair and f.severity == DEFECT for f in result.inspection.findings
     ):
         return f"--repair corrects it if possible; {anyway}"
-    return f"only a better capture helps; {anyway}"
+    return f"make another capture; {anyway}"
 
 
 def _tell(console: Console, label: str, style: str, text: str):

@@ -1,4 +1,4 @@
-"""Flags that select a capture and its frames, and their reader."""
+"""Flags that select a capture and its frames; reads these frames."""
 
 import argparse
 import dataclasses as dc
@@ -18,20 +18,20 @@ from remosplat_drake.capture.formats import (
 from remosplat_drake.commands.flags import check_positive
 
 TRUTH = "truth.json"
-"""Name of the RMMI file, beside a rendered capture's images, with its true
-geometry."""
+"""Name of the RMMI file with the true geometry of a rendered capture. It is in
+the capture's folder."""
 
 KEYFRAMES = 150
-"""Default of the largest number of used frames. With so many frames, making a
-map takes minutes."""
+"""Default of the largest number of used frames. A map of this number of frames
+takes minutes to make."""
 
 _MOST_MISSED = 0.01
-"""Fraction of the seen surfaces that only unused frames show; a larger fraction
-causes a warning."""
+"""Fraction of the seen surfaces that only unused frames show. The command warns
+if the fraction is larger."""
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
-    """Declares the argument CAPTURE and the flags for reading it."""
+    """Declares the argument CAPTURE, and the flags that select its frames."""
     parser.add_argument(
         "capture", metavar="CAPTURE", help="a file or folder with RGB-D images"
     )
@@ -61,7 +61,8 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
         "--max-depth",
         type=float,
         metavar="Z",
-        help="largest depth that is used; deeper pixels count as unknown [m]",
+        help="largest depth that is used [m]; pixels with a larger depth count "
+        "as unknown",
     )
     parser.add_argument(
         "--max-size",
@@ -72,10 +73,10 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
 
 
 def check_capture_arguments(command: str, arguments: argparse.Namespace):
-    """Checks the flags for reading a capture, before any work starts.
+    """Checks the flags that select a capture's frames.
 
     Raises:
-        FieldError: A number is out of its range.
+        FieldError: A flag's number is out of its range.
     """
     check_positive(command, arguments, "stride", "max_depth", "max_size")
     if arguments.keyframes < 0:
@@ -89,20 +90,21 @@ def captured(
     stages: KeptStages = NOTHING_KEPT,
     counting: str | None = None,
 ) -> Capture:
-    """Reads the capture that the flags name, or its keyframes.
+    """Reads the capture that the command line names, or its keyframes.
 
     Args:
         arguments: The command's flags.
         console: Console on which the number of used frames is printed, if some
-            are left out.
-        report: Called with the progress.
-        stages: Storage for the selection of frames.
-        counting: A flag of the command line that contains frame numbers, which
-            a selection of keyframes would change; None if there is none.
+            frames are unused.
+        report: Function that is called with the progress.
+        stages: Storage in which the selection of frames is kept.
+        counting: Name of a given flag that contains frame numbers. A selection
+            of keyframes would change these numbers. None if no such flag is
+            given.
 
     Returns:
-        The capture. A note in it warns if its frames do not show many of the
-        seen surfaces.
+        The capture. One of its notes is a warning if its frames omit many of
+        the seen surfaces.
 
     Raises:
         RemoSplatError: The capture cannot be read, or a flag is unusable.
@@ -124,8 +126,8 @@ def captured(
             "reconstruct",
             "--keyframes",
             f"would change the frame numbers that {counting} uses; set it to "
-            f"0 to use all frames, or reduce them to {arguments.keyframes} by "
-            "--stride",
+            "0 to use all frames, or reduce the number of frames to "
+            f"{arguments.keyframes} by --stride",
         )
     if keyframes.missed > _MOST_MISSED:
         note = f"{keyframes.words} (--keyframes N uses more)"

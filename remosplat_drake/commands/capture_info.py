@@ -26,7 +26,7 @@ from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 
 WRONG = 1
-"""Exit code for a capture with a problem."""
+"""Exit code if the capture has a problem."""
 
 EXAMPLES = """
 remosplat capture-info my_capture
@@ -42,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--picture",
         type=Path,
         metavar="FILE.png",
-        help="file for a picture of the frames and of the cameras from above",
+        help="write a picture of the frames, and of the cameras seen from "
+        "above, to this file",
     )
     add_json_argument(parser)
 
@@ -160,8 +161,9 @@ def _registration(inspection: CaptureInspection) -> str:
         return "too few edges to compare colour and depth"
     right, down = registration.shift
     return (
-        f"edges of colour and depth match best if shifted by {right:+d}, "
-        f"{down:+d} pixels (correlation {registration.correlation:.2f})"
+        "edges of colour and depth match best if the depth image is shifted "
+        f"by {right:+d}, {down:+d} pixels (correlation "
+        f"{registration.correlation:.2f})"
     )
 
 

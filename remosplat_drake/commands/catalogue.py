@@ -1,6 +1,6 @@
-"""Lists all commands by group, each in one line, for `remosplat --help`.
+"""The list of all commands, by group, for `remosplat --help`.
 
-This module imports no command, so that help appears at once.
+This module does not import the commands, so that help appears at once.
 """
 
 from typing import NamedTuple
@@ -10,8 +10,8 @@ class Group(NamedTuple):
     """A group of commands that serve one purpose.
 
     Attributes:
-        title: The purpose.
-        example: A command line of one command of the group.
+        title: The purpose that the commands share.
+        example: Example command line of one of the commands.
         commands: Purpose of each command, in one line, keyed by the command's
             name.
     """
@@ -56,15 +56,15 @@ GROUPS = (
         "remosplat doctor TableReach --skip all",
         {
             "doctor": "check robot, network and computer before a motion",
-            "driver-check": "check that a robot's drivers follow the protocol",
+            "driver-check": "check a robot's drivers against the LCM protocol",
             "arm": "arm a real robot that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
             "calibrate-hand-eye": "find the camera's pose on the robot",
             "panda-driver": "drive a Panda through panda-python",
-            "arm-driver": "drive an arm: ROS 2, Universal Robots, a plug-in",
-            "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
-            "hand-driver": "drive a gripper: ROS 2, a plug-in",
+            "arm-driver": "drive an arm by ROS 2, RTDE or a plug-in",
+            "base-driver": "drive a mobile base by ROS 1, ROS 2 or a plug-in",
+            "hand-driver": "drive a gripper by ROS 2 or a plug-in",
             "ros2-target": "send targets from ROS 2 to a teleoperation",
             "ros2-objects": "read a scenario's objects from MoveIt on ROS 2",
             "camera-driver": "send the images of a RealSense camera",
@@ -77,9 +77,8 @@ GROUPS = (
         "Measure",
         "remosplat benchmark --scenes 2 --output results/first",
         {
-            "benchmark": "compare controllers in many scenes, as the paper"
-            " does",
-            "bench": "time the oracle and the control tick on this machine",
+            "benchmark": "compare controllers in many scenes",
+            "bench": "time distance queries and control ticks on this computer",
         },
     ),
     Group(

@@ -1,4 +1,4 @@
-"""`CommandParser`: parses the flags of one command, with one-line errors."""
+"""`CommandParser`: parses one command's flags; its errors are one line."""
 
 import argparse
 import importlib
@@ -72,10 +72,11 @@ class CommandParser(argparse.ArgumentParser):
 
         Args:
             args: The arguments.
-            namespace: Object that receives the values; None makes a new one.
+            namespace: Object whose attributes receive the values. If None, a
+                new object is made.
 
         Raises:
-            RemoSplatError: An argument is unknown, missing or unusable.
+            RemoSplatError: An argument is unknown, missing or invalid.
         """
         # Unknown flags are checked first, so that a misspelt required flag is
         # not reported as missing.

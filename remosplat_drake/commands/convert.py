@@ -58,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--surfels",
         action="store_true",
-        help="convert ellipsoids to discs, whose normal is the shortest axis",
+        help="convert each ellipsoid to a disc whose normal is the ellipsoid's "
+        "shortest axis",
     )
     parser.add_argument(
         "--crop",
@@ -66,16 +67,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=6,
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
         help=(
-            "keep only splats in the box between these corners, in A's "
-            "coordinates"
+            "keep only splats inside the axis-aligned box with these two "
+            "corners, in A's coordinates"
         ),
     )
     parser.add_argument(
         "--model",
         choices=_MODELS,
         help=(
-            "kind of splats in a checkpoint, if its file name does not "
-            "contain the kind"
+            "kind of splats in a checkpoint; needed if the checkpoint's file "
+            "name does not contain the kind"
         ),
     )
     add_cleaning_arguments(parser)
@@ -110,12 +111,13 @@ def run(arguments: argparse.Namespace) -> int:
             p_FK = X_FG.multiply(p_FK.T).T
         name = arguments.output.name
         write_atomically(page, junk_page(junk, p_FK, name, X_FG is not None))
-        console.print(f"{page}: what was removed, seen from two sides")
+        console.print(f"{page}: shows the removed splats from two sides")
     console.print(f"{arguments.output}: {target.title}, {_description(splat)}")
     if splat.is_surfel and not target.keeps_surfels:
         console.print(
-            f"It stores the discs as ellipsoids {1e6 * THICKNESS:.0f} um "
-            "thick; this program reads them as discs again."
+            "This format stores the discs as ellipsoids "
+            f"{1e6 * THICKNESS:.0f} um thick; this program reads them as "
+            "discs again."
         )
     if splat.uncertainty is not None and not target.keeps_uncertainty:
         largest = f"{1e3 * splat.uncertainty.max():.1f} mm"
@@ -149,7 +151,7 @@ def _description(splat: GaussianSplat) -> str:
 
 
 def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
-    """Returns one line on the differences after reading the file again."""
+    """Returns a line on the differences between splat and written file."""
     error = conversion_error(before, after)
     parts = {
         "position": (1e3 * error.position, "mm"),

@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         help=(
             "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
-            "with `cameras`, a map, and the robot"
+            "that contains `cameras`, a map, and the robot"
         ),
     )
     parser.add_argument(
@@ -59,15 +59,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="DIR",
         help=(
-            "session folder of a teleoperation, whose growing map is then "
-            "used: an object in this map no longer counts as a mover "
-            "(default: the scenario's map)"
+            "session folder of a teleoperation; the command then uses the "
+            "session's growing map, and objects in this map do not count as "
+            "movers (default: the scenario's map)"
         ),
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends movers until Ctrl-C."""
+    """Detects movers, and sends them to the robot's controller until Ctrl-C."""
     scenario = load_scenario(arguments.scenario)
     console = open_console(stderr=True)
     detection = _open(arguments, scenario, console)
@@ -83,7 +83,7 @@ def _open(
 ) -> WireDetection:
     """Loads the map, and joins the LCM networks of robot and cameras."""
     if not scenario.cameras:
-        problem = "is empty: list the cameras that detect movers"
+        problem = "is empty; list the cameras that detect movers"
         raise FieldError(scenario.source, "cameras", problem)
     hardware = scenario.hardware
     if arguments.lcm_url:
@@ -109,7 +109,7 @@ def _open(
 def _watch(
     detection: WireDetection, console: Console, request: StopRequest
 ) -> None:
-    """Processes images; prints problems of cameras and the progress."""
+    """Processes images; prints problems of cameras, and the progress."""
     missing: list[str] = []
     map_in_use = ""
     problems: dict[str, str] = {}
@@ -127,7 +127,7 @@ def _watch(
         for name, problem in detection.problems.items():
             if problem.split(" for ")[0] != problems.get(name, ""):
                 problems[name] = problem.split(" for ")[0]
-                console.print(f"{name}: {problem or 'sees again'}")
+                console.print(f"{name}: {problem or 'usable images again'}")
         if time.monotonic() >= due:
             due += _REPORT
             _report(detection, latency, console)
@@ -138,7 +138,7 @@ def _report(
     detection: WireDetection, latency: list[float], console: Console
 ) -> None:
     if not latency:
-        console.print("no image that can be used")
+        console.print("no usable image was received")
         return
     latency.sort()
     middle, late = (latency[int(s * (len(latency) - 1))] for s in (0.5, 0.99))

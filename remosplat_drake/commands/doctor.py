@@ -86,8 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--yes",
         action="store_true",
-        help="begin every drill (a test with motion or with a stop button)"
-        " without confirmation; the robot MOVES",
+        help="begin each drill (a test with motion or with a stop button) "
+        "without confirmation; the robot MOVES",
     )
     parser.add_argument(
         "--skip",
@@ -95,8 +95,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="DRILL",
         help=(
-            f"skip a drill: one of {', '.join(DRILLS)}, or all; with such a "
-            "report, no real robot can be driven"
+            f"skip a drill: one of {', '.join(DRILLS)}, or all. The report "
+            "then does not permit a real robot to be driven"
         ),
     )
     parser.add_argument(
@@ -104,14 +104,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=drills.PATIENCE,
         metavar="S",
-        help="longest wait for a person to press or release a stop button, in"
-        " seconds (default: %(default)s)",
+        help="longest time to wait until a person presses or releases a stop "
+        "button, in seconds (default: %(default)s)",
     )
     add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs all checks; returns 1 if one of them forbids motion."""
+    """Runs all checks; returns 1 if the report does not permit motion."""
     console = open_console(stderr=arguments.json, soft_wrap=True)
     for name in arguments.skip:
         if name not in (*DRILLS, "all"):
@@ -149,7 +149,7 @@ def _examine(
     arguments: argparse.Namespace,
     console: Console,
 ) -> Iterator[Finding]:
-    """Yields all findings, in the order in which a robot is brought up."""
+    """Runs all checks, in the order of a robot's start-up; yields findings."""
     hardware, has_base = scenario.hardware, robot.n_base > 0
     yield host_checks.check_clock()
     yield host_checks.check_priority()
@@ -181,7 +181,7 @@ def _drill(
     arguments: argparse.Namespace,
     console: Console,
 ) -> Iterator[Finding]:
-    """Yields the findings of the drills (motions) that a person agrees to."""
+    """Runs the drills that a person confirms, and yields their findings."""
     watched = drills.WatchedRobot(scenario.hardware, robot)
 
     def say(text: str) -> None:
@@ -211,7 +211,7 @@ def _drill(
 def _base_speeds(
     scenario: Scenario, console: Console
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drives the base with a step in speed, with the diagram of all runs.
+    """Commands a step of the base's speed through the diagram of all runs.
 
     Returns:
         Times of the ticks since the first one [s], and the measured speeds of
@@ -234,7 +234,7 @@ def _base_speeds(
 
 
 def _agreed(name: str) -> bool:
-    """Returns the answer of the person at the terminal; False without one."""
+    """Returns the answer at the terminal; False if there is no terminal."""
     if not sys.stdin.isatty():
         return False
     answer = input(f"{name}: {DRILLS[name]}. Go on? [y/N] ")
@@ -242,7 +242,7 @@ def _agreed(name: str) -> bool:
 
 
 def show_finding(finding: Finding, console: Console) -> None:
-    """Prints the result of a check, and a remedy."""
+    """Prints the result of a check, and a remedy if the check failed."""
     style = _STYLES[finding.result]
     console.print(
         f"[{style}]{finding.result:8}[/] {finding.check}: {finding.found}"

@@ -59,8 +59,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=300.0,
         metavar="S",
         help=(
-            "longest time to listen; the check ends earlier if everything "
-            "was observed (default: %(default)s)"
+            "longest time to listen; the check ends earlier if it has "
+            "observed everything that the rules need (default: %(default)s)"
         ),
     )
     parser.add_argument(
@@ -69,16 +69,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         choices=(STOP, RESTART),
         help=(
-            "do not wait for a stop, or for a restart of a driver. A rule "
-            "that was not observed counts as violated, except for the "
-            "restart"
+            "do not wait for a stop, or for the restart of a driver. A rule "
+            "that could not be checked counts as violated, except the rule "
+            "about restarts"
         ),
     )
     add_json_argument(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Checks the drivers; returns 1 if a rule is violated or unobserved."""
+    """Checks the drivers; returns 1 if a rule is violated or was not tested."""
     if arguments.duration > _LONGEST:
         problem = f"must be at most {_LONGEST:g}"
         raise FieldError("driver-check", "--duration", problem)
@@ -95,9 +95,9 @@ def run(arguments: argparse.Namespace) -> int:
     slower = 1e3 * (config.arm_status_period - 1e-3)
     if slower > 1:
         console.print(
-            f"at {config.arm_status_rate:g} Hz an arm that stops sending is "
-            f"detected {slower:.0f} ms later than at 1 kHz, and moves for "
-            "that much longer"
+            f"at {config.arm_status_rate:g} Hz the controller detects an arm "
+            f"that stops sending {slower:.0f} ms later than at 1 kHz, and the "
+            "robot moves on for this time"
         )
     if arguments.json:
         print_json(findings)
@@ -116,14 +116,15 @@ def _listen(
     arguments: argparse.Namespace,
     console: Console,
 ) -> RobotRecord:
-    """Listens until two seconds after everything was observed."""
+    """Records messages until two seconds after all rules can be checked."""
     packets: list[Packet] = []
     seen, looked, told, complete = Seen(), 0, "", False
     listener = MulticastListener(config.url)
     console.print(
-        f"listening on {config.url}; nothing is sent. Meanwhile move every axis"
-        f" (`remosplat identify {arguments.scenario} --fraction 0.2`), press"
-        " and release the stop of each part, and restart a driver; Ctrl-C ends"
+        f"listening on {config.url}; the check sends nothing. Meanwhile move "
+        f"every axis (`remosplat identify {arguments.scenario} --fraction "
+        "0.2`), press and release the stop of each part, and restart a "
+        "driver; Ctrl-C ends"
     )
     start = time.monotonic()
     next_look = start + _LOOK
@@ -141,8 +142,8 @@ def _listen(
             still = seen.missing(
                 STOP not in arguments.skip, RESTART not in arguments.skip
             )
-            # A motion that was just detected continues for a while; the rest of
-            # it is recorded, too.
+            # A motion that was just detected continues for a while. The record
+            # must contain all of it.
             if ends or (complete and not still):
                 request.has_ended = True
                 return gather(packets, config, robot, passed)

@@ -32,8 +32,7 @@ def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
         default="",
         metavar="YAML",
         help=(
-            "YAML of fields that override the scenario's, as for `remosplat "
-            "run`"
+            "YAML of fields that override the scenario's, as in `remosplat run`"
         ),
     )
     parser.add_argument(
@@ -62,7 +61,7 @@ def open_driver_wire(
 
 
 def no_driver(scenario: Scenario, part: str) -> FieldError:
-    """Makes the error about a scenario that names no driver of a part.
+    """Makes the error for a scenario without a driver for a part of the robot.
 
     Args:
         scenario: The scenario.
@@ -87,7 +86,7 @@ def teller(console: Console, part: str) -> Tell:
 
 
 def announce(console: Console, url: str, config: object) -> None:
-    """Prints the LCM URL and the kind of driver that it connects.
+    """Prints the LCM URL, and the kind of the driver.
 
     Args:
         console: The console.

@@ -1,4 +1,4 @@
-"""Runs an application to its end, and reports its progress."""
+"""Runs an application's diagram to its end, and prints its progress."""
 
 import math
 import time
@@ -28,8 +28,9 @@ _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
 
 LONGEST_REPLAY = 600.0
-"""Longest part of a real robot's run that the page can replay [s]. It is
-limited, since each minute takes 6 MB and a run may last for hours."""
+"""Duration of a real robot's run that the page records for replay [s]. It is
+limited, since a minute of the recording takes 6 MB and a run may last for
+hours."""
 
 _COLOURS = {
     states.WAITING: "cyan",
@@ -40,7 +41,7 @@ _COLOURS = {
     states.STOPPED: "bold red",
     states.ENDED: "bold red",
 }
-"""Colours of the sentences about the robot's state, keyed by kind."""
+"""Colour of the text on the robot's state, for each kind of state."""
 
 
 def drive(
@@ -51,20 +52,21 @@ def drive(
     patience: float,
     page: MeshcatPage | None = None,
 ) -> tuple[RunResult, LoopQuality | None]:
-    """Runs an application with a progress line; prints stops and their reasons.
+    """Runs a diagram with a progress line; prints the reason for each stop.
 
     Args:
         application: The diagram to run.
         console: Console that shows the progress.
-        rate: Real-time rate of a simulation, as `simulation.run` takes it;
-            None if the station is the real robot.
-        patience: Time that a stopped robot waits for a release [s].
-        page: The page, which records the motion for replay, up to
-            `LONGEST_REPLAY` on a real robot. None for no page.
+        rate: Real-time rate of a simulation, as in `simulation.run`; None if a
+            real robot moves.
+        patience: Time for which a stopped robot waits until a person releases
+            it [s]; then the run ends.
+        page: The page, which records the motion for replay. It records at most
+            `LONGEST_REPLAY` of a real robot's run. None for no page.
 
     Returns:
-        The result of the run, and the timing of a real robot's loop, which is
-        None in a simulation.
+        The result of the run, and the timing of a real robot's loop (None in a
+        simulation).
     """
     last = -math.inf
     log, has_told = application.log, False
@@ -95,7 +97,7 @@ def drive(
 
         def explain(t: float, status: MotionStatus):
             if status.kind == states.HELD:
-                # In a pipe, which has no width, lines are not broken.
+                # Output to a pipe has no width, so its lines are not broken.
                 line = Text(f"{t:.2f} s  ", "dim")
                 line.append(status.text, _COLOURS[status.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
@@ -129,7 +131,7 @@ def log_is_whole(application: Application, console: Console) -> bool:
         console: Console for the line.
 
     Returns:
-        Whether nothing is missing.
+        True if all files are complete.
     """
     parts = application.recorder.ticks, application.log
     troubles = [part.trouble for part in parts if part and part.trouble]
@@ -144,7 +146,7 @@ def print_error(trouble: str, console: Console) -> None:
 
 
 def strangers(application: Application) -> str:
-    """Returns a line on other programs that send to a real robot, or ""."""
+    """Returns a line on other programs that send to the robot; "" if none."""
     assert isinstance(application.station, HardwareStation)
     guard = application.station.link.guard
     said = guard.summary() if guard else ""
@@ -152,12 +154,12 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, status: MotionStatus, report: TickReport) -> Text:
-    """Returns the robot's state, followed by numbers about the tick.
+    """Returns the robot's state, and the latest tick's clearance and duration.
 
     Args:
         t: Time since the start of the run [s].
         status: The robot's state.
-        report: The latest tick.
+        report: The controller's report of the latest tick.
     """
     total = report.timings.get("total", math.nan)
     line = Text(f"{t:5.2f} s  ")

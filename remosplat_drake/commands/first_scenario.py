@@ -1,7 +1,7 @@
-"""Writes a first scenario for a new robot.
+"""Writes a first scenario for a new robot, and tries it in a simulation.
 
-The scene has a post on the floor, and targets on both sides of it. A trial run
-in simulation has reached all targets of the scenario.
+The scene has a post on the floor, and targets on both sides of the post. The
+scenario contains only targets that the robot has reached in a trial run.
 """
 
 import dataclasses as dc
@@ -50,8 +50,8 @@ fraction of the range."""
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
 }"""
-"""Settings of the trial run. They disable planning, so that a target that is
-not reached soon is dropped."""
+"""Settings of the trial run. Planning is disabled, so that the trial run does
+not spend time on a target that the controller alone does not reach."""
 
 _DISCS = 4000
 """Number of discs in the scene's splat."""
@@ -80,10 +80,10 @@ def write_first_scenario(
     """Writes `scenario.yaml` with its scene into the robot's folder.
 
     Args:
-        robot: The robot. Its description is in `folder`.
+        robot: The robot, whose description is in `folder`.
         folder: The folder.
-        on_try: Called with the number of scenes tried so far, and the largest
-            number of scenes.
+        on_try: Function that is called with the number of scenes tried so far,
+            and the largest number of scenes to try.
 
     Raises:
         RemoSplatError: The robot reaches no target in any of the scenes, or its
@@ -107,8 +107,8 @@ def write_first_scenario(
     tried, goals, scene = best
     kept = tried.reached // effectors
     if kept < TARGETS:
-        # A run with fewer targets differs, so the scenario is run again with
-        # only the targets that it will contain.
+        # A run with fewer targets takes another path, so the scenario runs
+        # again with only the targets that it will contain.
         _write(folder, goals[:kept], scene, robot)
         tried = _try(folder)
     return tried
@@ -117,7 +117,7 @@ def write_first_scenario(
 def _scenes(
     robot: RobotModel,
 ) -> Iterator[tuple[PrimitiveScene, list[np.ndarray]]]:
-    """Yields random posts and targets, such that start and targets are free."""
+    """Yields random posts and targets; start and targets are free."""
     made = 0
     for seed in range(10 * TRIES):
         if made == TRIES:
@@ -136,7 +136,7 @@ def _scenes(
 
 
 def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
-    """Draws a valid configuration at some distance from home; None if none."""
+    """Draws a valid configuration away from the home posture; None if none."""
     n = robot.n_q - len(robot.home)
     for _ in range(200):
         q = robot.q_home
@@ -160,7 +160,7 @@ def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
 
 
 def _lowest(robot: RobotModel, q: np.ndarray) -> float:
-    """Returns the height of the lowest sphere that the arm moves [m]."""
+    """Returns the height of the lowest sphere of the arm's moving links [m]."""
     spheres = robot.spheres_at(q)
     low = (spheres.p_WS[:, 2] - spheres.radius)[robot.moved_by_arm]
     return float(low.min(initial=np.inf))
@@ -169,7 +169,7 @@ def _lowest(robot: RobotModel, q: np.ndarray) -> float:
 def _post(
     robot: RobotModel, states: list[np.ndarray], rng: np.random.Generator
 ) -> Cylinder | None:
-    """Makes a post beside the hand's path that no given state touches."""
+    """Makes a post beside the hand's path; the given states do not touch it."""
     ends = np.array([robot.end_effector_poses(q)[:, :3, 3] for q in states])
     for _ in range(100):
         hand = rng.integers(ends.shape[1])
@@ -234,7 +234,7 @@ def _write(
 
 
 def _try(folder: Path) -> Tried:
-    """Runs the scenario in a simulation."""
+    """Makes a trial run of the scenario in a simulation."""
     scenario = load_scenario(str(folder / "scenario.yaml"), _IMPATIENT)
     result = run(build(scenario)).uninterrupted()
     metrics = result.metrics

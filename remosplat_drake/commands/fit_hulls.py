@@ -34,7 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--spheres",
         default="covering",
-        help="name of the sphere set that encloses the meshes (covering)",
+        help="name of the robot's sphere set; its spheres must enclose the "
+        "meshes (covering)",
     )
     parser.add_argument(
         "--links", nargs="+", default=[], help="only these links (default all)"
@@ -45,8 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=1.0,
         metavar="MM",
         help=(
-            "largest distance by which a mesh may extend beyond its shapes "
-            "(1 mm)"
+            "largest distance by which a mesh may extend beyond its convex "
+            "shapes (1 mm)"
         ),
     )
     parser.add_argument(
@@ -92,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _table(shapes: dict[str, list[ConvexPiece]]) -> Table:
-    table = Table(title="convex shapes; the spheres enclose them")
+    table = Table(title="convex shapes; the robot's spheres enclose them")
     table.add_column("link")
     for name in ("shapes", "corners", "volume [l]"):
         table.add_column(name, justify="right")

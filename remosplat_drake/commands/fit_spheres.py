@@ -1,4 +1,4 @@
-"""`remosplat fit-spheres`: covers any robot with a few spheres."""
+"""`remosplat fit-spheres`: covers a robot's links with spheres."""
 
 import argparse
 from pathlib import Path
@@ -43,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         metavar="MM",
         help=(
             "instead of --count: largest distance by which spheres may "
-            "protrude from a link [mm]; it holds if --most spheres per link "
-            "suffice"
+            "protrude from a link [mm]. Links that need more than --most "
+            "spheres exceed it"
         ),
     )
     parser.add_argument(
@@ -63,15 +63,16 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar="LINK=FACTOR",
         help=(
-            "fit finer (factor > 1) or coarser (factor < 1) spheres to a link"
+            "fit smaller spheres (factor > 1) or larger spheres (factor < 1) "
+            "to a link"
         ),
     )
     parser.add_argument(
         "--meshes",
         action="store_true",
         help=(
-            "cover the meshes of the robot description (extra `meshes`) "
-            "instead of its collision shapes"
+            "cover the meshes that the robot description names (extra "
+            "`meshes`) instead of the collision shapes"
         ),
     )
     parser.add_argument(
@@ -79,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         nargs="+",
         default=[],
         metavar="LINK",
-        help="with --meshes: for these links, cover the collision shapes, too",
+        help="with --meshes: also cover the collision shapes of these links",
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
@@ -124,15 +125,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _options(args: argparse.Namespace) -> tuple[Path, SurfaceOptions]:
-    """Returns the model file, and the options of its surfaces."""
+    """Returns the model file, and the options that select the surfaces."""
     floor_links, visuals = (), None
     bare = args.model.endswith((".urdf", ".sdf", ".xml", ".dmd.yaml"))
     if bare:
         model = resources.resolve(args.model)
         if args.meshes:
             raise RemoSplatError(
-                f"--meshes: {args.model} names no meshes; give the robot's"
-                " description instead of its model file"
+                f"--meshes: {args.model} names no meshes; give a robot "
+                "description file instead of a model file"
             )
     else:
         description = load_robot_description(args.model)
@@ -162,7 +163,7 @@ def _weight(text: str) -> tuple[str, float]:
 
 def _table(covering: Covering) -> Table:
     return Table(
-        f"{len(covering)} spheres; all surface points inside",
+        f"{len(covering)} spheres; they contain all sampled surface points",
         ("link", "spheres", "mean bulge [mm]", "max bulge [mm]"),
         tuple(
             (

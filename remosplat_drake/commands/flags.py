@@ -37,8 +37,9 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="PORT",
         help=(
-            "with --record: Foxglove can connect to ws://127.0.0.1:PORT "
-            "(default port 8765; extra `live`)"
+            "with --record: also serve the recording live, so that Foxglove "
+            "can connect to ws://127.0.0.1:PORT (default port 8765; extra "
+            "`live`)"
         ),
     )
     parser.add_argument(
@@ -52,7 +53,7 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
 def opened_recorder(
     arguments: argparse.Namespace, scenario: Scenario, robot: RobotModel
 ) -> McapRecorder | None:
-    """Starts the recording that the flags request; None if they request none.
+    """Starts the requested recording; returns None without `--record`.
 
     Args:
         arguments: The command line with the flags of
@@ -105,8 +106,8 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
 def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
     """Refuses to drive a real robot without a valid report of the doctor.
 
-    A rehearsal, which moves no real robot, and a shadow run, which moves no
-    robot, need no report; neither does a run with `--without-doctor`.
+    No report is needed for a rehearsal (the robot is simulated), for a shadow
+    run (no robot moves), or with `--without-doctor`.
 
     Args:
         arguments: The command line with `--doctor`, `--without-doctor`,
@@ -129,7 +130,7 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that some flags, if they are given, are positive and finite.
+    """Checks that the values of some flags, if given, are positive and finite.
 
     Raises:
         FieldError: A value is not positive or not finite; the error names the
@@ -143,7 +144,7 @@ def check_positive(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_finite(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that some flags, if they are given, are finite.
+    """Checks that the values of some flags, if given, are finite.
 
     Raises:
         FieldError: A flag contains NaN or infinity; the error names the flag.

@@ -27,17 +27,18 @@ def add_accept_argument(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="drive in spite of this problem; may be given repeatedly, and"
-        " with --hardware a person must confirm each one at the terminal"
-        f" ({gates})",
+        help="drive in spite of this problem of the map; repeat the flag for "
+        "further problems. With --hardware a person must confirm each "
+        f"problem at the terminal ({gates})",
     )
 
 
 def check_accepted(arguments: argparse.Namespace) -> None:
-    """Checks, before any work, that all accepted names are names of gates.
+    """Checks that `--accept` contains only names of gates.
 
     Raises:
-        RemoSplatError: A name is not the name of a gate.
+        RemoSplatError: `--accept` contains a name that is not the name of a
+            gate.
     """
     check_names(arguments.accept)
 
@@ -54,10 +55,10 @@ def describe(
 
 @dc.dataclass(frozen=True)
 class Admission:
-    """Permission for a run to begin, with its warnings and accepted problems.
+    """Permission for a run to begin, with the warnings and accepted problems.
 
     Attributes:
-        knowledge: The knowledge about the run's map.
+        knowledge: Content, error and problems of the run's map.
         passage: Result of the gates (checks before a run): warnings, and
             accepted problems.
         hardware: Whether a real robot will move.
@@ -80,7 +81,7 @@ class Admission:
             _tell(console, f"accepted: {gate}", "bold yellow")
 
     def document(self) -> dict:
-        """Returns the data about the map that a run's files contain."""
+        """Returns the data about the map, for the files that a run writes."""
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
@@ -99,10 +100,10 @@ def admit(
     """Permits a run or refuses it, without printing.
 
     Args:
-        knowledge: The knowledge about the run's map.
+        knowledge: Content, error and problems of the run's map.
         arguments: The command line, with `accept` and `hardware`.
         where: Name of the scenario, for errors.
-        start: Faults of the run's start and targets.
+        start: Problems of the run's start and targets.
 
     Raises:
         RemoSplatError: The run is refused.
@@ -121,7 +122,7 @@ def _entry(gate: Gate) -> dict[str, str]:
 
 
 def _confirm(gate: Gate, console: Console) -> None:
-    """Requests that a person types a gate's name before a real robot moves.
+    """Waits until a person types a gate's name, before a real robot moves.
 
     Raises:
         RemoSplatError: There is no terminal, or the typed text is not the
@@ -140,7 +141,10 @@ def _confirm(gate: Gate, console: Console) -> None:
         f"type [bold]{gate.name}[/bold] to move the robot anyway: ", end=""
     )
     if sys.stdin.readline().strip() != gate.name:
-        raise RemoSplatError(f"{flag}: not confirmed; nothing has moved")
+        raise RemoSplatError(
+            f"{flag}: not confirmed, so the robot does not move; type the "
+            "name to drive"
+        )
 
 
 def _tell(console: Console, line: str, style: str = "") -> None:

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the hand until Ctrl-C, which leaves the fingers where they are."""
+    """Drives the hand until Ctrl-C; the fingers then stay where they are."""
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.hand_driver is None:

@@ -42,13 +42,13 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer that the simulated robot catches up [s], since
-a real robot would have continued. After a longer stall, catching up would take
-so long that statuses are too old."""
+"""Longest stall of the computer after which the simulated robot catches up [s].
+It catches up, since a real robot would have continued. After a longer stall,
+this would take so long that the controller receives stale statuses."""
 
 _FCI_PATIENCE = 0.002
-"""Longest stall that is caught up if a driver must answer each millisecond [s].
-This limit is shorter, since the driver cannot answer during the stall."""
+"""The same limit if a driver must answer each millisecond [s]. It is shorter,
+since the driver cannot answer during the stall."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach
@@ -124,14 +124,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help=(
             "also send the base's pose from a simulated localisation, 10 "
-            "times a second; the odometry then has another origin"
+            "times a second. The origin of the odometry then differs from "
+            "that of the localisation"
         ),
     )
     parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
-        help="write the robot's true motion (.npz) at the end",
+        help="at the end, write the robot's true motion to this file (.npz)",
     )
 
 
@@ -142,7 +143,8 @@ def run(
 
     Args:
         arguments: The command's arguments.
-        plant_type: Class that moves the robot's rigid bodies.
+        plant_type: Class of the simulated robot, which integrates its
+            rigid-body motion.
     """
     console = open_console(stderr=True)
     schedule = [parse_fault(text) for text in arguments.fault]
@@ -184,8 +186,8 @@ def run(
     patience = _PATIENCE if arguments.fci is None else _FCI_PATIENCE
     pacer = Pacer(TICK / arguments.realtime_rate, patience)
     console.print(f"the robot is on {url}; Ctrl-C ends")
-    # The loaded modules are excluded from garbage collection, which would take
-    # several ticks.
+    # All present objects are excluded from garbage collection, which would
+    # otherwise last several ticks.
     gc.collect()
     gc.freeze()
     with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
@@ -202,9 +204,8 @@ def run(
             if motion is not None:
                 motion.save(arguments.record)
     console.print(
-        f"{robot.time:.1f} s at {pacer.rate:.0f} Hz,"
-        f" {pacer.missed} ticks missed,"
-        f" latest tick {1e3 * pacer.worst:.1f} ms late"
+        f"{robot.time:.1f} s at {pacer.rate:.0f} Hz, {pacer.missed} ticks "
+        f"missed, the most delayed tick {1e3 * pacer.worst:.1f} ms late"
     )
     commands = robot.arm.commands
     console.print(
@@ -218,10 +219,12 @@ def run(
 def _arm_driver(
     arguments: argparse.Namespace, world: World
 ) -> FciArm | RtdeArm | None:
-    """Returns the source of the arm's commands, if it is not LCM."""
+    """Returns the interface that receives the arm's commands; None for LCM."""
     joints = len(world.robot.home)
     if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
-        problem = "not with --fci or --rtde: the arm is on ROS 2"
+        problem = (
+            "the arm receives its commands by ROS 2; leave out --fci and --rtde"
+        )
         raise FieldError("hardware-sim", "--ros2", problem)
     for flag, has, arm in (
         ("--fci", arguments.fci, JOINTS),

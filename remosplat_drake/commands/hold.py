@@ -1,4 +1,4 @@
-"""Serves a browser page, and waits for its viewers before and after a run."""
+"""Serves a browser page, and keeps it open before and after a run."""
 
 import argparse
 import sys
@@ -13,7 +13,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import START, waiting
 
 LOCALHOST = "localhost"
-"""Network interface that only this computer can reach."""
+"""Network interface that other computers cannot reach."""
 
 _PERIOD = 0.05
 """Time between two checks of the page's buttons [s]."""
@@ -32,14 +32,15 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help=(
             "network interface on which the page is served; 0.0.0.0 for all "
-            "(default: this computer only)"
+            "(default: one that only this computer can reach)"
         ),
     )
     parser.add_argument(
         "--hold",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="keep the page open afterwards (default: in a terminal)",
+        help="keep the page open after the run (default: if started in a "
+        "terminal)",
     )
 
 
@@ -56,8 +57,8 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
-            "--host: not with --hardware, since the page cannot identify its "
-            "visitors"
+            "--host: with --hardware, only this computer may open the page, "
+            "since it cannot identify its visitors; leave out --host"
         )
     # Meshcat's default.
     host = "*" if host == "0.0.0.0" else host
@@ -65,18 +66,18 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Returns whether a page stays open; None: if there is a terminal."""
+    """Returns whether a page stays open; None means: if there is a terminal."""
     return sys.stdin.isatty() if wanted is None else wanted
 
 
 def add_viewer_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag that lets a run wait for a viewer."""
+    """Declares the flag `--wait-for-viewer`."""
     parser.add_argument(
         "--wait-for-viewer",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="begin when a person presses Start on the page (default: in a"
-        " terminal)",
+        help="begin only when a person presses Start on the page (default: if "
+        "started in a terminal)",
     )
 
 
@@ -88,15 +89,19 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
             `hardware`.
 
     Raises:
-        RemoSplatError: The user requested it, but it is not possible.
+        RemoSplatError: `--wait-for-viewer` is given with `--headless` or
+            `--hardware`.
     """
     wanted = arguments.wait_for_viewer
     if wanted and arguments.headless:
-        raise RemoSplatError("--wait-for-viewer: not with --headless")
+        raise RemoSplatError(
+            "--wait-for-viewer: a run with --headless has no page; leave one "
+            "of the two out"
+        )
     if wanted and arguments.hardware:
         raise RemoSplatError(
-            "--wait-for-viewer: not with --hardware: a real robot waits "
-            "until a person arms it"
+            "--wait-for-viewer: a real robot waits in any case until a person "
+            "arms it; leave this flag out"
         )
     if arguments.headless or arguments.hardware:
         return False
@@ -104,10 +109,10 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
 
 
 def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
-    """Waits until a person presses Start on the page, or Enter here.
+    """Waits until a person presses Start on the page, or Enter in the terminal.
 
     Args:
-        page: The page, which states the reason for waiting.
+        page: The page, which shows the goal and the button.
         goal: Purpose of the run, in a sentence.
         console: Console for the instructions.
     """
@@ -121,7 +126,7 @@ def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
     while page.clicks(START) == clicks and lines.fetch() is None:
         if not seen and page.meshcat.GetNumActiveConnections():
             seen = True
-            console.print("a viewer is there")
+            console.print("a viewer is connected")
         time.sleep(_PERIOD)
     if before is not None:
         page.show(before)
@@ -131,7 +136,8 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     """Serves a page until Ctrl-C.
 
     Args:
-        wanted: Whether the page stays open; None: if a terminal is attached.
+        wanted: Whether the page stays open; None means: if a terminal is
+            attached.
         page: The page.
         console: Console for instructions.
     """

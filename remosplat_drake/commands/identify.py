@@ -1,4 +1,4 @@
-"""`remosplat identify`: measures how a real robot's axes follow commands."""
+"""`remosplat identify`: measures the response of a real robot's axes."""
 
 import argparse
 import dataclasses as dc
@@ -53,7 +53,8 @@ from remosplat_drake.robot.actuators import Actuator
 _INCOMPLETE = 1
 
 _TRIES = 5
-"""Largest number of attempts to measure an axis without a late message."""
+"""Largest number of attempts to measure an axis; an attempt fails if a message
+is late."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
@@ -70,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         help=(
             "NAME, FILE or FILE:NAME (see `remosplat scenarios`): scenario "
-            "with the robot and the map of its surroundings"
+            "that contains the robot and the map of its surroundings"
         ),
     )
     parser.add_argument(
@@ -78,8 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="YAML",
         help=(
-            "YAML of fields that override the scenario's, as for `remosplat "
-            "run`"
+            "YAML of fields that override the scenario's, as in `remosplat run`"
         ),
     )
     add_robot_choice(parser)
@@ -106,15 +106,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--axes",
         metavar="I,J",
-        help="indices of the axes of u to measure (default: all)",
+        help="indices of the axes to measure, in the order of the command u "
+        "(default: all)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         metavar="FILE",
         help=(
-            "robot description file that receives the result (default: the "
-            "scenario's)"
+            "robot description file to which the result is written (default: "
+            "the scenario's)"
         ),
     )
     parser.add_argument(
@@ -123,7 +124,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Moves the axes one by one, fits them, and writes the description."""
+    """Moves the axes one by one, fits a model of each, and writes them."""
     if arguments.fraction > 1.0:
         raise FieldError("identify", "--fraction", "must be at most 1")
     console = open_console(stderr=True)
@@ -153,7 +154,10 @@ def run(arguments: argparse.Namespace) -> int:
         slowest = np.minimum(*np.abs(hardware.base_bounds))[axes_B]
         limit[: robot.n_base] = np.minimum(limit[: robot.n_base], slowest)
     if not (arguments.yes or _agrees(console, len(axes))):
-        raise RemoSplatError("identify: no person agreed; nothing has moved")
+        raise RemoSplatError(
+            "identify: no person confirmed the motion, so nothing has moved; "
+            "type 'move' at the terminal, or use --yes"
+        )
     application = build_velocity_run(scenario, world)
     fits: dict[int, Fit] = {}
     for axis in axes:
@@ -161,7 +165,8 @@ def run(arguments: argparse.Namespace) -> int:
             fits[axis] = _identified(axis, limit, application, room)
         except NoRoomError as error:
             console.print(
-                f"axis {axis}: no room to move ({error}); not measured"
+                f"axis {axis}: not measured, since there is not enough free "
+                f"space ({error})"
             )
     print_table(console, fit_table(fits))
     for axis, fit in fits.items():
@@ -189,8 +194,8 @@ def _axes(text: str | None, n: int) -> list[int]:
 
 def _agrees(console: Console, n: int) -> bool:
     console.print(
-        f"{n} axes will move one after the other, each forth and back, at up "
-        "to full speed. A person must stay at the emergency stop."
+        f"{n} axes will move, one after the other, forth and back, at up to "
+        "full speed. A person must stay at the emergency stop."
     )
     try:
         return console.input("Type 'move' to begin: ").strip() == "move"
@@ -201,10 +206,10 @@ def _agrees(console: Console, n: int) -> bool:
 def _identified(
     axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> Fit:
-    """Moves one axis if there is room, and fits its model.
+    """Moves one axis, and fits the model of its response.
 
     Raises:
-        NoRoomError: There is no room.
+        NoRoomError: There is not enough free space for the motion.
         RemoSplatError: The robot stopped, or messages were late too often.
     """
     robot = room.own.robot
@@ -221,7 +226,7 @@ def _identified(
 def _strokes(
     axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> list[Played]:
-    """Moves one axis; repeats it slower if verification reduced the speed."""
+    """Moves one axis; repeats it more slowly if verification slowed it."""
     robot, hardware = room.own.robot, application.scenario.hardware
     assert isinstance(application.station, HardwareStation)
     late, fastest = 0, 1.0
@@ -239,8 +244,8 @@ def _strokes(
             late += 1
             if late == _TRIES:
                 raise RemoSplatError(
-                    f"identify: axis {axis}: {error}, {_TRIES} times; do not"
-                    " use this computer meanwhile"
+                    f"identify: axis {axis}: {error}, in {_TRIES} attempts; "
+                    "end other programs on this computer, and repeat"
                 ) from error
         except RemoSplatError as error:
             raise RemoSplatError(f"identify: axis {axis}: {error}") from error

@@ -63,8 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar="[NAME=]LINK",
         help=(
-            "link whose frame moves to targets; repeat the flag for several "
-            "arms (default: found or guessed, for one or two arms)"
+            "link whose frame the controller moves to targets; repeat the "
+            "flag for several arms (default: read from the SRDF, or guessed "
+            "for one or two arms)"
         ),
     )
     parser.add_argument(
@@ -79,10 +80,10 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=[],
         metavar="NAME=DIR",
         help=(
-            "folder of a package. Folders above the file, and in "
+            "folder of a ROS package. Folders above the file, and in "
             "ROS_PACKAGE_PATH, AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, "
-            "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, are searched in "
-            "any case"
+            "GZ_SIM_RESOURCE_PATH and GAZEBO_MODEL_PATH, are searched in any "
+            "case"
         ),
     )
     parser.add_argument(
@@ -96,7 +97,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="an argument of the xacro file",
+        help="an argument for the xacro file",
     )
     parser.add_argument(
         "--tolerance",
@@ -111,12 +112,12 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--no-scenario",
         action="store_true",
-        help="do not create a first scenario and try it in simulation",
+        help="do not create a first scenario, and make no trial run",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Imports a robot into a new folder, which is created last."""
+    """Imports a robot into a new folder."""
     out = args.out or Path(args.robot.name.partition(".")[0])
     if out.exists():
         raise FileError(
@@ -172,7 +173,7 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 
 
 def _end_effectors(texts: list[str]) -> dict[str, str]:
-    """Returns the links of the end effectors, keyed by name ("" for one)."""
+    """Returns the links of the end effectors, keyed by the effector's name."""
     parts = [text.rpartition("=") for text in texts]
     links = [link for _, _, link in parts]
     if len(links) == 1:
@@ -229,7 +230,7 @@ def _report(
     for title, pairs in (
         ("found", findings.found),
         (
-            "guessed: check these, and correct them in the description",
+            "guessed: check these values, and correct them in the description",
             findings.guessed,
         ),
         ("implausible: check these values", findings.doubted),
@@ -244,8 +245,8 @@ def _report(
         lines.append(f"look at {out}/robot.png: the robot and its spheres")
     if tried is not None:
         lines += [
-            f"tried: {tried.reached} targets reached in {tried.time:.1f} s,"
-            f" clearance {1e3 * tried.clearance:.0f} mm",
+            f"trial run: {tried.reached} targets reached in {tried.time:.1f} "
+            f"s, clearance {1e3 * tried.clearance:.0f} mm",
             f"next: `remosplat run {out}/scenario.yaml`",
         ]
     for line in lines:

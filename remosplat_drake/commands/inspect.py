@@ -1,4 +1,4 @@
-"""`remosplat inspect`: shows the splat as one sphere of the robot sees it."""
+"""`remosplat inspect`: shows the depth views of one of the robot's spheres."""
 
 import argparse
 from pathlib import Path
@@ -58,8 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sphere",
         metavar="INDEX|LINK",
         help=(
-            "index of a sphere, or name of a link, whose sphere nearest to "
-            "the scene is then shown (default: the sphere of the robot that "
+            "index of a sphere; or name of a link, of whose spheres the one "
+            "nearest to the scene is used (default: the robot's sphere that "
             "is nearest to the scene)"
         ),
     )
@@ -76,8 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help=(
-            "take the configuration from a recorded trajectory.npz, at the "
-            "tick --tick"
+            "use the configuration of a recorded trajectory.npz at the tick "
+            "--tick"
         ),
     )
     parser.add_argument(
@@ -126,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
     q, place = _configuration(arguments, world)
-    # The settings are those of the scenario's depth oracle, if it has one.
+    # The views have the settings of the scenario's depth oracle, if it has one.
     sensor = getattr(_map_field(world), "sensor", DepthSensor())
     spheres = world.robot.spheres_at(q)
     candidates = _candidates(arguments.sphere, world.robot.spheres.links)
@@ -198,7 +198,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Returns which of some spheres is nearest to a surface that it sees."""
+    """Returns the index of the sphere that is nearest to a surface it sees."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))

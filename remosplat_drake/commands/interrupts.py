@@ -10,9 +10,9 @@ from contextlib import contextmanager
 def interrupts_deferred() -> Iterator[None]:
     """Defers Ctrl-C until the end of the block.
 
-    An interrupted import of a compiled module would report a broken module.
-    Outside the main thread, or if another handler is installed, the block has
-    no effect.
+    If Ctrl-C interrupted the import of a compiled module, Python would report
+    that the module is broken. Outside the main thread, or if another handler of
+    Ctrl-C is installed, Ctrl-C is not deferred.
     """
     default = signal.default_int_handler
     if (

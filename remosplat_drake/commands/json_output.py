@@ -25,7 +25,7 @@ def print_json(document: Any) -> None:
 
 
 def json_text(document: Any) -> str:
-    """Writes a document as JSON text; see `plain` for the supported types."""
+    """Returns a document as JSON text; see `plain` for the supported types."""
     return json.dumps(plain(document), indent=1, ensure_ascii=False)
 
 

@@ -26,14 +26,16 @@ def exit_code(run: Callable[[], int]) -> int:
     """Reads and runs a command line, and returns its exit code.
 
     Returns:
-        0: success. 1: the robot did not reach its target. 2: an error,
-        described by one line on stderr. The user can correct it; or a reader
-        failed unexpectedly, and the line names a log with the traceback. 130:
-        interrupted. Any other exception is a defect and prints its traceback.
+        0: success. 1: the command ran without success, for example because the
+            robot did not reach its target. 2: an error, described by one line
+            on stderr: the user can correct it, or a file could not be read
+            because of a defect of the program; the line then names a log with
+            the traceback. 130: Ctrl-C. Any other exception is a defect, and
+            Python prints its traceback.
     """
-    # Drake prints a line about its web server, which is suppressed here, since
-    # the commands print their own line. Drake reads this variable at its
-    # import, which is later.
+    # This suppresses Drake's line about its web server, since the commands
+    # print their own line. Drake reads this variable when it is imported, which
+    # is later.
     logging.getLogger("drake").addFilter(_is_no_announcement)
     try:
         return run()
@@ -72,7 +74,8 @@ def _run(argv: list[str]) -> int:
         return 0
     if command.startswith("-"):
         raise RemoSplatError(
-            f"{command}: give the command's name before its flags"
+            f"{command}: a flag precedes the command; give the command's name "
+            "before its flags"
         )
     if command not in COMMANDS:
         raise RemoSplatError(unknown_name("command", command, COMMANDS))

@@ -1,4 +1,4 @@
-"""Places a map upright or as captured: flags, and the file of the pose."""
+"""Finds the pose of a capture's map: its flags, and the file of the pose."""
 
 import argparse
 from pathlib import Path
@@ -21,17 +21,17 @@ from remosplat_drake.scene.rmmi import read_scene
 
 
 def add_placement_arguments(parser: argparse.ArgumentParser):
-    """Declares the flags about the upward direction."""
+    """Declares `--up` and `--floor`, the flags about the upward direction."""
     parser.add_argument(
         "--up",
         choices=UPS,
         default=AUTO,
         help=(
-            "source of the upward direction and of z = 0. auto: a floor "
-            "that is found, or else the format of the capture. floor: a "
+            "source of the upward direction and of z = 0. auto: the floor if "
+            "one is found, or else the format of the capture. floor: the "
             "floor, which must be found. capture: the capture's frame, in "
-            "which z is up and z = 0 is the floor. off: unknown, and no "
-            "scenario is written"
+            "which z is up and z = 0 is the floor. off: they are unknown, and "
+            "no scenario is written"
         ),
     )
     parser.add_argument(
@@ -44,7 +44,7 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
 
 
 def true_scene(arguments: argparse.Namespace) -> PrimitiveScene | None:
-    """Reads the true geometry in the capture's frame; None if it is unknown.
+    """Reads the true geometry in the capture's frame; None if no file has it.
 
     Raises:
         RemoSplatError: The true geometry cannot be read.
@@ -63,14 +63,14 @@ def find_placement(
     If the true geometry is known, the map's frame does not change.
 
     Raises:
-        RemoSplatError: A floor is required, and no plane is convincing.
+        RemoSplatError: A floor is required, but no plane is clearly a floor.
     """
     known = arguments.up == AUTO and true_scene(arguments) is not None
     return place(capture, CAPTURE if known else arguments.up)
 
 
 def write_pose(placement: Placement, splat: Path):
-    """Writes the pose of the capture's world to the file that `quality` reads.
+    """Writes the pose of the capture's frame to the file that `quality` reads.
 
     Raises:
         FileError: The file cannot be written.

@@ -46,7 +46,7 @@ def not_negative(text: str) -> float:
     """Parses a finite number that is not negative.
 
     Raises:
-        ArgumentTypeError: The text is no such number.
+        ArgumentTypeError: The text is not such a number.
     """
     value = number(text)
     if not (math.isfinite(value) and value >= 0):
@@ -58,7 +58,7 @@ def at_least_one(text: str) -> int:
     """Parses a whole number of at least one.
 
     Raises:
-        ArgumentTypeError: The text is no such number.
+        ArgumentTypeError: The text is not such a number.
     """
     value = whole_number(text)
     if value < 1:

@@ -54,8 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
         "host",
-        help="name or address of the arm's controller; with --simulated, the"
-        " port of `remosplat hardware-sim --fci PORT`",
+        help="host name or address of the arm's control unit; with "
+        "--simulated, the port of `remosplat hardware-sim --fci PORT`",
     )
     add_wire_argument(parser)
     parser.add_argument(
@@ -67,14 +67,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--simulated",
         action="store_true",
         help=(
-            "drive a simulated arm (hardware-sim), which aborts like a real arm"
+            "drive the simulated arm of `remosplat hardware-sim`, which "
+            "aborts a motion like a real arm"
         ),
     )
     parser.add_argument(
         "--status-only",
         action="store_true",
         help=(
-            "publish the arm's statuses, in any mode, without sending "
+            "publish the arm's statuses, in any mode of the arm, and send no "
             "commands to the arm"
         ),
     )
@@ -84,8 +85,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N_M",
         help=(
             "smallest external torque on a joint that counts as a collision "
-            "(default: 20 to 12 N m, as in libfranka's example); settings in "
-            "Desk have no effect"
+            "(default: 20 N m at joint 1 to 12 N m at joint 7, as in "
+            "libfranka's example). It replaces the settings in Franka's web "
+            "interface Desk"
         ),
     )
     parser.add_argument(
@@ -94,7 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help=(
             "smallest external force [N] and torque [N m] on the hand that "
-            "count as a collision (default: 20 N, 25 N m)"
+            "count as a collision (default: 20 N and 25 N m)"
         ),
     )
 
@@ -105,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.status_only:
         drive = _watch_arm
     # The priority is set before any thread starts. The arm's callback runs in a
-    # separate process, which has precedence.
+    # separate process with a higher priority.
     with realtime_priority(DRIVER_PRIORITY - 1):
         drive(open_wire(arguments.lcm_url), arguments)
     return 0
@@ -154,7 +156,7 @@ def _watch_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _library(arguments: argparse.Namespace) -> str:
-    """Returns the module with libfranka's interface, after the arm answered."""
+    """Waits for the arm's answer, and imports libfranka's interface."""
     if arguments.simulated:
         return fci_library.__name__
     check_reachable(arguments.host)

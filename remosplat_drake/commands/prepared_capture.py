@@ -28,15 +28,16 @@ from remosplat_drake.reconstruction.workspace import Workspace
 
 @dc.dataclass(frozen=True, eq=False)
 class PreparedCapture:
-    """A capture, ready for reconstruction, with the preparation's results.
+    """A capture that is ready for reconstruction, and results of preparing it.
 
     Attributes:
-        capture: The capture, inspected, refined and placed.
-        warnings: Warnings of its inspection.
-        alignment: The refinement of its cameras; None if `--align off` disables
-            it.
+        capture: The capture after inspection, refinement of its camera poses,
+            and placement.
+        warnings: Warnings of the capture's inspection.
+        alignment: Result of the refinement of camera poses; None if `--align
+            off` disables it.
         summary: Summary of the refinement for the report.
-        placement: Pose of the capture's frame, upright or as captured.
+        placement: Pose of the capture's frame in the map's frame.
         workspace: Box in which the robot works.
     """
 
@@ -49,7 +50,7 @@ class PreparedCapture:
 
     @property
     def errors(self) -> PoseErrors | None:
-        """Random draws of remaining camera errors, in the capture's frame."""
+        """Random samples of the remaining camera errors, in the map's frame."""
         if self.alignment is None:
             return None
         errors = PoseErrors.of_draws(self.alignment.draws())
@@ -64,8 +65,8 @@ def prepare_capture(
     Args:
         arguments: The command's flags.
         console: Console for progress and results.
-        stages: Storage of the selected frames and the refinement, to resume an
-            interrupted job.
+        stages: Storage of finished stages: the selected frames and the
+            refinement. An interrupted job resumes from it.
 
     Raises:
         RemoSplatError: The capture or a flag is unusable.

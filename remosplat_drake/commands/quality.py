@@ -51,7 +51,7 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
-"""Default step between the views whose images are compared."""
+"""Default of `--held-out`: the command compares every eighth view."""
 
 EXAMPLES = """
 remosplat quality kitchen.ply my_capture
@@ -82,9 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=int,
         metavar="N",
         help=(
-            "compare the splat with the image of every N-th view; give the "
-            "N of the training, so that these views were not used (default: "
-            f"every {COMPARED}th view, used by training or not)"
+            "compare the splat with the image of every N-th view. Give the N "
+            "of `reconstruct --held-out`, so that training has not used these "
+            f"views (default: every {COMPARED}th view, whether training used "
+            "it or not)"
         ),
     )
     parser.add_argument(
@@ -104,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--method",
         default="unknown",
-        help=("description of how the splat was made, for the report"),
+        help=("text for the report: a description of how the splat was made"),
     )
     parser.add_argument(
         "--points",
@@ -186,7 +187,7 @@ def grade(report: QualityReport) -> str:
 def _placed(
     capture: Capture, arguments: argparse.Namespace, splat: Path
 ) -> Capture:
-    """Returns the capture with refined cameras, in the splat's frame."""
+    """Returns the capture, with refined camera poses, in the splat's frame."""
     path = pose_path(splat)
     if arguments.capture_pose is not None:
         path = resolve(arguments.capture_pose)
@@ -196,7 +197,7 @@ def _placed(
 
 
 def print_report(console: Console, report: QualityReport):
-    """Prints the numbers of a report and the verdict."""
+    """Prints the numbers of a report, and the grade of the splat."""
     rows = []
     for row in report.distances:
         values = (row.median, row.percentile_99, row.over, row.under)
@@ -208,9 +209,9 @@ def print_report(console: Console, report: QualityReport):
     )
     images = report.images
     console.print(
-        f"{images.views} views: PSNR {images.psnr:.1f} dB, SSIM"
-        f" {images.ssim:.3f}, depth off by {1e3 * images.depth_median:.1f} mm"
-        f" (median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)",
+        f"{images.views} views: PSNR {images.psnr:.1f} dB, SSIM "
+        f"{images.ssim:.3f}, depth error {1e3 * images.depth_median:.1f} mm "
+        f"(median), {1e3 * images.depth_percentile_99:.1f} mm (99 %)",
         soft_wrap=True,
     )
     verdict = grade(report)

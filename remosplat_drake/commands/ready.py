@@ -1,4 +1,4 @@
-"""Describes a run to a person who is about to press START."""
+"""Describes a run to the person who starts it: robot, targets, map error."""
 
 import numpy as np
 from pydrake.systems.framework import Context, OutputPort
@@ -16,11 +16,12 @@ from remosplat_drake.visualization.robot_view import draw_robot
 from remosplat_drake.visualization.run_view import draw_targets
 
 _NEAR = 0.25
-"""The text names the object nearest to a target if it is within this distance
-[m]."""
+"""The description names the object nearest to a target if their distance is
+less than this [m]."""
 
 _SMALL = 0.01
-"""Least offset to a target along an axis that the text mentions [m]."""
+"""The description omits the offset to a target along an axis if it is below
+this [m]."""
 
 
 def show_start(application: Application) -> None:
@@ -40,7 +41,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
     Args:
         application: The diagram.
-        knowledge: The content, error and problems of the map.
+        knowledge: Content, error and problems of the map.
     """
     root = application.diagram.CreateDefaultContext()
     aim = _first_aim(application, root)
@@ -60,7 +61,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
 
 def _first_aim(application: Application, root: Context) -> Aim | None:
-    """Returns the robot's first target; None if it is not known yet."""
+    """Returns the robot's first target; None if it is still unknown."""
     aim = Aim.of(_value(target_port(application.targets), root))
     return aim if aim.is_known else None
 
@@ -70,7 +71,7 @@ def _value(port: OutputPort, root: Context):
 
 
 def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
-    """Describes distance and direction to the target, relative to the base."""
+    """Describes the displacement to the target, along the base's axes."""
     effector, target = aim.items[0]
     p_EO_W = target.X_WT[:3, 3] - robot.end_effector_poses(q)[effector][:3, 3]
     if not target.constrains_position:
@@ -92,7 +93,7 @@ def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
 
 
 def _beside(application: Application, aim: Aim) -> str:
-    """Names the object nearest to the target; empty if there is none."""
+    """Names the object nearest to the target, and its distance; "" if none."""
     world, p_WT = application.world, aim.first.X_WT[:3, 3]
     near = world.field.clearances(Spheres.at(p_WT), _NEAR)
     if not len(near) or not aim.first.constrains_position:

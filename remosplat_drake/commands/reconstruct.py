@@ -99,8 +99,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         required=True,
         metavar="SPLAT.ply",
         help=(
-            "file of the splat; a report, the seen space and a scenario are "
-            "written beside it"
+            "file of the splat; the command writes a report, the seen space "
+            "and a scenario beside it"
         ),
     )
     parser.add_argument(
@@ -108,8 +108,9 @@ def add_arguments(parser: argparse.ArgumentParser):
         choices=DEVICES,
         default=AUTO,
         help=(
-            "cuda: train the splats; cpu: refine them; none: only place "
-            "discs; auto: cuda if available, else cpu (auto)"
+            "cuda: train the splats on a GPU; cpu: refine them on the CPU; "
+            "none: only place discs on the measured surfaces; auto: cuda if "
+            "available, else cpu (auto)"
         ),
     )
     add_placement_arguments(parser)
@@ -124,7 +125,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=int,
         default=8,
         metavar="N",
-        help="use every N-th view for evaluation only, not for training (8)",
+        help="use every N-th view only for evaluation, not for training (8)",
     )
     parser.add_argument(
         "--truth",
@@ -157,7 +158,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--random-points",
         type=int,
         default=0,
-        help="number of floaters to add (0)",
+        help="number of floaters (isolated false splats) to add, for tests (0)",
     )
     parser.add_argument(
         "--steps",
@@ -188,7 +189,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def stages_path(splat: Path) -> Path:
-    """Returns the folder that keeps an interrupted reconstruction's stages."""
+    """Returns the folder with the finished stages of an interrupted job."""
     return splat.with_suffix(".unfinished")
 
 
@@ -251,13 +252,13 @@ def _suggest(
     arguments: argparse.Namespace,
     console: Console,
 ):
-    """Writes a scenario for the splat, or prints why it cannot."""
+    """Writes a scenario for the splat, or prints why there is none."""
     path = scenario_path(arguments.output)
     if not prepared.placement.has_floor:
         path.unlink(missing_ok=True)
         console.print(
-            f"no scenario: {prepared.placement.words} (--up capture: z is up"
-            " and z = 0 is the floor)",
+            f"no scenario: {prepared.placement.words} (if z is up and z = 0 "
+            "is the floor, add --up capture)",
             soft_wrap=True,
         )
         return
@@ -288,13 +289,17 @@ def _check(arguments: argparse.Namespace):
         problem = f"must be at least {_LEAST_COUNT}"
         raise FieldError("reconstruct", "--count", problem)
     if arguments.held_out == 1:
-        raise FieldError("reconstruct", "--held-out", "leaves no view to use")
+        raise FieldError(
+            "reconstruct",
+            "--held-out",
+            "leaves no view to train with; use a larger number",
+        )
     if arguments.up == FLOOR and arguments.truth:
         raise FieldError(
             "reconstruct",
             "--truth",
-            "is in the capture's frame, which --floor changes; use only one "
-            "of the two",
+            "is in the capture's frame, but --floor changes the frame; leave "
+            "one of the two flags out",
         )
     load_robot(arguments.robot)
     splat: Path = arguments.output

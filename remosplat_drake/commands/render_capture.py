@@ -48,7 +48,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class _Subject:
-    """The captured scene, its free space, and the box of the workspace."""
+    """The scene to render, its free space, and the box of the workspace."""
 
     solids: tuple[Solid, ...]
     field: DistanceField
@@ -88,7 +88,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--noise",
         default="none",
         metavar="CAMERA",
-        help=f"imperfections of a real camera: {', '.join(PRESETS)} (none)",
+        help=f"simulated imperfections of the camera: {', '.join(PRESETS)} "
+        "(none)",
     )
     parser.add_argument(
         "--around",
@@ -167,7 +168,10 @@ def _check(arguments: argparse.Namespace):
     check_seed("render-capture", arguments)
     check_finite("render-capture", arguments, "around", "place")
     if arguments.width * arguments.height > MAX_PIXELS:
-        problem = f"with --height, makes more than {MAX_PIXELS:,} pixels"
+        problem = (
+            f"exceeds {MAX_PIXELS:,} pixels together with --height; reduce "
+            "one of them"
+        )
         raise FieldError("render-capture", "--width", problem)
 
 
@@ -177,7 +181,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
         return _solid_subject(arguments)
     for name in ("place", "scale"):
         if getattr(arguments, name) is not None:
-            problem = "--pose and --scale are for models and meshes only"
+            problem = "has an effect only on models and meshes; leave it out"
             raise FieldError("render-capture", f"--{name}", problem)
     if arguments.around is not None:
         focus = np.array(arguments.around)
@@ -199,7 +203,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
 
 
 def _primitive_scene(name: str) -> PrimitiveScene | None:
-    """Returns the generated scene or RMMI file of a name; None for others."""
+    """Returns the scene of a generated family or an RMMI file; else None."""
     family, _, seed = name.partition(":")
     if seed.isdecimal() and family.isidentifier():
         return generate(family, int(seed))

@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         dest="number",
         type=int,
         metavar="N",
-        help="number of the run (default: the last)",
+        help="number of the run (default: the session's last run)",
     )
     parser.add_argument(
         "--from",
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=-math.inf,
         metavar="T",
-        help="start at this time since the run's first tick [s]",
+        help="begin the replay at this time after the run's first tick [s]",
     )
     parser.add_argument(
         "--to",
@@ -130,7 +130,7 @@ def _draw(recorded: RecordedRun, page: MeshcatPage, console: Console) -> None:
 
 
 def _account(recorded: RecordedRun) -> Account:
-    """Returns the summary of the run, with times on the replay's clock."""
+    """Returns the summary of the run, with times since the replay's start."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     collision = recorded.scenario.controller.collision
@@ -171,7 +171,7 @@ def _save_figure(recorded: RecordedRun, path: Path, console: Console) -> None:
 
 
 def _summary(recorded: RecordedRun) -> Table:
-    """Makes a table of the run in a few lines, with its events."""
+    """Makes a short table of the run and its events."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     table = Table(show_header=False, box=None, pad_edge=False)

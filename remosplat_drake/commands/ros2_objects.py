@@ -53,13 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=10.0,
         metavar="S",
-        help="time to listen; Ctrl-C ends it earlier (default: %(default)s)",
+        help="time to listen in seconds; Ctrl-C ends it earlier (default: "
+        "%(default)s)",
     )
     parser.add_argument(
         "--out",
         type=Path,
         metavar="FILE",
-        help="YAML file to write (default: the terminal)",
+        help="YAML file to write (default: print to the terminal)",
     )
 
 

@@ -87,22 +87,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
-        " file, for which a scenario is generated",
+        help="NAME, FILE or FILE:NAME of a scenario (see `remosplat "
+        "scenarios`), or a splat file, for which the command generates a "
+        "scenario",
     )
     parser.add_argument(
         "--save-scenario",
         type=Path,
         metavar="FILE.yaml",
         help=(
-            "file to which the scenario that is generated for a splat is "
-            "written"
+            "file to which the command writes the scenario that it generates "
+            "for a splat"
         ),
     )
     parser.add_argument(
         "--headless",
         action="store_true",
-        help="run without browser page, as fast as possible",
+        help="run without a browser page, as fast as possible",
     )
     parser.add_argument(
         "--realtime-rate",
@@ -152,7 +153,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; returns 0 if the targets were reached, else 1.
 
-    It returns `INCOMPLETE` if they were reached and a file is incomplete.
+    It returns `INCOMPLETE` if the targets were reached, but a file is
+    incomplete.
     """
     console = open_console(stderr=True)
     _check_outputs(arguments)
@@ -168,7 +170,10 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.hardware,
     )
     if arguments.hardware and arguments.realtime_rate is not None:
-        raise RemoSplatError("--realtime-rate: not with --hardware")
+        raise RemoSplatError(
+            "--realtime-rate: a real robot moves in real time; leave this "
+            "flag out"
+        )
     prepare_robot(arguments, scenario, console)
     page = None
     if arguments.save_html or not arguments.headless:
@@ -206,8 +211,8 @@ def run(arguments: argparse.Namespace) -> int:
     preparation.print_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    # A real robot does not move until an operator releases it; this holds at
-    # the start and after every stop.
+    # At the start and after every stop, a real robot does not move until an
+    # operator releases it.
     waits = arguments.hardware or (
         not arguments.headless and is_held(arguments.hold)
     )
@@ -231,7 +236,8 @@ def run(arguments: argparse.Namespace) -> int:
         if application.log is not None:
             application.log.close()
     if page is not None:
-        # The result is shown first, since sending the recording takes a while.
+        # The page shows the result first, since sending the recording takes a
+        # while.
         page.end(state_at_end(result))
         ticks = result.trajectory
         if len(ticks.time):
@@ -265,7 +271,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class _Preparation:
-    """Prints the page's address, and shows the preparation of a run on it."""
+    """Shows the preparation of a run on its page; prints the page's address."""
 
     def __init__(
         self, page: MeshcatPage | None, headless: bool, console: Console
@@ -282,8 +288,8 @@ class _Preparation:
     def tell(self, text: str) -> None:
         """Prints the current step."""
         self.print_address()
-        # Meshcat must be called from one thread only, but other threads compile
-        # kernels, too.
+        # Meshcat must be called from one thread only, but threads that compile
+        # kernels also report progress here.
         if self._page is not None and current_thread() is main_thread():
             self._page.show(preparing(text))
 

@@ -21,7 +21,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
 
     Args:
         page: The page of the run on that map.
-        knowledge: The content, error and problems of the map.
+        knowledge: Content, error and problems of the map.
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:

@@ -70,8 +70,8 @@ def facts_of(
             ("period jitter", _spread(loop.jitter)),
             (
                 "loop",
-                f"{loop.ticks} ticks, {loop.missed} left out,"
-                f" {loop.unheard} without a new status",
+                f"{loop.ticks} ticks, {loop.missed} skipped, {loop.unheard} "
+                "without a new status",
             ),
         ]
         if loop.image_to_command is not None:

@@ -26,7 +26,7 @@ _IN_WORDS = {
     "KinematicStation": "kinematic",
     "DynamicStation": "dynamic",
 }
-"""Names in the table for the library's oracles and stations."""
+"""Names of the package's oracles and stations in the table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

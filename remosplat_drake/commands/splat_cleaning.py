@@ -1,4 +1,4 @@
-"""Removes junk from a splat, and declares the flags for it."""
+"""Removes junk from a splat; declares the flags of this removal."""
 
 import argparse
 from pathlib import Path
@@ -18,19 +18,19 @@ from remosplat_drake.splat.cleaning.views import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _LEAST_SEEN = 0.5
-"""Least fraction of a splat's Gaussians that its cameras must see. If they see
-less, they belong to another splat or frame."""
+"""Least fraction of a splat's Gaussians that its cameras must see. Cameras that
+see fewer probably belong to another splat or frame."""
 
 
 def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags that remove junk."""
     group = parser.add_argument_group(
         "cleaning",
-        "Splats that other programs make contain Gaussians that do not "
-        "represent surfaces (junk). These flags remove junk before all other "
-        "steps, and write B.clean.html, a page that shows it. Large groups "
-        "of connected splats are kept, except nearly transparent and far too "
-        "large splats in them.",
+        "Splats from other programs contain Gaussians that do not represent "
+        "surfaces (junk). With --clean, the command removes junk before all "
+        "other steps, and writes B.clean.html, a page that shows the junk. It "
+        "keeps large groups of connected splats, except nearly transparent "
+        "and far too large splats in them.",
     )
     group.add_argument(
         "--clean",
@@ -45,21 +45,21 @@ def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="TRANSFORMS",
         help=(
-            "with --clean: the cameras of the training, as a "
-            f"transforms.json in A's coordinates (default: the {TRANSFORMS} "
-            "beside A, if it fits)"
+            "with --clean: the cameras of the training, as a transforms.json "
+            f"in A's coordinates (default: {TRANSFORMS} beside A, if its "
+            "cameras see the splat)"
         ),
     )
 
 
 def check_cleaning(arguments: argparse.Namespace) -> None:
-    """Checks the flags for cleaning, before a file is read.
+    """Checks the flags for cleaning.
 
     Raises:
         FieldError: `--views` is given without `--clean`.
     """
     if arguments.views is not None and not arguments.clean:
-        problem = "has an effect only with --clean; give both"
+        problem = "has an effect only with --clean; add --clean"
         raise FieldError("convert", "--views", problem)
 
 
@@ -81,7 +81,8 @@ def cleaned(
         The remaining splat, and the removed part.
 
     Raises:
-        RemoSplatError: The cameras are unusable, or nothing is left.
+        RemoSplatError: The cameras are unusable, or all of the splat was
+            removed.
     """
     views = _views(splat, arguments, source, console)
     with Progress(console) as progress:
@@ -99,7 +100,7 @@ def _views(
     source: Path,
     console: Console,
 ) -> Views | None:
-    """Reads the cameras of the flag's file, or of the file beside the splat."""
+    """Reads the cameras from the file of `--views`, or beside the splat."""
     beside = source.parent / TRANSFORMS
     path = arguments.views or (beside if beside.is_file() else None)
     if path is None:

@@ -19,8 +19,8 @@ from remosplat_drake.splat.gaussian_splat import (
 )
 
 _OUTSIDE = 0.02
-"""Fraction of the splats, at each end of a side, that counts as outliers and is
-ignored."""
+"""When a side is measured, this fraction of the splats at each of its ends
+counts as outliers and is ignored."""
 
 _DIRECTIONS = 90
 """Number of horizontal directions in which the scene's width is measured."""
@@ -34,27 +34,27 @@ def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--guide",
         action="store_true",
-        help="find the upward direction and the floor without other flags,"
-        " set the splat upright, and print the equivalent flags",
+        help="find the upward direction and the floor automatically, set the "
+        "splat upright, and print the flags that have the same effect",
     )
     group.add_argument(
         "--length",
         type=float,
         metavar="L",
-        help="true length of the scene's longest side along the floor [m],"
-        " from which --guide finds the scale",
+        help="true length of the scene's longest side along the floor [m], "
+        "from which --guide computes the scale",
     )
 
 
 def check_guide(arguments: argparse.Namespace) -> None:
-    """Checks the guide's flags, before a file is read.
+    """Checks the flags `--guide` and `--length`.
 
     Raises:
-        FieldError: A flag sets a value that the guide finds, or a length is
-            given without the guide or is not positive.
+        FieldError: A flag sets a value that `--guide` finds; or `--length` is
+            given without `--guide`, or is not positive.
     """
     if arguments.length is not None and not arguments.guide:
-        problem = "has an effect only with --guide; give both"
+        problem = "has an effect only with --guide; add --guide"
         raise FieldError("convert", "--length", problem)
     for name in ("scale", "scale_by", "align", "align_points", "up"):
         if arguments.guide and getattr(arguments, name) is not None:
@@ -69,7 +69,7 @@ def check_guide(arguments: argparse.Namespace) -> None:
 def guided(
     splat_G: GaussianSplat, length: float | None, console: Console
 ) -> tuple[RigidTransform, float]:
-    """Finds upward direction, floor and scale, and prints equivalent flags.
+    """Finds upward direction, floor and scale; prints flags that set the same.
 
     Args:
         splat_G: The splat, as read from its file.
@@ -83,7 +83,7 @@ def guided(
         metres per unit.
 
     Raises:
-        FieldError: There is no floor, or the scale would be extreme.
+        FieldError: No floor is found, or the scale is out of range.
     """
     floor, others = _best_floor(splat_G)
     side = _longest_side(splat_G, floor)
@@ -95,8 +95,8 @@ def guided(
     console.print(words_of_floor(floor, X_FG))
     for up_G in others:
         console.print(
-            "Another plane may be the floor instead; for it, use "
-            f"--up {_numbers(up_G)}."
+            "If this is not the floor, another plane may be; to use that "
+            f"plane, give --up {_numbers(up_G)}."
         )
     flags = f"--align floor --up {_numbers(_up(floor))}"
     if length is None:
@@ -112,7 +112,7 @@ def guided(
             f"The longest side along the floor, {side:.4g} units of A, is"
             f" {length:g} m: scaled by {scale:.6g}."
         )
-    console.print(f"The same without the guide: {flags}")
+    console.print(f"Flags with the same effect as --guide: {flags}")
     return X_FG, scale
 
 
@@ -121,7 +121,8 @@ def _best_floor(
 ) -> tuple[SplatFloor, list[np.ndarray]]:
     """Returns the best floor, and the upward directions of other candidates.
 
-    If no plane is convincing by itself, each axis is tried as upward direction.
+    If no plane is clearly the floor, the function tries each axis as the upward
+    direction.
     """
     try:
         return find_splat_floor(splat_G), []
@@ -168,12 +169,12 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
-    """Describes a floor that was found, and its effect on a splat."""
+    """Describes a floor that was found, and how it moves the splat."""
     height = X_FG.translation()[2]
     return (
-        f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
-        f" {100 * floor.beneath:.1f} % beneath it. {turn_in_words(X_FG)}, and"
-        f" moved by {height:.3f} m in height; z is up, and the floor z = 0."
+        f"Floor: {100 * floor.share:.0f} % of the splat's surface, and "
+        f"{100 * floor.beneath:.1f} % beneath it. {turn_in_words(X_FG)}, and "
+        f"moved by {height:.3f} m in height; z is up, and the floor z = 0."
     )
 
 

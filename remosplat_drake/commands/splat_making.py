@@ -1,4 +1,4 @@
-"""Flags of the benchmark for the splats of its scenes."""
+"""Flags of `remosplat benchmark` that select or make its scenes' splats."""
 
 import argparse
 import os
@@ -15,8 +15,8 @@ from remosplat_drake.benchmark.trained_splats import FITS
 from remosplat_drake.oracle.backend import missing_for_gsplat
 
 JOBS_PER_GPU = 8
-"""Default number of splats that are made at the same time on a GPU; a single
-one does not use the GPU fully."""
+"""Default number of splats that are made at the same time on a GPU. Training of
+a single splat does not use the GPU fully."""
 
 
 def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,9 +43,9 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         const="cuda",
         choices=list(FITS),
         help=(
-            "for every scene without a splat, render views and make a "
-            "splat, which is kept in the cache: trained on CUDA devices "
-            "(default), or refined on the CPU"
+            "for every scene without a splat, render views, make a splat of "
+            "them, and keep it in the cache. cuda (default): train the splat "
+            "on CUDA devices; cpu: refine it on the CPU"
         ),
     )
     group.add_argument(
@@ -97,7 +97,7 @@ def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
 def splat_folders(
     arguments: argparse.Namespace, splats: SplatMaking | None
 ) -> tuple[Path, ...]:
-    """Returns the folders of splats; the user's folders come first."""
+    """Returns the folders of splats, beginning with the user's."""
     if splats is None:
         return (*arguments.splats, *default_folders())
     return (*arguments.splats, splats.recipe.folder)

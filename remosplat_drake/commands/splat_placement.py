@@ -1,4 +1,4 @@
-"""Makes a splat metric and upright, and declares the flags for it."""
+"""Scales a splat to metres and sets it upright; declares the flags for both."""
 
 import argparse
 
@@ -83,20 +83,20 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("X", "Y", "Z"),
         help=(
             "for --align floor: upward direction in A, with an error of at "
-            "most 45 degrees; 0 -1 0 in many files of COLMAP, 0 1 0 in many "
-            "files of phones (default: the side of the floor with most of "
-            "the splat)"
+            "most 45 degrees; 0 -1 0 in many files from COLMAP, 0 1 0 in many "
+            "files from phones (default: the side of the floor on which most "
+            "of the splat lies)"
         ),
     )
     add_guide_arguments(group)
 
 
 def check_placement(arguments: argparse.Namespace) -> None:
-    """Checks the flags for unit and frame, before a file is read.
+    """Checks the flags for unit and frame.
 
     Raises:
-        FieldError: A number is not finite or enormous, a scale or points are
-            unusable, or `--up` is zero or has no effect.
+        FieldError: A number is infinite, NaN or too large; a scale or points
+            are invalid; or `--up` is zero or has no effect.
     """
     check_guide(arguments)
     check_positive("convert", arguments, "scale")
@@ -107,7 +107,7 @@ def check_placement(arguments: argparse.Namespace) -> None:
             raise FieldError("convert", flag_name(name), problem)
     if arguments.up is not None:
         if arguments.align is None:
-            problem = "gives the upward direction to --align floor"
+            problem = "has an effect only with --align floor; add --align floor"
             raise FieldError("convert", "--up", f"{problem}; give both")
         if np.linalg.norm(arguments.up) < 1 / _FARTHEST:
             raise FieldError("convert", "--up", "must have a length > 0")
@@ -130,7 +130,7 @@ def find_placement(
         not change), and the metres per unit.
 
     Raises:
-        RemoSplatError: There is no clear floor.
+        RemoSplatError: No plane is clearly the floor.
     """
     if arguments.guide:
         return guided(splat_G, arguments.length, console)
@@ -157,7 +157,11 @@ def _scale(arguments: argparse.Namespace) -> float | None:
         p, q = np.reshape(arguments.scale_by[:6], (2, 3))
         length, distance = arguments.scale_by[6], np.linalg.norm(q - p)
         if not distance:
-            raise FieldError("convert", flag, "the two points are the same")
+            raise FieldError(
+                "convert",
+                flag,
+                "the two points are equal; give two different points",
+            )
         if not length > 0:
             raise FieldError("convert", flag, "LENGTH must be positive")
         scale = float(length / distance)
@@ -184,8 +188,8 @@ def _floor(splat_G: GaussianSplat, up_G: list[float] | None) -> SplatFloor:
         )
     except RemoSplatError as error:
         problem = (
-            f"{error}; --up X Y Z gives an approximate upward direction,"
-            " --align-points three points on the floor"
+            f"{error}; give an approximate upward direction by --up X Y Z, or "
+            "three points on the floor by --align-points"
         )
         raise FieldError("convert", "--align", problem) from error
 
@@ -209,7 +213,7 @@ def _words_of_points(
 
 
 def _size(splat: GaussianSplat, scale: float) -> str:
-    """Describes the size of the inner part of the placed splat."""
+    """Describes the size of the scaled splat, without its outliers."""
     lower, upper = np.quantile(splat.p_GK, (0.02, 0.98), axis=0)
     sides = " x ".join(f"{side:.2f}" for side in scale * (upper - lower))
     return f"96 % of the splats now lie within {sides} m along the input's axes"

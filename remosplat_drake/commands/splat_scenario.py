@@ -41,8 +41,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import Suggestion, suggest_task
 
 _BELOW, _MOST_BELOW = -0.1, 0.05
-"""Least height of a floor for wheels [m], and largest fraction of a splat's
-opacity below this height that counts as noise."""
+"""The height below which splats count as below the floor [m], and the largest
+fraction of a splat's opacity below it that counts as noise."""
 
 _OUTSIDE = 0.02
 """Fraction of the splats, at each end of an axis, that counts as outliers and
@@ -55,9 +55,9 @@ _HINT = (
 )
 
 _UNSEEN = (
-    "it is unknown which space the cameras of this splat saw, so all space "
-    "without splats counts as free; `remosplat reconstruct` writes a file of "
-    "the seen space beside a splat"
+    "the space that the cameras of this splat have seen is unknown, so all "
+    "space without splats counts as free; `remosplat reconstruct` writes a "
+    "file of the seen space beside a splat"
 )
 
 
@@ -73,18 +73,20 @@ def load_given(
     Args:
         spec: NAME, FILE or FILE:NAME of a scenario, or a splat file.
         override: YAML that overrides the scenario.
-        console: Console for the choices.
+        console: Console on which the chosen scenario is printed.
         save: File that receives a generated scenario.
         hardware: Whether a real robot will move; it needs an existing scenario.
 
     Raises:
-        RemoSplatError: There is no such scenario, or none can be generated.
+        RemoSplatError: There is no such scenario, or no scenario can be
+            generated.
     """
     splat = None if spec is None else _splat_of(spec)
     if splat is None:
         if save is not None:
             raise RemoSplatError(
-                "--save-scenario: only for a splat file without a scenario"
+                "--save-scenario: has an effect only for a splat file without "
+                "a scenario; leave it out"
             )
         return load_scenario(spec, override)
     if hardware:
@@ -120,7 +122,7 @@ def _splat_of(spec: str) -> Path | None:
 
 
 def _is_of(scenario: Path, splat: Path) -> bool:
-    """Whether a scenario file exists whose first scenario uses this splat."""
+    """Whether the file's first scenario exists and uses this splat."""
     if not scenario.is_file():
         return False
     named = load_scenario(str(scenario))
@@ -165,7 +167,7 @@ def _made_up(
 
 
 def _laid_over(base: Scenario, override: str, splat: Path) -> Scenario:
-    """Returns a scenario for a splat, with values from the command line."""
+    """Returns a scenario for a splat, with the command line's overrides."""
     scenario = base
     if override:
         scenario = load_text(Scenario, override, "--scenario-text", base)
@@ -176,7 +178,7 @@ def _laid_over(base: Scenario, override: str, splat: Path) -> Scenario:
 
 
 def _suggested(scenario: Scenario, robot: RobotModel) -> Suggestion:
-    """Finds a task in a scenario's splat; rejects a splat with a wrong pose."""
+    """Finds start and target in a splat; rejects a splat with a wrong pose."""
     splat_W, _ = load_splat(scenario)
     assert splat_W is not None
     if robot.n_base:
@@ -196,7 +198,7 @@ def _suggested(scenario: Scenario, robot: RobotModel) -> Suggestion:
 
 
 def _check_floor(splat_W: GaussianSplat) -> None:
-    """Rejects a splat with many splats below the wheels."""
+    """Rejects a splat of which a large part lies below the floor."""
     below = splat_W.opacities[splat_W.p_GK[:, 2] < _BELOW].sum()
     fraction = below / splat_W.opacities.sum()
     if fraction > _MOST_BELOW:
@@ -206,10 +208,11 @@ def _check_floor(splat_W: GaussianSplat) -> None:
 
 
 def _free_space(scenario: Scenario):
-    """Makes a function that returns whether points in W are known to be free.
+    """Returns a function that tells which points in W are known to be free.
 
-    If the seen space is unknown, all space counts as free here. Targets inside
-    solids are still excluded, since no free path leads to them from the base.
+    If the seen space is unknown, the function returns True for all points.
+    Targets inside solids are excluded elsewhere, since no free path leads to
+    them from the base.
     """
     path = seen_file(scenario)
     if path is None:

@@ -31,7 +31,7 @@ def suggested_entry(
         task: The task.
         robot: The robot, as written in the scenario.
         map_error: Largest amount by which a distance to the splat exceeds the
-            true one [m]; None if it is unknown.
+            true distance [m]; None if it is unknown.
     """
     scene: dict = {"splat": splat}
     if not task.X_WG.IsExactlyIdentity():
@@ -58,7 +58,7 @@ def suggested_entry(
 
 
 def _placement(X_WG: RigidTransform) -> dict:
-    """Returns the fields of a map's pose in W, with rotation about z only."""
+    """Returns the scenario's fields of a map's pose: position and yaw in W."""
     yaw = RollPitchYaw(X_WG.rotation()).yaw_angle()
     return {
         "translation": X_WG.translation().round(4).tolist(),
@@ -75,7 +75,7 @@ def as_yaml(splat: Path, entry: dict) -> str:
 
 
 def rounded_error(map_error: float) -> tuple[float, float]:
-    """Returns a map's error and its safe stopping distance, rounded up.
+    """Returns a map's error and its safe stopping distance, rounded up [m].
 
     The error is rounded up to 0.1 mm, the stopping distance to 1 mm.
     """

@@ -25,8 +25,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
-"""A point counts as free if the measured surface is at least this far behind
-it, as seen by a camera [m]."""
+"""A point counts as free if a camera has measured a surface at least this far
+behind it [m]."""
 
 
 def write_scenario(
@@ -40,8 +40,9 @@ def write_scenario(
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
-    Comments in it state the error of the splat and a safe stopping distance.
-    The scenario uses this stopping distance if the task is feasible with it.
+    Comments in the scenario state the error of the splat and a safe stopping
+    distance. The scenario uses this stopping distance if the target can be
+    reached with it.
 
     Args:
         splat: Path of the splat's file; the scenario is written beside it.
@@ -49,8 +50,8 @@ def write_scenario(
         capture: The capture that the splat was made of, in the same frame.
         workspace: Space in which the target is sought.
         map_error: Largest amount by which a distance to the splat exceeds the
-            true one [m].
-        warnings: Faults of the capture, in words.
+            true distance [m].
+        warnings: Descriptions of the capture's defects.
         robot: Name of the robot, or a file that describes one.
 
     Raises:
@@ -87,7 +88,7 @@ def _verdict(error: float, safe: float) -> str:
 
 
 def _doubts(warnings: Sequence[str]) -> str:
-    """Returns the faults of the capture as YAML comments."""
+    """Returns the descriptions of the capture's defects as YAML comments."""
     return "".join(
         textwrap.fill(
             f"The capture: {warning}",

@@ -42,7 +42,7 @@ def open_console(*, stderr: bool = False, **options) -> Console:
 def print_table(
     console: Console, table: Table, styles: dict[str, str] | None = None
 ) -> None:
-    """Prints a whole table that is no wider than the console.
+    """Prints a table without exceeding the console's width.
 
     Long texts wrap. A table that is still too wide is printed in parts, each of
     which repeats the first column.
@@ -74,7 +74,7 @@ def _pieces(table: Table, width: int) -> Iterator[list[int]]:
 
 
 def _least(table: Table, column: int) -> int:
-    """Returns the least width with which a column is readable."""
+    """Returns the least width at which a column is readable."""
     cells = [cell_len(cells[column]) for cells in table.rows]
     words = [cell_len(word) for word in table.header[column].split()]
     widest = max([*cells, 0])

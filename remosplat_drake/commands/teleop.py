@@ -61,17 +61,17 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 COCKPIT, MESHCAT = "cockpit", "meshcat"
 VIEWERS = (COCKPIT, MESHCAT)
-"""Choices of the operator's page."""
+"""The kinds of operator's page."""
 
 LOOPBACK = "127.0.0.1"
-"""Network interface that only this computer can reach."""
+"""Network interface that other computers cannot reach."""
 
 DEFAULT_SCENARIO = "StudioLive"
 """Name of the default scenario."""
 
 MAP_KNOWLEDGE = "map_knowledge.json"
-"""Name of the file, in a run's folder, with the error and problems of a given
-map, and the problems that were accepted."""
+"""Name of a file in a run's folder. It contains the error and problems of the
+scenario's map, and the problems that the operator accepted."""
 
 EXAMPLES = """
 remosplat teleop StudioLive
@@ -104,12 +104,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="an operator's script: timed poses and button presses",
+        help="file of target poses and button presses with their times, which "
+        "replaces a person",
     )
     parser.add_argument(
         "--headless",
         action="store_true",
-        help="no browser page; needs a script or a stream of poses",
+        help="serve no browser page; a file (--trajectory) or a stream of "
+        "poses then moves the target",
     )
     parser.add_argument(
         "--realtime-rate",
@@ -126,8 +128,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=math.inf,
         metavar="S",
         help=(
-            "end after this time [s]; without a page, a stop of the robot "
-            "ends the run, too (default: end at Ctrl-C)"
+            "end after this time [s] (default: end at Ctrl-C). Without a "
+            "page, the run also ends when the robot is stopped"
         ),
     )
     parser.add_argument(
@@ -167,8 +169,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs a teleoperation until Ctrl-C; returns 1 if the robot is stopped.
 
-    It returns `INCOMPLETE` if the robot is not stopped, but a log or a
-    recording is incomplete.
+    It returns `INCOMPLETE` if a log or a recording is incomplete and the robot
+    is not stopped.
     """
     console = open_console(stderr=True)
     check_accepted(arguments)
@@ -292,7 +294,7 @@ def _begin(
     admission: Admission | None,
     console: Console,
 ) -> tuple[Teleoperation, Application]:
-    """Begins or reopens the session; if this fails, no file is changed."""
+    """Begins or reopens the session; after an error, no file has changed."""
     with removed_on_failure(folder):
         teleoperation = open_teleoperation(
             scenario, world, folder, hardware=arguments.hardware

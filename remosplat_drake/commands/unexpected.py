@@ -1,4 +1,4 @@
-"""Reports unexpected errors of readers, which are defects of the program."""
+"""Reports errors of file readers that are defects of the program."""
 
 import hashlib
 import os

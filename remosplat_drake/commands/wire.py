@@ -42,13 +42,13 @@ def add_wire_argument(
 
 
 def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags with which a controller drives a robot."""
+    """Declares `--hardware`, `--shadow` and the flags that select the robot."""
     parser.add_argument(
         "--hardware",
         action="store_true",
         help=(
-            "drive a real robot, or its stand-in hardware-sim, over LCM; it "
-            "does not move until a person arms it"
+            "drive a real robot, or the simulated one of `remosplat "
+            "hardware-sim`, over LCM; it does not move until a person arms it"
         ),
     )
     add_robot_choice(parser)
@@ -63,7 +63,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_robot_choice(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags that select the robot of a command."""
+    """Declares `--lcm-url` and `--rehearsal`, which select the robot."""
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
@@ -103,13 +103,15 @@ def prepare_robot(
                 raise RemoSplatError(f"--{name}: only with --hardware")
         return
     if arguments.rehearsal and arguments.lcm_url:
-        raise RemoSplatError("--rehearsal: not with --lcm-url")
+        raise RemoSplatError(
+            "--rehearsal: it selects the simulated robot; leave out --lcm-url"
+        )
     url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
     prepare_for_hardware(scenario, url, shadow=arguments.shadow)
     if url is None and scenario.hardware.url == REHEARSAL_URL:
         raise RemoSplatError(
-            "select the robot: --rehearsal for the stand-in, --lcm-url URL"
-            f" for a real one, for example {ROBOT_URL}"
+            "no robot is selected: give --rehearsal for the simulated robot, "
+            f"or --lcm-url URL for a real one, for example {ROBOT_URL}"
         )
     check_report(arguments, scenario)
     announce_wire(scenario.hardware.url, console)
