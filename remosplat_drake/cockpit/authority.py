@@ -5,7 +5,7 @@ import secrets
 from collections import Counter
 
 _ALPHABET = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
-"""Letters and digits that are not mistaken for one another."""
+"""Letters and digits that people do not confuse with each other."""
 
 _GROUPS, _LENGTH = 2, 4
 """Format of the code that a client types: two groups of four characters, so
@@ -31,8 +31,9 @@ def is_whole(typed: str) -> bool:
 class Authority:
     """Lets one client operate: the client that has typed the valid code.
 
-    A code works once. While a client operates, no code is valid. When that
-    client hands over or leaves, a new code is issued.
+    A client that types the valid code becomes the operator. Each code works
+    once. While a client operates, no code is valid. When this client hands over
+    or leaves, a new code is issued.
 
     Attributes:
         code: The code that is valid now; empty while a client operates.
@@ -59,14 +60,14 @@ class Authority:
             return ""
         if self.operator is not None:
             return (
-                "another client operates; when it hands over, the terminal"
-                " shows a new code"
+                "another browser operates the robot; when it hands over, the "
+                "terminal shows a new code"
             )
         if self._tries[client] >= MOST_TRIES:
             return f"{MOST_TRIES} wrong codes: load the page again"
         if not hmac.compare_digest(_plain(typed), _plain(self.code)):
             self._tries[client] += 1
-            return "that is not the code that the terminal shows"
+            return "this is not the code that the terminal shows; type it again"
         self.operator, self.code = client, ""
         return ""
 

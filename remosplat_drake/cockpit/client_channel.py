@@ -20,16 +20,16 @@ GamepadCallback = Callable[[GamepadState | None], None]
 class ClientChannel:
     """Communicates with our script in a browser, beside viser's page.
 
-    viser does not support messages of other programs. So the browser sends
-    changes of a hidden text field, and the server sends short scripts. The
-    browser requests the age of the page's content only after it has drawn the
-    previous answer, so that at most one answer is on its way.
+    viser does not support messages of other programs. The browser therefore
+    writes its messages into a hidden text field of viser, and the server sends
+    short scripts. The browser requests the age of the page's content only after
+    it has drawn the previous answer, so that at most one answer is on its way.
 
     Args:
         client: The client.
         age: Function that returns the age of the page's content [s].
-        hear: Called, in the event loop that handles STOP, with the state of the
-            client's gamepad (None without a gamepad).
+        hear: Function that is called, in the event loop that handles STOP, with
+            the state of the client's gamepad (None without a gamepad).
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class ClientChannel:
 
 
 def read_message(text: str) -> tuple[int, GamepadState | None]:
-    """Reads a message of the script; ignores invalid parts.
+    """Parses a message of the script; ignores invalid parts.
 
     Args:
         text: The message, in JSON.

@@ -34,9 +34,9 @@ _SLOW = 0.85
 """The page shows the real-time factor if it is below this."""
 
 _UNSEEN = (
-    "The robot does not go where no camera has looked. Point the camera at the"
-    " surroundings of the target, from the side from which the hand will come."
-    " The inside of things always stays unseen."
+    "The robot does not enter space that no camera has seen. Point the camera "
+    "at the surroundings of the target, from the side from which the hand "
+    "will come. The inside of objects always stays unseen."
 )
 
 
@@ -63,8 +63,7 @@ class PageActions(Protocol):
 class ClientPanel:
     """One browser's panel: STOP, the robot's state, a code field, and views.
 
-    The controls belong to this client: messages of other clients do not reach
-    them.
+    The controls belong to this client: other clients cannot operate them.
 
     Args:
         client: The client.
@@ -122,7 +121,7 @@ class ClientPanel:
             self._refusal = gui.add_markdown("", visible=False)
 
         def enter():
-            # Adding the operator's controls takes long, so it does not run in
+            # The operator's controls take long to add, so they are not added in
             # the event loop that handles STOP.
             self._refuse(self._page_actions.admit(self, self._code.value))
 

@@ -27,14 +27,15 @@ class CockpitOperator(LeafSystem):
         - operator
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    and `operator` the `OperatorRequests` so far. They come from the cockpit's
-    latest message. If the cockpit sends nothing, its STOP does not work, and
-    `operator` reports that.
+    and `operator` the `OperatorRequests` so far. They come from the latest
+    message of the cockpit's process. If this process sends no messages, its
+    STOP does not work, and `operator` reports that.
 
     Args:
         process: The cockpit.
         scenes: The scenes that a simulated camera can show. It shows the first
-            one at the start; each press of a button switches to the next one.
+            scene at the start; each press of a button switches to the next
+            scene.
     """
 
     def __init__(
@@ -70,8 +71,8 @@ def command_now(requests: CockpitRequests, silence: float) -> OperatorCommand:
 
     Args:
         requests: All requests so far.
-        silence: Time since the cockpit's last message [s]. After `SILENCE` a
-            dead-man switch counts as released.
+        silence: Time since the last message of the cockpit's process [s]. After
+            `SILENCE` a dead-man switch counts as released.
     """
     if silence > SILENCE:
         return dc.replace(requests.command, V_W=None)
@@ -86,7 +87,7 @@ def map_requests(
     Args:
         requests: All requests so far.
         scenes: The scenes that a simulated camera can show; it shows the first
-            one at the start.
+            scene at the start.
     """
     scene = scene_in_turn(scenes, requests.scene_changes)
     return dc.replace(requests.map_requests, scene=scene)

@@ -1,4 +1,4 @@
-"""`CockpitPlots`: plots of the last half minute, for all clients."""
+"""`CockpitPlots`: plots the last half minute, for all clients."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -16,7 +16,7 @@ SPAN = 30.0
 """Length of the time axes [s]."""
 
 PERIOD = 0.5
-"""Time between two pictures [s]."""
+"""Time between two updates of the plots [s]."""
 
 _BIN = 0.2
 """Length of the intervals of a curve [s]; of each interval, the curve shows the
@@ -28,7 +28,7 @@ _STYLE = "<style>.remosplat-plot svg{width:100%;height:auto}</style>"
 
 @dc.dataclass(eq=False)
 class _Curve:
-    """One of the plots.
+    """A plot of the cockpit, and its values.
 
     Attributes:
         plot: The look of the plot.
@@ -52,12 +52,12 @@ class _Curve:
 class CockpitPlots:
     """Draws plots of clearance, distance to the target and tick time.
 
-    The plots are folded at first. They are pictures without controls, so that
-    all clients share them. Some kilobytes are sent twice a second.
+    The plots are folded at first. They have no controls, so that all clients
+    can share them. The server sends some kilobytes twice a second.
 
     Args:
         server: The page's server.
-        job: The settings of the cockpit.
+        job: The settings of the cockpit's process.
     """
 
     def __init__(self, server: viser.ViserServer, job: CockpitJob):
@@ -111,11 +111,11 @@ class CockpitPlots:
 
 
 def with_room_for(plot: SvgPlot, value: np.ndarray) -> SvgPlot:
-    """Returns a plot whose axis ends at a round number above all values.
+    """Returns a plot whose value axis ends at a round number above all values.
 
     Args:
-        plot: The plot. Its axis becomes longer or remains as it is.
-        value: The values, shape (n,); infinite ones are ignored.
+        plot: The plot. Its value axis becomes longer or remains unchanged.
+        value: The values, shape (n,); infinite values are ignored.
     """
     most = float(np.max(value[np.isfinite(value)], initial=0.0))
     if most <= plot.upper:

@@ -28,14 +28,18 @@ PATIENCE = 3.0
 """STOP counts as broken if the process has sent no message for this time
 [s]."""
 
-DIED = "the cockpit's process has died: its STOP does not work"
+DIED = (
+    "the cockpit's process has ended, so its STOP does not work: stop the "
+    "robot by its own stop button"
+)
 SILENT = (
-    f"the cockpit has not answered for {PATIENCE:g} s: its STOP does not work"
+    f"the cockpit has not answered for {PATIENCE:g} s, so its STOP does not "
+    "work: stop the robot by its own stop button"
 )
 
 _NICENESS = 0
-"""Nice value of the process. It is 0, since STOP must work on a busy computer,
-too."""
+"""Nice value of the process. It is 0, the normal priority, since STOP must also
+work on a busy computer."""
 
 _log = logging.getLogger(__name__)
 
@@ -44,8 +48,8 @@ class CockpitProcess:
     """Serves the cockpit's page in a separate process.
 
     Only `start` waits for that process, until the page can be opened. One
-    thread sends the page's content, and skips contents that come too fast;
-    another thread reads requests.
+    thread sends the page's content; if new content arrives faster than it is
+    sent, the thread skips older content. Another thread reads requests.
 
     Attributes:
         requests: All requests so far.
@@ -55,8 +59,8 @@ class CockpitProcess:
         """Prepares a process, which `start` starts.
 
         Args:
-            announce: Called, in a thread, with every code that lets a client
-                operate.
+            announce: Function that is called, in a thread, with each new code
+                that lets a client operate.
         """
         self.requests = CockpitRequests()
         self._announce = announce
@@ -101,7 +105,8 @@ class CockpitProcess:
     def show(self, content: PageContent) -> None:
         """Queues the page's content; replaces content that is not sent yet.
 
-        The newer content includes the worst control tick of the replaced one.
+        The newer content includes the worst control tick of the replaced
+        content.
 
         Args:
             content: The page's content at that moment.
@@ -122,7 +127,7 @@ class CockpitProcess:
 
     @property
     def trouble(self) -> str:
-        """Why the page's STOP does not work; empty while it does."""
+        """Reason why the page's STOP does not work; empty while it works."""
         if self._is_dead:
             return DIED
         return SILENT if self.silence > PATIENCE else ""
@@ -161,14 +166,14 @@ class CockpitProcess:
                 else:
                     assert isinstance(message, Beat)
         except (EOFError, OSError, TypeError):
-            # TypeError: the pipe was closed while it was read.
+            # A TypeError means that the pipe was closed while it was read.
             self._is_dead = True
 
 
 def _serve(
     connection: Connection, job: CockpitJob, picture: MapPicture
 ) -> None:
-    """Runs in the cockpit's process, the only one that imports viser."""
+    """Runs in the cockpit's process, the only process that imports viser."""
     from remosplat_drake.cockpit.server import serve
 
     serve(connection, job, picture)

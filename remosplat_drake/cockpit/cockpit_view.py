@@ -66,7 +66,7 @@ class CockpitView(LeafSystem):
     Args:
         process: The cockpit.
         robot: The robot.
-        initial: The map that the cockpit was started with.
+        initial: The map that the cockpit already shows.
         show_unseen: Whether the boundary of unseen space is shown for new maps.
         period: Time between two evaluations of the report, the control period
             [s].
@@ -155,11 +155,11 @@ class CockpitView(LeafSystem):
 
 
 def picture_of(scene_map: SceneMap, show_unseen: bool) -> MapPicture:
-    """Returns the picture of a map for the cockpit.
+    """Returns the data of a map that the cockpit needs to draw it.
 
     Args:
         scene_map: The map.
-        show_unseen: Whether to show where unseen space begins.
+        show_unseen: Whether the boundary of unseen space is visible at first.
     """
     return MapPicture(
         scene_map.field, scene_map.splat_W, scene_map.coverage, show_unseen
@@ -191,7 +191,7 @@ def page_content(
     """
     state = unsupervised(motion_status)
     if supervision is not None:
-        # Only the client that operates sees RELEASE.
+        # Only the client that operates the robot sees RELEASE.
         state = supervised(
             supervision, releases=True, motion_status=motion_status
         )

@@ -19,8 +19,8 @@ COLOURS = {
     UNSEEN_THERE: (135, 95, 215),
     OUT_OF_REACH: (73, 80, 87),
 }
-"""Colours, keyed by verdict. If the target is out of reach, no ghost is
-drawn."""
+"""Colours of the ghost, keyed by the verdict of `find_reach`. If the target is
+out of reach, no ghost is drawn."""
 
 _OPACITY = 0.4
 _TARGET = 0.025
@@ -30,13 +30,14 @@ _TARGET = 0.025
 class Ghost:
     """Draws a target, and the robot's configuration that reaches it.
 
-    The colour shows whether the target can be reached.
+    The drawn configuration (ghost) is translucent, and its colour shows whether
+    the robot can reach the target.
 
     Args:
         scene: The scene of the client that operates the robot; other clients
             do not see the ghost.
         robot: The robot.
-        shapes: The meshes of its links.
+        shapes: The meshes of the robot's links.
     """
 
     def __init__(

@@ -31,21 +31,23 @@ class CockpitJob:
         host: Network interface that the page is served on.
         port: TCP port of the page; None takes the first free one.
         robot: The robot.
-        planner: Searches configurations that reach a target.
+        planner: The planner, which searches configurations that reach a target.
         stopping: Distance that the robot keeps from the scene [m].
         influence: Influence distance of the controller, beyond which it ignores
             obstacles [m].
         control_period: Time between two control ticks [s].
-        config: The workspace and the saved poses.
+        config: Settings of the teleoperation, with the workspace and the saved
+            poses.
         q0: Configuration at the start, shape (n_q,).
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without a camera there.
         mapping: Whether there is a live map.
         scenes: The scenes that a simulated camera can show; it shows the first
-            one at the start.
-        make_camera: Makes the wrist camera; None without one.
-        truth: The true solids, which are drawn if the scene has no splat; None
-            if the splat is drawn.
+            scene at the start.
+        make_camera: Function that makes the wrist camera; None without a wrist
+            camera.
+        truth: The true scene, which is drawn if the scenario has no splat; else
+            None.
     """
 
     title: str
@@ -72,7 +74,7 @@ class MapPicture:
     Attributes:
         field: The distance field.
         splat_W: The splat in W; None for none.
-        coverage: The space seen by cameras; None if unknown.
+        coverage: The space that cameras have seen; None if it is unknown.
         shows_unseen: Whether the boundary of unseen space is drawn at first.
         X_WG: Pose of the coverage's grid in W, shape (4, 4).
     """
@@ -96,18 +98,19 @@ class PageContent:
         X_WT: Pose of the target of that end effector, shape (4, 4).
         is_followed: Whether the target moves to the pose that the operator has
             set on the page.
-        state: The robot's state, in words, and the possible buttons.
-        held_link: Name of the link that is held, or that a stop concerns; empty
-            if there is none.
+        state: Description of the robot's state, and the buttons that have an
+            effect now.
+        held_link: Name of the link that an obstacle or a limit holds, or that a
+            stop concerns; empty if there is none.
         cause: The cause that holds the robot, one of `motion_status.CAUSES`;
             empty if nothing holds it.
-        p_WHeld: Point at which the robot is held, or that a stop concerns,
-            shape (3,) [m]; None if there is none.
-        target: The target's state, in words.
-        map: The map's state, in words.
+        p_WHeld: Point at which an obstacle holds the robot, or that a stop
+            concerns, shape (3,) [m]; None if there is none.
+        target: Description of the target's state.
+        map: Description of the map's state.
         trouble: Reason why the page's STOP does not work; empty while it works.
         worst: Smallest clearance and longest duration of the control ticks
-            since the previous content; None if there were none.
+            since the previous content; None if there was no tick.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
             None if the robot has only one end effector.
@@ -150,15 +153,15 @@ class PageContent:
 
 @dc.dataclass(frozen=True, eq=False)
 class CockpitRequests:
-    """All requests of people at the cockpit so far.
+    """All requests so far of the people who use the cockpit.
 
     Attributes:
         command: The operator's command for the target.
         map_requests: The operator's requests to the map.
-        scene_changes: Number of requests to switch the scene of a simulated
-            camera.
-        operator: Numbers of presses: of STOP by all clients, and of RELEASE by
-            the operator.
+        scene_changes: Number of requests to switch a simulated camera to its
+            next scene.
+        operator: Numbers of presses of STOP (by all clients) and of RELEASE (by
+            the operator).
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -180,11 +183,11 @@ class Serving:
 
 @dc.dataclass(frozen=True)
 class CodeIssued:
-    """Message: a new code. The client that types it operates the robot.
+    """Message: a new code; the client that types it operates the robot.
 
     Attributes:
         code: The code, for the terminal.
-        why: Reason of the new code; empty for the first one.
+        why: Reason for the new code; empty for the first code.
     """
 
     code: str

@@ -10,7 +10,7 @@ from remosplat_drake.signals.task_outline import TaskOutline
 
 
 class ObjectControls:
-    """A list of objects, and buttons that take and place the chosen one.
+    """A list of objects, and buttons that take and place the chosen object.
 
     Only the buttons that have an effect are visible: "Take it" while the hand
     is empty, "Put it there" while it carries another object, and "Give up"
@@ -19,7 +19,7 @@ class ObjectControls:
     Args:
         gui: The operator's panel.
         names: Names of the objects.
-        inputs: Stores the requests.
+        inputs: Storage of the operator's requests.
 
     Attributes:
         folder: The folder that contains the controls.
@@ -72,7 +72,7 @@ class ObjectControls:
         """Chooses an object that was clicked in the scene.
 
         Args:
-            name: Its name.
+            name: The object's name.
             p_W: The clicked point, near which a carried object will be placed,
                 shape (3,) [m].
         """
@@ -84,7 +84,7 @@ class ObjectControls:
         """Shows the buttons that have an effect now.
 
         Args:
-            outline: The jobs and the objects.
+            outline: The operator's jobs, with the objects.
             is_stopped: Whether the robot is stopped.
         """
         self._outline, self._is_stopped = outline, is_stopped

@@ -22,40 +22,40 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 OTHER_SIDE = "From the other side"
-"""Label of a target at the same position, with the hand turned about its own
-axis."""
+"""Label of an alternative target at the same position, with the hand turned
+about its z axis."""
 BACK_OFF = "Back off"
-"""Label of a target with the same orientation, further back along the hand's
-own axis."""
+"""Label of an alternative target with the same orientation, further back along
+the hand's z axis."""
 HIGHER = "Higher"
-"""Label of a target with the same orientation, further up."""
+"""Label of an alternative target with the same orientation, further up."""
 NEARER = "Nearer to the robot"
-"""Label of a target with the same orientation, nearer to the position that the
-hand has while the arm is at home."""
+"""Label of an alternative target with the same orientation, nearer to the
+position of the hand when the arm is in its home posture."""
 LOOK_THERE = "Look there"
-"""Label of a target at which the wrist camera sees the unseen space that stops
-the robot."""
+"""Label of an alternative target from which the wrist camera sees the unseen
+space that stops the robot."""
 
 LABELS = (OTHER_SIDE, BACK_OFF, HIGHER, NEARER, LOOK_THERE)
-"""Labels of all offers, in their order on the page."""
+"""Labels of all alternative targets (offers), in their order on the page."""
 
 _TURNS = (180.0, 90.0, -90.0)
-"""Turns about the hand's own axis [deg]."""
+"""Angles by which the hand is turned about its z axis [deg]."""
 
 _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
 _SHARES = (0.9, 0.75, 0.5, 0.25, 0.1, 0.0, -0.2)
-"""Fractions of the way to the target from the position that the hand has while
-the arm is at home. The negative fraction moves the hand back, as is necessary
-beside a wall."""
+"""Fractions of the straight way to the target from the position of the hand in
+the home posture. The negative fraction moves the hand away from the target, as
+is necessary beside a wall."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
 """Distances by which the camera is moved up and back, to see a point [m]."""
 
 SETTLES = 0.3
-"""Time for which a situation must last before targets are tested [s]. While an
-operator drags the target, the situation changes all the time."""
+"""Time for which a situation must remain unchanged before targets are tested
+[s]. While an operator drags the target, the situation changes all the time."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -78,14 +78,14 @@ class Trouble:
     Attributes:
         X_WT: The operator's target, shape (4, 4).
         X_WE: Pose of the end effector, shape (4, 4).
-        p_WHome: Position of the end effector if the arm were at home and the
-            base did not move, shape (3,) [m].
+        p_WHome: Position of the end effector with the arm in its home posture
+            and the base at its present pose, shape (3,) [m].
         p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
             None if another obstacle is in the way.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
             4); None without one.
-        is_cut_off: Whether no path leads to the target. If so, targets beside
-            it are not offered, since no path leads to them either.
+        is_cut_off: Whether no path leads to the target. Targets beside it are
+            then not offered, since no path leads to them either.
     """
 
     X_WT: np.ndarray
@@ -98,8 +98,8 @@ class Trouble:
     def is_like(self, other: "Trouble | None") -> bool:
         """Returns whether the same offers apply to another situation.
 
-        They do if the target is the same and the same kind of obstacle is in
-        the way; the hand may have moved.
+        The same offers apply if the target and the kind of the obstacle are the
+        same; the hand may have moved.
 
         Args:
             other: Another situation; None for none.
@@ -111,7 +111,7 @@ class Trouble:
 
 
 class OfferSearch:
-    """Searches alternative targets; each step tests one target.
+    """Searches alternative targets (offers); each step tests one target.
 
     The search pauses between two tests for as long as the last test took, so
     that the process has time for its other work.
@@ -154,17 +154,17 @@ class OfferSearch:
         return bool(self._left)
 
     def step(self, works: Callable[[np.ndarray], bool]) -> None:
-        """Tests one target, if one is left and the pause between tests is over.
+        """Tests a target, if any is left and the pause between tests is over.
 
         Args:
-            works: Function that tests a target.
+            works: Function that returns whether the robot can reach a target.
         """
         test = self.next_test()
         if test is not None:
             self.judge(test, works(test.X_WT))
 
     def next_test(self) -> Offer | None:
-        """Returns a target to test; None if none is left, or it is too early.
+        """Returns a target to test; None if none is left or during a pause.
 
         The caller tests it, and passes the result to `judge`.
         """
@@ -174,11 +174,11 @@ class OfferSearch:
         return self._left[0]
 
     def judge(self, test: Offer, works: bool) -> None:
-        """Stores the result of a test, unless the situation has changed since.
+        """Stores the result of a test; ignores it if the situation has changed.
 
         Args:
             test: The tested target.
-            works: Whether it works.
+            works: Whether the robot can reach the target.
         """
         now = self._clock()
         self._due = max(self._due, now + (now - self._begun))
@@ -191,7 +191,7 @@ class OfferSearch:
 
 
 def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
-    """Returns targets to test with their labels, the smallest changes first.
+    """Returns targets to test, with labels; begins with the smallest changes.
 
     Args:
         trouble: The situation.
@@ -220,7 +220,7 @@ def trouble_of(
     q: np.ndarray,
     X_EC: np.ndarray | None = None,
 ) -> Trouble | None:
-    """Returns the situation if something keeps the robot from its target.
+    """Returns the situation of a robot that is kept from its target.
 
     Args:
         status: The robot's state.
@@ -250,7 +250,7 @@ def trouble_of(
 def place_at_home(
     robot: RobotModel, q: np.ndarray, effector: int = 0
 ) -> np.ndarray:
-    """Returns the position of a hand whose arm is at home, shape (3,) [m].
+    """Returns a hand's position with the arm at home, shape (3,) [m].
 
     Args:
         robot: The robot.
@@ -278,7 +278,7 @@ def _moved(X_WT: np.ndarray, by_W: np.ndarray) -> np.ndarray:
 def _looking(
     trouble: Trouble, p_W: np.ndarray, X_EC: np.ndarray, by: float
 ) -> np.ndarray:
-    """Returns a target whose camera, moved up and back, looks at a point."""
+    """Returns a target at which the camera, moved up and back, sees a point."""
     p_WC = (trouble.X_WE @ X_EC)[:3, 3]
     away = p_WC - p_W
     away[2] = 0.0

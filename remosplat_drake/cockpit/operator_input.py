@@ -1,4 +1,4 @@
-"""`OperatorInput`: stores the requests of people at the cockpit."""
+"""`OperatorInput`: stores the requests of people who use the cockpit."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -17,11 +17,11 @@ SOURCE = "cockpit"
 class OperatorInput:
     """Counts presses of buttons, and stores the operator's desired pose.
 
-    Callbacks of the page run in several threads.
+    It is thread-safe, since callbacks of the page run in several threads.
 
     Args:
-        changed: Called, in the thread of a callback, with all requests after
-            each new one.
+        changed: Function that is called after each new request, in the thread
+            of the page's callback, with all requests so far.
     """
 
     def __init__(self, changed: Callable[[CockpitRequests], None]):
@@ -62,7 +62,7 @@ class OperatorInput:
         self._count("command", name)
 
     def lead(self, V_W: np.ndarray | None) -> None:
-        """Requests a velocity, which is valid until it is renewed or expires.
+        """Requests a velocity of the target, which is valid until it expires.
 
         Args:
             V_W: The velocity, angular above translational, shape (6,) [rad/s,
@@ -76,13 +76,13 @@ class OperatorInput:
                 self._tell(dc.replace(self._requests, command=command))
 
     def expire(self) -> None:
-        """Ends a velocity that was not renewed for `SILENCE`."""
+        """Ends the requested velocity if it was not renewed for `SILENCE`."""
         is_led = self._requests.command.V_W is not None
         if is_led and monotonic() - self._led_at > SILENCE:
             self.lead(None)
 
     def let_go(self) -> None:
-        """Requests that the target stays where it is; no client operates."""
+        """Requests that the target stays where it is, as no client operates."""
         self.lead(None)
         self.press("holds")
 
@@ -108,9 +108,9 @@ class OperatorInput:
         """Requests to place the carried object.
 
         Args:
-            support: Name of the object on which it shall stand.
+            support: Name of the object on which the carried object shall stand.
             p_WNear: Point near which it shall stand, shape (3,) [m]; None for
-                below the hand.
+                the place below the hand.
         """
         self._count("command", "places", support=support, p_WNear=p_WNear)
 

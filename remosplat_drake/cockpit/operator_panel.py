@@ -38,12 +38,14 @@ _SLIDERS = (
     ("pitch [°]", "I", "K"),
     ("yaw [°]", "E", "Q"),
 )
-"""Names of the sliders, and the keys for less and for more."""
+"""Names of the sliders, and for each the keys that decrease and increase its
+value."""
 
 _ANGLES = (180.0, 90.0, 180.0)
 _GIZMO = 0.22
 _AWAY = 0.05
-"""A ghost is drawn if the hand is farther from the target than this [m]."""
+"""The page draws a translucent robot (ghost) at the target if the hand is
+farther from it than this [m]."""
 # The sliders show the target's pose, but the target moves one control period
 # after the sliders. So sliders that a person has just moved are not moved back
 # to the target's pose.
@@ -58,17 +60,17 @@ class OperatorPanel:
     """The operator's controls: sliders, keys, gizmo, saved poses, map buttons.
 
     Dragging the gizmo moves the target at once. A click on a surface proposes a
-    target in front of it, and shows the robot at this target as a ghost; then
-    gizmo and sliders move the proposal, until the operator lets the robot go
-    there or discards it.
+    target in front of it, and shows the robot at this target as a ghost. Then
+    gizmo and sliders move the proposal, until the operator confirms or discards
+    it.
 
     Args:
         client: The client that operates.
         job: The settings of the cockpit.
-        inputs: Stores the requests.
-        content: The present content of the page.
-        shapes: The look of the robot's links.
-        hand_over: Called when the operator hands over.
+        inputs: Storage of the operator's requests.
+        content: The page's content at present.
+        shapes: The meshes of the robot's links.
+        hand_over: Function that is called when the operator hands over.
     """
 
     def __init__(
@@ -91,8 +93,8 @@ class OperatorPanel:
         self._pressed: frozenset[str] = frozenset()
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
         self._commands: list[viser.CommandHandle] = []
-        # RELEASE is far from STOP, and needs a confirmation, so that it is not
-        # pressed by accident.
+        # RELEASE is far from STOP and needs a confirmation, so that a person
+        # does not press it by accident.
         self._release = self._button(
             client.gui, "RELEASE", self._ask, color="orange", order=80.0
         )
@@ -203,7 +205,7 @@ class OperatorPanel:
     def _offer_button(
         self, gui: viser.GuiApi, label: str
     ) -> viser.GuiButtonHandle:
-        """Adds a button that proposes an offer, hidden until there is one."""
+        """Adds a hidden button, which will propose an alternative target."""
 
         def propose():
             for offer in self._offers:
@@ -226,7 +228,7 @@ class OperatorPanel:
 
     @property
     def _gamepad_does(self) -> dict[str, Press]:
-        """The actions of a gamepad's buttons, keyed by their effect."""
+        """The functions that a gamepad calls, keyed by the gamepad's action."""
         press = self._inputs.press
         return {
             OPEN: lambda: press("opens"),
@@ -256,7 +258,7 @@ class OperatorPanel:
         self._inputs.lead(V_W)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
-        """Adds a selector of the hand; the other controls move this hand."""
+        """Adds a selector of the hand that all other controls move."""
         names = self._job.robot.effectors
         hand = gui.add_dropdown(
             "Hand", names, initial_value=names[self._chosen], hint="key T"
@@ -319,7 +321,7 @@ class OperatorPanel:
     def _listen(self, slider: viser.GuiSliderHandle) -> None:
         @slider.on_update
         async def _(event: viser.GuiEvent):
-            # Changes by the server, without a client, are ignored.
+            # Changes that the server itself has made are ignored.
             if event.client is not None:
                 values = [float(s.value) for s in self._sliders]
                 self._move(self._coordinates.pose(np.array(values)))
@@ -406,8 +408,8 @@ class OperatorPanel:
 
     def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
         """Moves the proposal if there is one, else the target."""
-        # Until the next update, gizmo and keys still have the previous hand's
-        # pose.
+        # Until the next update, gizmo and sliders still have the pose of the
+        # previously selected hand.
         if (
             not np.isfinite(X_WT).all()
             or self._content.effector != self._chosen
@@ -471,7 +473,7 @@ class OperatorPanel:
         """Shows whether a target can be reached.
 
         Args:
-            reach: The answer.
+            reach: The result of the search for a configuration.
             X_WT: The tested target, shape (4, 4).
         """
         self._ghost.show(reach, X_WT)
@@ -480,14 +482,14 @@ class OperatorPanel:
 
     @property
     def proposes(self) -> bool:
-        """Whether a proposed target waits for the operator's decision."""
+        """Whether a proposed target waits for the operator to confirm it."""
         return self._proposal is not None
 
     def offer(self, offers: tuple[Offer, ...]) -> None:
-        """Offers targets that work; a button proposes one of them.
+        """Shows a button for each alternative target; a click proposes it.
 
         Args:
-            offers: The offers, at most one of each label.
+            offers: The alternative targets, at most one of each label.
         """
         if offers is self._offers:
             return
@@ -498,7 +500,7 @@ class OperatorPanel:
                 button.visible = label in labels
 
     def withdraw(self) -> None:
-        """Hides the ghost and the answer."""
+        """Hides the ghost and the verdict."""
         self._ghost.hide()
         self._verdict.visible = False
 
@@ -513,10 +515,10 @@ class OperatorPanel:
 
 
 def verdict_html(reach: Reach) -> str:
-    """Returns an answer as HTML, in the colour of its ghost.
+    """Returns the verdict of a search as HTML, in the colour of its ghost.
 
     Args:
-        reach: The answer.
+        reach: The result of the search for a configuration.
     """
     red, green, blue = COLOURS[reach.verdict]
     return (

@@ -7,13 +7,13 @@ _SPAN = 3.0
 
 
 class Pace:
-    """The speed of the last seconds, relative to real time."""
+    """A simulation's speed relative to real time, over the last seconds."""
 
     def __init__(self):
         self._moments: deque[tuple[float, float]] = deque()
 
     def add(self, time: float, now: float) -> None:
-        """Adds a sample; if time goes backwards, drops the earlier ones.
+        """Adds a sample; drops all earlier samples if time goes backwards.
 
         Args:
             time: Time of the diagram [s].
@@ -27,7 +27,7 @@ class Pace:
 
     @property
     def share(self) -> float | None:
-        """Simulated seconds per second; None while unknown."""
+        """Simulated seconds per second; None while it is unknown."""
         if not self._moments:
             return None
         (time, now), (later, end) = self._moments[0], self._moments[-1]

@@ -1,4 +1,4 @@
-"""`PageOffers`: other targets, as buttons on the page of a simulated run."""
+"""`PageOffers`: offers alternative targets on a simulated run's page."""
 
 from collections.abc import Callable
 from functools import partial
@@ -28,11 +28,11 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_style import button, heading
 
 INSTEAD = heading("Try instead")
-"""Name of the title of the buttons."""
+"""Name of the heading above the buttons."""
 
 BUTTONS = {label: button(label) for label in LABELS if label != LOOK_THERE}
-"""Names of the buttons, keyed by label. LOOK_THERE has no button, since a run
-with given targets takes no camera frames."""
+"""Names of the buttons, keyed by the offer's label. LOOK_THERE has no button,
+since a run with given targets takes no camera frames."""
 
 _PERIOD = 0.1
 """Time between two checks of the robot's state [s]."""
@@ -45,7 +45,7 @@ Works = Callable[[np.ndarray], bool]
 
 
 class OfferThread:
-    """Searches offers in a separate thread, beside the control loop.
+    """Searches alternative targets in a thread beside the control loop.
 
     Attributes:
         offers: The offers so far.
@@ -92,7 +92,7 @@ class OfferThread:
 
 
 class PageOffers(LeafSystem):
-    """Offers other targets as buttons while something holds the robot.
+    """Offers alternative targets while an obstacle or a limit holds the robot.
 
     .. pydrake_system::
 
@@ -107,10 +107,10 @@ class PageOffers(LeafSystem):
 
     `configuration` takes the measured q, `report` the `TickReport`,
     `motion_status` the `MotionStatus` and `distance_field` the map. `instead`
-    outputs the `Target`s whose buttons were pressed, the latest last. Targets
-    are tested in a thread, so the control loop does not wait. The system is
-    only for simulated robots with one end effector, since visitors of a real
-    robot's page must not move it.
+    outputs the `Target`s whose buttons were pressed, in the order of the
+    presses. A thread tests targets, so the control loop does not wait. The
+    system is only for simulated robots with one end effector, since visitors of
+    a real robot's page must not move the robot.
 
     Args:
         page: The page that gets the buttons.

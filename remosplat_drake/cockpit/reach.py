@@ -1,4 +1,4 @@
-"""`find_reach`: finds a configuration that reaches a target, if any does."""
+"""`find_reach`: finds a configuration of the robot that reaches a target."""
 
 import dataclasses as dc
 
@@ -17,7 +17,7 @@ from remosplat_drake.signals.thing import UNSEEN
 REACHABLE = "reachable"
 """Verdict: a configuration reaches the target and keeps all distances."""
 BLOCKED = "blocked"
-"""Verdict: configurations reach the target, but all are too near to
+"""Verdict: configurations reach the target, but all of them are too near to
 obstacles."""
 UNSEEN_THERE = "unseen"
 """Verdict: the best configuration at the target is too near to unseen space."""
@@ -25,8 +25,8 @@ OUT_OF_REACH = "out of reach"
 """Verdict: no configuration was found that reaches the target."""
 
 _SEEDS = 150
-"""Number of initial guesses of the inverse kinematics, which together take some
-milliseconds."""
+"""Number of initial guesses of the inverse kinematics. All of them together
+take some milliseconds."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Reach:
 
     Attributes:
         verdict: REACHABLE, BLOCKED, UNSEEN_THERE or OUT_OF_REACH.
-        text: The verdict in words, with the obstacle's name.
+        text: A sentence that states the verdict and the obstacle's name.
         q: The best configuration at the target, shape (n_q,); None if none
             was found.
         p_W: Point of the obstacle, shape (3,) [m]; None without one.
@@ -56,7 +56,7 @@ def find_reach(
 ) -> Reach:
     """Searches a configuration that reaches a target, deterministically.
 
-    There is not always a path to this configuration.
+    A path to this configuration may not exist; see `is_within_reach`.
 
     Args:
         planner: Contains the robot, and its self-distances.
@@ -77,10 +77,16 @@ def find_reach(
     )
     if len(goals.q):
         return Reach(
-            REACHABLE, "the robot reaches it in the ghost's posture", goals.q[0]
+            REACHABLE,
+            "the robot reaches the target in the posture of the ghost",
+            goals.q[0],
         )
     if goals.cramped is None:
-        return Reach(OUT_OF_REACH, "no posture that reaches it was found")
+        return Reach(
+            OUT_OF_REACH,
+            "no posture of the robot reaches the target; move the base or the "
+            "target",
+        )
     return _blocked(planner, field, stopping, goals, goals.cramped)
 
 
@@ -91,7 +97,7 @@ def is_within_reach(
     q: np.ndarray,
     aim: Aim | Target,
 ) -> bool:
-    """Returns whether a path to a target is found, not only a configuration.
+    """Returns whether the planner finds a path to a target.
 
     Args:
         planner: Contains the robot, and its self-distances.
@@ -115,7 +121,7 @@ def _blocked(
 ) -> Reach:
     """Names the obstacle of a configuration at the target."""
     if not goals.missing:
-        return Reach(BLOCKED, "the robot itself is in the way", q)
+        return Reach(BLOCKED, "the robot would be too near to itself", q)
     name = planner.robot.spheres.links[goals.tightest]
     link = planner.robot.description.called(name)
     sphere = planner.robot.spheres_at(q).select(np.array([goals.tightest]))

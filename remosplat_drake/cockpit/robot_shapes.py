@@ -1,4 +1,4 @@
-"""The look of a robot's links as triangle meshes, for a viewer in a browser."""
+"""Makes triangle meshes of a robot's links, for a viewer in a browser."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -20,7 +20,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.visualization.drawn_plant import drawn_plant
 
-# glTF files are y-up; Drake turns them so that their y is z.
+# In glTF files, y is up; Drake rotates them so that z is up.
 _X_MESH_GLTF = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]]
 )
@@ -28,12 +28,13 @@ _X_MESH_GLTF = np.array(
 
 @dc.dataclass(frozen=True, eq=False)
 class Shapes:
-    """The look of a robot, in the frames of its links.
+    """Triangle meshes of a robot's links, in the frames of the links.
 
     Attributes:
-        coloured: Meshes in their colours, keyed by link name. Links without
+        coloured: Meshes with their colours, keyed by link name. Links without
             visual geometry are absent.
-        joined: One mesh per link, with all of its shapes, without colours.
+        joined: One mesh per link, which contains all shapes of the link,
+            without colours.
     """
 
     coloured: dict[str, list[trimesh.Trimesh]]
@@ -64,7 +65,7 @@ def _joined(meshes: list[trimesh.Trimesh]) -> trimesh.Trimesh:
 
 
 def _meshes(shape: Shape, colour: tuple) -> list[trimesh.Trimesh]:
-    """Makes the coloured meshes of a shape of Drake's."""
+    """Makes the coloured meshes of one of Drake's shapes."""
     if isinstance(shape, Mesh | Convex):
         return _from_file(Path(shape.source().path()), shape.scale3())
     make = trimesh.creation

@@ -19,11 +19,12 @@ from remosplat_drake.visualization.unseen_space import (
 )
 
 MOST_GAUSSIANS = 1_000_000
-"""Largest number of Gaussians that are drawn; the largest ones are chosen."""
+"""Largest number of Gaussians that are drawn. If there are more, the largest
+Gaussians are chosen."""
 
 _AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
 _OBJECT = (140, 89, 191)
-"""Colour of objects, as on the page of a run."""
+"""Colour of objects, equal to that on the page of a run."""
 _THIN = 1e-3
 """Standard deviation of a surfel along its normal, for the renderer [m]."""
 _JPEG = 70
@@ -36,7 +37,7 @@ class CockpitScene:
     Args:
         server: The page's server.
         job: The settings of the cockpit.
-        shapes: The look of the robot's links.
+        shapes: The meshes of the robot's links.
     """
 
     def __init__(
@@ -127,7 +128,7 @@ class CockpitScene:
                 frame.wxyz, frame.position = wxyz_position(X_WT)
             for thing in content.objects:
                 node, reach = self._objects.get(thing.name, (None, 0.0))
-                # The shape of an object changes if a hand has lost it.
+                # The shape of an object changes if it slips out of a hand.
                 if node is None or reach != thing.reach:
                     node = _draw_object(self._server.scene, thing)
                     self._objects[thing.name] = node, thing.reach
@@ -149,8 +150,8 @@ class CockpitScene:
 
         Args:
             X_WC: Pose of the camera (OpenCV axes), shape (4, 4).
-            K: Its intrinsic matrix, shape (3, 3) [pixels].
-            rgb: Its image, shape (h, w, 3), uint8.
+            K: The camera's intrinsic matrix, shape (3, 3) [pixels].
+            rgb: The camera's image, shape (h, w, 3), uint8.
         """
         height, width = rgb.shape[:2]
         wxyz, position = wxyz_position(X_WC)
@@ -177,10 +178,10 @@ class CockpitScene:
 def draw_splat(
     scene: viser.SceneApi, name: str, splat: GaussianSplat
 ) -> viser.GaussianSplatHandle:
-    """Draws Gaussians; surfels get an invisibly small thickness.
+    """Draws Gaussians; the renderer needs a small thickness for surfels.
 
     Args:
-        scene: The scene that they are drawn in.
+        scene: The viser scene in which the Gaussians are drawn.
         name: Name of the node.
         splat: The splat, in the node's frame.
     """
@@ -214,7 +215,7 @@ def _draw_robot(
 def _draw_glow(
     scene: viser.SceneApi, shapes: Shapes
 ) -> dict[str, viser.MeshHandle]:
-    """Draws the highlight of a held link; hidden at first."""
+    """Draws the highlights of held links, which are hidden at first."""
     glow = {}
     for link, mesh in shapes.joined.items():
         glow[link] = scene.add_mesh_simple(

@@ -1,4 +1,4 @@
-"""The program of the cockpit's process, which serves the page."""
+"""The program of the cockpit's process: it serves the page."""
 
 import logging
 import os
@@ -56,7 +56,7 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
 
 _BEAT = 0.2
-"""Time between two messages that the process is alive [s]."""
+"""Time between two messages which state that the process is alive [s]."""
 
 _LISTEN = 0.02
 """Longest wait for a message of the control process [s]."""
@@ -72,9 +72,9 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
     """Serves the page until the other end of the pipe is closed.
 
     Args:
-        connection: Pipe to the control process, from which the page receives
-            `PageContent`s and `MapPicture`s; the page sends the other types of
-            `messages`.
+        connection: Pipe to the control process. The page receives
+            `PageContent`s and `MapPicture`s from it, and sends all other types
+            of `messages`.
         job: The settings of the cockpit.
         picture: The map at the start.
     """
@@ -91,12 +91,12 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
         _log.exception("the cockpit ends")
     finally:
         # This also ends the threads of the server and of the camera, which have
-        # nothing to finish.
+        # no work to finish.
         os._exit(0)
 
 
 class Page:
-    """The page of one cockpit and all its viewers.
+    """The page of a cockpit, with all its viewers.
 
     Args:
         connection: Pipe to the control process.
@@ -181,7 +181,7 @@ class Page:
             if isinstance(message, ArrayHeader):
                 self._picture = receive_arrays(self._connection, message)
                 # This runs without the lock, since it takes long and STOP must
-                # work meanwhile.
+                # work during this time.
                 self._scene.show_map(self._picture)
             else:
                 content = message
@@ -206,7 +206,7 @@ class Page:
         with self._lock:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
-                # No person watches the robot any more.
+                # The last viewer has left, so no person watches the robot.
                 self._inputs.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
@@ -292,7 +292,7 @@ class Page:
             )
 
     def _field(self) -> DistanceField:
-        """Returns the map, with the objects that stand in it."""
+        """Returns the map, with the objects at their present poses."""
         content, scene = self._content, self._picture.field
         if not content.objects:
             return scene
@@ -326,7 +326,7 @@ class Page:
         operator.answer(self._answered, X_WT)
 
     def _offer(self) -> None:
-        """Searches other targets if the operator's target is out of reach."""
+        """Searches alternative targets if the robot cannot reach its target."""
         with self._lock:
             operator, field = self._operator, self._field()
         if operator is None:
@@ -336,7 +336,7 @@ class Page:
         operator.offer(self._search.offers)
 
     def _trouble(self, operator: OperatorPanel) -> Trouble | None:
-        """The situation in which offers help; None if there is none."""
+        """The situation for which alternative targets are searched, or None."""
         content, reach = self._content, self._answered
         p_W = None
         if reach is not None and reach.verdict != REACHABLE:

@@ -14,19 +14,20 @@ FARTHEST = 20.0
 """Length of the ray on which a surface is searched [m]."""
 
 _CLOSE = 1e-3
-"""The ray has arrived if the surface is nearer than this [m]."""
+"""The ray has reached a surface if the surface is nearer than this [m]."""
 
 _STEPS = 200
 """Largest number of steps along a ray; a ray almost parallel to a surface takes
 many steps."""
 
 _BEHIND = 0.02
-"""An object this much behind the map's surface still counts as clicked [m],
-since a map shows objects with errors."""
+"""A click hits an object if the object's surface is at most this far behind the
+map's surface [m]. The map's surface may be in front of it because of the map's
+errors."""
 
 _SAFE = 0.98
-"""Fraction of the distance that a step covers; below 1, since distances are
-rounded."""
+"""Length of a step along the ray, as a fraction of the distance to the nearest
+surface. It is less than 1 because of rounding errors."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -97,8 +98,8 @@ def clicked_object(
         direction_W: Direction of the ray in W, shape (3,), of any length.
 
     Returns:
-        Name and point, shape (3,) [m]; None if the ray meets no object, or the
-        map before.
+        Name of the object and the point, shape (3,) [m]; None if the ray meets
+        no object, or meets the map before an object.
     """
     found = find_surface(ObjectField(objects), p_W, direction_W)
     if found is None:

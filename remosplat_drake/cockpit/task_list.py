@@ -17,7 +17,7 @@ _STYLES = {
     DONE: ("\u2713", "#2b8a3e"),
     FAILED: ("\u2717", "#c92a2a"),
 }
-"""Mark and style of a line by its state."""
+"""Mark and style of a line, keyed by the state of the job or step."""
 
 
 def task_html(outline: TaskOutline) -> str:

@@ -1,4 +1,4 @@
-"""Views of the scene that the page offers."""
+"""Camera poses of the views that a person can select on the page."""
 
 import dataclasses as dc
 

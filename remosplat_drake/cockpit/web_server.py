@@ -14,10 +14,10 @@ _FIRST_PORT = 8080
 
 
 def open_server(job: CockpitJob) -> viser.ViserServer:
-    """Opens the page's server, and suppresses what viser prints.
+    """Opens the page's server, and suppresses viser's messages.
 
     Args:
-        job: Contains the address and the title of the page.
+        job: The settings of the cockpit, with the page's address and title.
 
     Raises:
         RemoSplatError: The port is taken, or there is no such interface.
@@ -48,7 +48,7 @@ def _free_port(host: str, port: int | None) -> int:
 
 
 def _offer_no_tunnel(server: viser.ViserServer) -> None:
-    """Keeps browsers from opening viser's tunnel to the public internet."""
+    """Prevents browsers from opening viser's tunnel to the internet."""
     connection = server._websock_server
     for message in (ShareUrlRequest, ShareUrlDisconnect):
         connection.unregister_handler(message)

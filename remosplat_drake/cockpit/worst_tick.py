@@ -13,7 +13,7 @@ class WorstTick:
 
     Attributes:
         clearance: Smallest distance from the robot to the scene that the
-            controller measured [m]; inf if nothing was within the influence
+            controller measured [m]; inf if all distances exceeded the influence
             distance.
         duration: Longest time that a tick took [s]; NaN if it was not
             measured.
@@ -33,10 +33,10 @@ class WorstTick:
         return WorstTick(report.clearances.minimum(), duration)
 
     def or_of(self, others: "WorstTick | None") -> "WorstTick":
-        """Returns the worst of these ticks and of others.
+        """Returns the worst of these ticks and further ticks.
 
         Args:
-            others: The worst of the other ticks; None if there are none.
+            others: The worst of the further ticks; None if there are none.
         """
         if others is None:
             return self

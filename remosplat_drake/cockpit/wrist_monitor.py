@@ -1,4 +1,4 @@
-"""`WristMonitor`: the wrist camera's picture, large, with a crosshair."""
+"""`WristMonitor`: shows the wrist camera's image with a crosshair."""
 
 import numpy as np
 import viser
@@ -9,7 +9,7 @@ _ARM = 0.06
 """Length of the crosshair's arms, as a fraction of the picture's height."""
 
 _PATCH = 0.02
-"""Half the side of the central area whose distance is shown, as a fraction of
+"""Half the side of the central square whose distance is shown, as a fraction of
 the picture's height."""
 
 

@@ -1,4 +1,4 @@
-"""The wrist camera's pictures, for people."""
+"""Takes the wrist camera's images for the page."""
 
 from collections.abc import Callable, Iterator
 from time import monotonic, sleep
@@ -14,7 +14,8 @@ _PERIOD = 0.1
 """Time between two pictures [s]."""
 
 _SHARE = 0.25
-"""Largest share of a core that a simulated camera's pictures take."""
+"""Largest fraction of a CPU core's time that the images of a simulated camera
+may take."""
 
 _LISTEN = 0.02
 """Time between two checks for a new image [s]."""
@@ -25,13 +26,14 @@ def wrist_pictures(
 ) -> Iterator[Frame]:
     """Yields the wrist camera's image ten times a second, forever.
 
-    If a picture takes long to make, the next one follows later. While a camera
-    sends no image, nothing is yielded; the camera may return.
+    If an image takes long to make, the next image follows later. While a camera
+    sends no images, the generator yields nothing and continues to wait.
 
     Args:
-        job: Makes the camera.
+        job: The settings of the cockpit, with the function that makes the
+            camera.
         now: Function that returns the page's present content, and the number of
-            requests to switch a simulated camera's scene.
+            requests so far to switch a simulated camera's scene.
 
     Raises:
         RemoSplatError: There is no such camera.

@@ -51,7 +51,7 @@ def run_faults(
     with Progress(news) as progress:
         for case in progress.over(cases, "breaking things"):
             result = run_case(case, world, stand_in)
-            news.print(f"{case.name}: {result.problem or 'as it should be'}")
+            news.print(f"{case.name}: {result.problem or 'as expected'}")
             news.print(f"  {result.reason or result.case.outcome}", style="dim")
             results.append(result)
     print_table(console, fault_table(results))
@@ -103,7 +103,7 @@ def fault_table(results: list[FaultResult]) -> Table:
             (
                 result.case.name,
                 result.resumed or "–",
-                result.problem or "as it should be",
+                result.problem or "as expected",
                 _milli(result.time_to_zero, 0),
                 _milli(result.moved_after, 2),
                 _milli(result.clearance, 1),

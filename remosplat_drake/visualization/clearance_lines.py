@@ -1,4 +1,4 @@
-"""`ClearanceLines`: lines to the scene points that limit the robot."""
+"""`ClearanceLines`: draws lines to the scene points that limit the robot."""
 
 import numpy as np
 from pydrake.geometry import Rgba, Sphere
@@ -22,17 +22,17 @@ _PALE_PERIOD = 0.2  # Shortest time between two drawings of the thin lines [s].
 
 
 class ClearanceLines:
-    """Red lines from the robot's spheres to their closest scene points.
+    """Draws red lines from the robot's spheres to their closest scene points.
 
     Each line stands for a collision constraint of the quadratic program. A
-    constraint is active if it holds with equality at the command. Its line is
-    then thick and opaque; all other lines are thin and pale. The thick lines
-    are a fixed set of shapes that only move, so that a recording can replay
-    them. A recording does not contain the thin lines.
+    constraint is active if it holds with equality at the command. The line of
+    an active constraint is thick and opaque; all other lines are thin and pale.
+    The thick lines are a fixed set of shapes that only move, so that a
+    recording can contain them. A recording does not contain the thin lines.
 
     Args:
         page: The page to draw on.
-        robot: The robot, for its spheres.
+        robot: The robot, which has the spheres.
     """
 
     def __init__(self, page: MeshcatPage, robot: RobotModel):
@@ -111,7 +111,7 @@ def line_ends(
     """Computes both ends of the lines for a report's m clearances.
 
     Args:
-        robot: The robot, for its spheres.
+        robot: The robot, which has the spheres.
         report: The controller's report of a tick.
 
     Returns:

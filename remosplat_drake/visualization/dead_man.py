@@ -12,9 +12,9 @@ class DeadMan:
 
     While the switch is held, the page sends pulses: it clicks a hidden button
     periodically (`web/live.js`). The pulses are necessary, since Meshcat
-    reports a gamepad only when its state changes. If a page is closed, hidden
-    or hangs while the switch is held, Meshcat would report the switch as held
-    forever.
+    reports a gamepad only when the gamepad's state changes. Without pulses, the
+    switch would count as held forever if the page is closed, is hidden or hangs
+    while it is held.
 
     Args:
         meshcat: The page's Meshcat server.

@@ -14,7 +14,7 @@ from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.view_images import SphereViews
 
 VIEW_NAMES = ("+z", "−y", "+y", "+x", "−z", "−x")
-"""Axes of the sensor along which the six views look."""
+"""Viewing directions of the six views, as axes of the sensor's frame."""
 
 # Row and column of each view in the unfolded cube. Adjacent views share an edge
 # of the cube.
@@ -201,8 +201,8 @@ def _add_color_bar(figure: Figure, colors: ScalarMappable):
     axes.text(
         0.02,
         0.08,
-        "grey: no surface within the far plane\n"
-        "ring: closest pixel of a view, and its clearance; red: closest of all",
+        "grey: no surface in front of the far plane\nring: closest pixel of a "
+        "view, with its clearance; red ring: closest of all views",
         size=11,
         linespacing=1.5,
         color=_FAINT,

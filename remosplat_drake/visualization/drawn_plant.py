@@ -1,4 +1,4 @@
-"""`DrawnPlant`: the appearance of a robot's links, made once for all views."""
+"""`DrawnPlant`: the shapes and colours of a robot's links, for all views."""
 
 import dataclasses as dc
 from functools import lru_cache
@@ -30,7 +30,7 @@ class Look:
     """A shape of a link.
 
     Attributes:
-        shape: The shape; a mesh may have materials of its own.
+        shape: The shape. A mesh may contain materials.
         colour: Colour of a shape without materials.
         X_LG: Pose of the shape's frame G in the link's frame L.
     """
@@ -47,7 +47,7 @@ class DrawnPlant:
     Attributes:
         plant: The finalized plant.
         scene_graph: Scene graph with the illustration geometry: the links'
-            meshes, or their collision geometry where there are none.
+            meshes, or the collision geometry of links without meshes.
     """
 
     plant: MultibodyPlant
@@ -79,7 +79,7 @@ class DrawnPlant:
 
 @lru_cache(maxsize=4)
 def drawn_plant(robot: RobotModel) -> DrawnPlant:
-    """Returns a plant whose links look like a robot's; caches it per robot.
+    """Returns a plant with the appearance of a robot's links; caches it.
 
     Args:
         robot: The robot.
@@ -103,7 +103,7 @@ def drawn_plant(robot: RobotModel) -> DrawnPlant:
 
 
 def _show_collision_geometry(drawn: DrawnPlant, colours: dict[str, Rgba]):
-    """Shows the primitives of links that have no other appearance."""
+    """Shows the collision geometry of links without illustration geometry."""
     plant = drawn.plant
     for body in drawn.bodies:
         if plant.GetVisualGeometriesForBody(body):

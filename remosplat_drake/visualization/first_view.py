@@ -9,7 +9,7 @@ from remosplat_drake.visualization.robot_view import RobotView
 from remosplat_drake.visualization.splat_view import SURFELS, draw_surfels
 
 COARSE = 5_000
-"""Number of discs that a browser gets at first; the largest ones are chosen."""
+"""Number of discs that are drawn; the largest discs of the splat are chosen."""
 
 
 def draw_first(
@@ -18,9 +18,9 @@ def draw_first(
     q: np.ndarray,
     splat_W: GaussianSplat | None = None,
 ) -> None:
-    """Draws the robot and a part of the map, before the diagram is built.
+    """Draws the robot and the map's largest discs, before the diagram is built.
 
-    Later, the views of the diagram use the same robot, and draw the whole map.
+    Later, the diagram's views draw the whole map, and keep the drawn robot.
 
     Args:
         page: The page to draw on.

@@ -8,7 +8,7 @@ FLOAT = 5126
 SIGNED = 5122
 UNSIGNED = 5123
 """glTF's codes for types of numbers: 32-bit floats, and signed and unsigned
-16-bit integers that stand for fractions of 1."""
+16-bit integers, which represent fractions from -1 or 0 to 1."""
 
 _DTYPES = {FLOAT: "<f4", SIGNED: "<i2", UNSIGNED: "<u2"}
 _LARGEST = {SIGNED: 32767, UNSIGNED: 65535}

@@ -24,7 +24,7 @@ _PERIOD = 0.4  # Shortest time between two drawings [s].
 
 
 class GuidanceView(LeafSystem):
-    """Draws the end-effector paths that guidance has predicted most recently.
+    """Draws the end-effector paths of guidance's latest rollouts.
 
     .. pydrake_system::
 
@@ -33,8 +33,8 @@ class GuidanceView(LeafSystem):
         - selection
 
     `selection` takes the `Selection` of a `GuidanceSelector`. The path of the
-    chosen candidate is solid, and a line of text names it; the paths of the
-    other candidates are faint.
+    chosen candidate is solid; the paths of all other candidates are faint. A
+    line of text names the chosen candidate.
 
     Args:
         page: The page to draw on.

@@ -15,14 +15,14 @@ from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.shapes import rigid_transform
 
 NEAR, TURNED = 0.03, 0.15
-"""The ghost is hidden if the hand is within this distance [m] and this angle
-[rad] of the target."""
+"""The ghost is hidden if the hand's distance [m] and angle [rad] from the
+target are both below these values."""
 
 _COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
 
 
 class HandGhost:
-    """Draws the links of a hand at the pose of its target.
+    """Draws a ghost: the links of a hand, at the pose of its target.
 
     If the target has free directions, the ghost has the permitted pose that is
     nearest to the end effector's present pose.
@@ -31,7 +31,7 @@ class HandGhost:
         page: The page to draw on.
         path: Path in the scene tree below which the ghost is drawn.
         robot: The robot.
-        effector: Index of the end effector that has the hand.
+        effector: Index of the end effector whose hand is drawn.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class HandGhost:
         self._scene.set_property(path, "visible", False)
 
     def update(self, target: Target, X_WE: np.ndarray | None, time: float):
-        """Moves the ghost to a target; hides it if the hand is there.
+        """Moves the ghost to a target; hides it if the hand is at the target.
 
         Args:
             target: The target.
@@ -86,8 +86,8 @@ def translucent(shape: Shape) -> Shape:
     """Returns a translucent copy of a shape.
 
     Args:
-        shape: The shape. If it has no materials, it is returned unchanged: its
-            colour is set where it is drawn.
+        shape: The shape. A shape without materials is returned unchanged, since
+            its colour is set when it is drawn.
     """
     if not isinstance(shape, Mesh) or shape.extension() != ".gltf":
         return shape

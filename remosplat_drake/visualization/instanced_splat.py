@@ -1,8 +1,8 @@
-"""`InstancedSplat`: a map's splats as instances of one small shape.
+"""`InstancedSplat`: glTF meshes of a splat, as instances of one small shape.
 
-Each splat is an instance of the shape (glTF's EXT_mesh_gpu_instancing) and
+Each Gaussian is an instance of the shape (glTF's EXT_mesh_gpu_instancing) and
 takes 26 bytes; a separate polygon would take 250 bytes. The material is unlit
-(KHR_materials_unlit), since the colours of splats already include light.
+(KHR_materials_unlit), since the colours of Gaussians already include light.
 """
 
 import json
@@ -27,15 +27,15 @@ _UNLIT = "KHR_materials_unlit"
 _UPRIGHT = [-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
 
 Shape = tuple[np.ndarray, np.ndarray]
-"""Type of a mesh: vertices, shape (n, 3), and faces, shape (m, 3), whose
-normals point outward by the right-hand rule."""
+"""Type of a mesh: vertices, shape (n, 3), and faces as indices of vertices,
+shape (m, 3). The faces' normals point outward by the right-hand rule."""
 
 
 class InstancedSplat:
-    """Meshes of one splat, which share its data.
+    """Makes meshes of one splat that share its data.
 
     Args:
-        splat: At least one disc or ellipsoid in its frame G.
+        splat: The splat in its frame G; it has at least one Gaussian.
         n_sigma: Radius of the discs in standard deviations.
     """
 
@@ -43,7 +43,7 @@ class InstancedSplat:
         lower, upper = splat.p_GK.min(axis=0), splat.p_GK.max(axis=0)
         self._p_GC = (lower.astype(float) + upper) / 2
         R_GD, size = _discs(splat, n_sigma)
-        # Unit of all lengths: the stored numbers are fractions of it.
+        # All lengths are stored as fractions of this length.
         self._unit = max(float((upper - lower).max()) / 2, float(size.max()))
         self._buffer = GltfBuffer()
         p_CK = (splat.p_GK - self._p_GC) / self._unit
@@ -59,7 +59,7 @@ class InstancedSplat:
         }
 
     def surfels(self) -> Mesh:
-        """Makes a mesh of discs over the splats' two largest axes.
+        """Makes a mesh of discs that span the Gaussians' two largest axes.
 
         The discs are flat double cones. If two discs overlap, each one is
         visible on its side of the line between their centres, independent of
@@ -68,7 +68,7 @@ class InstancedSplat:
         return self._mesh(double_cone(_SIDES), self._places | self._poses)
 
     def points(self, radius: float) -> Mesh:
-        """Makes a mesh of octahedra at the splats' centres.
+        """Makes a mesh of octahedra at the Gaussians' centres.
 
         Args:
             radius: Distance from a centre to a corner [m].
@@ -118,7 +118,7 @@ def _discs(
 
 
 def double_cone(sides: int) -> Shape:
-    """Makes two cones of radius 1 and height 1 with a common base.
+    """Makes a mesh of two cones of radius 1 and height 1 with a common base.
 
     Args:
         sides: Number of corners of the base.
@@ -142,8 +142,8 @@ def quaternions(R: np.ndarray) -> np.ndarray:
     Returns:
         Unit quaternions x, y, z, w, shape (n, 4).
     """
-    # These are the rows of 4 q q^T. The row with the largest diagonal entry is
-    # normalised, since this is numerically safe.
+    # These are the rows of 4 q q^T, each of which is a multiple of q. The row
+    # with the largest diagonal entry is normalised, since it is far from zero.
     Q = np.empty((len(R), 4, 4))
     trace = np.trace(R, axis1=1, axis2=2)
     Q[:, 3, 3] = 1 + trace

@@ -1,4 +1,4 @@
-"""Defines the legend: the colours of the scene's lines and their meaning."""
+"""Defines the legend: the colours of the scene's lines and their meanings."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,13 @@ FUTURE = Rgba(0.55, 0.20, 0.85)
 
 _COMMON = (
     (BASE_PATH, "path of the base"),
-    (HOLDS_BACK, "obstacles that limit the robot's motion"),
-    (FUTURE, "motions that guidance has simulated ahead"),
+    (HOLDS_BACK, "obstacle points that limit the robot's motion"),
+    (FUTURE, "future motions that guidance has simulated"),
 )
 
 
 def legend(effectors: Sequence[str]) -> list[tuple[str, str]]:
-    """Returns the colours as HTML colour codes, each with its meaning.
+    """Returns the legend: HTML colour codes, each with its meaning.
 
     Args:
         effectors: Names of the end effectors; if there is only one, its name is

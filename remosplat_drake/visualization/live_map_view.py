@@ -34,10 +34,10 @@ class LiveMapView(LeafSystem):
         input_ports:
         - map_status
 
-    `map_status` takes the `MapStatus`. Each update sends one tile of the splat
-    or one layer of the boundary. This takes about a millisecond, so that a new
-    map does not delay control ticks. An old piece is shown until its
-    replacement is sent.
+    `map_status` takes the `MapStatus`. Each update sends one piece: a tile of
+    the splat, or a layer of the boundary. This takes about a millisecond, so
+    that a new map does not delay control ticks. The page shows a piece of the
+    previous map until its replacement is sent.
 
     Args:
         page: The page to draw on.
@@ -104,7 +104,7 @@ class LiveMapView(LeafSystem):
 
 
 def _draw_pieces(meshcat: Meshcat, scene_map: SceneMap) -> Iterator[str | None]:
-    """Draws one piece of a map per step; yields its path, None if empty."""
+    """Draws one piece of a map per step; yields its path, or None if empty."""
     for i, tile in enumerate(scene_map.tiles):
         path = f"{TILES}/{i}"
         meshcat.SetTriangleColorMesh(

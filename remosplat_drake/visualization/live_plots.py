@@ -31,7 +31,7 @@ _REDRAW = 0.25  # Of either plot; they take turns.
 
 
 class LivePlots(LeafSystem):
-    """Plots the curves of the paper's figure 5 during a run.
+    """Plots clearance and velocity deviation, as in the paper's figure 5.
 
     .. pydrake_system::
 
@@ -43,14 +43,14 @@ class LivePlots(LeafSystem):
     The upper plot shows the smallest clearance in the controller's reports. The
     lower one shows the difference between the end effector's velocity and the
     desired velocity of the controller's servo. `report` takes the controller's
-    `TickReport`, and `executed` the velocity u that the station gets. A point
-    of a curve is the worst value of all ticks in 0.1 s.
+    `TickReport`, and `executed` the velocity u that the station gets. Each
+    point of a curve is the worst value of the ticks in an interval of 0.1 s.
 
     Args:
         page: The page to draw on.
         robot: The robot, for its kinematics.
         gain: Gain of the controller's servo [1/s].
-        max_speed: Largest speed that the servo desires [m/s].
+        max_speed: Largest speed that the controller's servo commands [m/s].
         stopping: Clearance at which the controller stops approaching [m].
         influence: Influence distance: larger clearances are not measured [m].
         period: Time between two updates, the control period [s].

@@ -1,4 +1,4 @@
-"""`MotionStatusView`: highlights the link and the point that hold the robot."""
+"""`MotionStatusView`: highlights the link and the point that stop the robot."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -30,7 +30,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class MotionStatusView(LeafSystem):
-    """Highlights the link and the point that hold or stop the robot.
+    """Highlights the link and the point at which the robot is held or stopped.
 
     .. pydrake_system::
 
@@ -49,7 +49,7 @@ class MotionStatusView(LeafSystem):
 
     Args:
         page: The page to draw on.
-        robot: The robot, for its links and spheres.
+        robot: The robot, which has the links and spheres.
     """
 
     def __init__(self, *, page: MeshcatPage, robot: RobotModel):
@@ -88,7 +88,7 @@ class MotionStatusView(LeafSystem):
             self._page.show(unsupervised(status))
 
     def light_up(self, status: MotionStatus, q: np.ndarray, time: float):
-        """Highlights what holds or stops the robot, and nothing else.
+        """Highlights the link and the point of a status; removes earlier ones.
 
         Args:
             status: The robot's state.
@@ -96,7 +96,7 @@ class MotionStatusView(LeafSystem):
             time: Time in a recording [s].
         """
         link = status.link if status.is_obstructed else ""
-        # A carried object may be held, too, but is not a drawn link.
+        # An obstacle may also hold a carried object, which is not a drawn link.
         link = link if link in self._robot.tree.names else ""
         if link and link not in self._links:
             self._add_glow(link)
@@ -146,7 +146,7 @@ class MotionStatusView(LeafSystem):
 def draw_end(
     diagram: Diagram, status: MotionStatus, q: np.ndarray, time: float
 ) -> None:
-    """Highlights what holds the robot at the end of a run, if anything does.
+    """Highlights the link and the point that hold the robot when a run ends.
 
     Args:
         diagram: A diagram with a `MotionStatusView`.

@@ -1,4 +1,4 @@
-"""`MoverView`: draws movers, their predicted motion, and cameras."""
+"""`MoverView`: draws moving obstacles (movers), predictions, and cameras."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -35,7 +35,7 @@ _ROOM = Rgba(0.93, 0.45, 0.13, 0.12)
 
 
 class MoverView(LeafSystem):
-    """Draws movers, and their predicted and possible positions.
+    """Draws moving obstacles (movers), their predicted and possible positions.
 
     .. pydrake_system::
 
@@ -43,10 +43,10 @@ class MoverView(LeafSystem):
         input_ports:
         - movers
 
-    A mover is orange. A ghost shows its position after the time `AHEAD` if it
-    keeps its motion, and a pale ball around the ghost contains all of its
+    A mover is orange. A ghost shows its position after the time `AHEAD` if its
+    velocity does not change. A pale ball around the ghost contains all of its
     possible positions at that time. A camera that detects movers is a blue
-    pyramid, which is red while the camera has no usable image.
+    pyramid, which is red while the camera sends no usable image.
 
     Args:
         page: The page to draw on.
@@ -116,7 +116,7 @@ class MoverView(LeafSystem):
 def pyramid(
     camera: MoverCamera, length: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the edges of the pyramid that a camera sees, in W.
+    """Returns the edges of the pyramid of a camera's view, in W.
 
     Args:
         camera: The camera.
@@ -135,7 +135,7 @@ def pyramid(
 
 
 def room_of(mover: Mover, ahead: float) -> float:
-    """Returns the radius of a ball that contains a mover later [m].
+    """Returns the radius of a ball that contains a mover at a later time [m].
 
     The ball is centred at the mover's predicted position.
 

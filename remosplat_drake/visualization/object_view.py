@@ -30,8 +30,8 @@ class ObjectView(LeafSystem):
         - report
         - objects
 
-    `objects` takes the `SceneObject`s with their poses. An object is drawn in
-    the hand if the robot carries it according to the `TickReport`.
+    `objects` takes the `SceneObject`s with their poses. An object that the
+    robot carries, according to the `TickReport`, is drawn in the hand.
 
     Args:
         page: The page to draw on.
@@ -74,7 +74,7 @@ class ObjectView(LeafSystem):
         objects: tuple[SceneObject, ...] = self._objects_input.Eval(context)
         for thing in at_present(objects, payload, self._robot, q):
             path = f"{OBJECTS}/{thing.name}"
-            # The shape of an object changes if a hand has lost it.
+            # The shape of an object changes if it slips out of a hand.
             if self._drawn.get(thing.name) != thing.reach:
                 self._meshcat.SetObject(
                     path, drake_shape(thing.solid), self.COLOR
@@ -89,10 +89,10 @@ def at_present(
     robot: RobotModel,
     q: np.ndarray,
 ) -> tuple[SceneObject, ...]:
-    """Returns the objects, a carried one at its pose in the hand.
+    """Returns the objects, with a carried object at its pose in the hand.
 
     Args:
-        objects: The objects, a carried one at any pose.
+        objects: The objects. The pose of a carried object is ignored.
         payload: The carried object; None for none.
         robot: The robot that carries it.
         q: The configuration, shape (n_q,) [rad, m].

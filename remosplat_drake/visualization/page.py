@@ -38,17 +38,18 @@ class MeshcatPage:
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's
             server takes another free one.
-        host: Network interface to listen on; "*" stands for all. The page's
-            controls can steer a robot, so by default only this computer may
-            connect.
+        host: Network interface to listen on; "*" stands for all interfaces. By
+            default, only this computer can connect, since the page's controls
+            can move a robot.
         floor: Whether to draw a floor.
 
     Attributes:
-        meshcat: Drake's Meshcat server, on which your program may draw, too.
+        meshcat: Drake's Meshcat server. Your program may draw on it, too.
         scene: Moves objects in the scene.
         port: The TCP port.
         status: The displayed lines of text, keyed by topic.
-        state: The robot's state on the page; None before the first one.
+        state: The robot's state that the page shows; None before the first
+            state.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -131,7 +132,8 @@ class MeshcatPage:
             return
         before = self.state.buttons if self.state else ()
         self.state = state
-        # The text is sent first, since a browser may receive the buttons later.
+        # The text is sent before the buttons, since a browser may receive these
+        # later.
         self._newest.put(("bar",), state.document())
         for button in before:
             if button not in state.buttons:
@@ -208,7 +210,7 @@ class MeshcatPage:
     def set_places(
         self, hand: np.ndarray, base: np.ndarray, target: np.ndarray | None
     ):
-        """Sets the points at which the camera views of the page look.
+        """Sets the points at which the page's selectable views look.
 
         Args:
             hand: Position of the first end effector in W, shape (3,) [m].
@@ -232,7 +234,7 @@ class MeshcatPage:
         self._newest.put(("legend",), list(entries))
 
     def set_task(self, outline: TaskOutline, root: str):
-        """Lists a task's objects, and its steps with the present one marked.
+        """Lists a task's steps and objects, and marks the present step.
 
         Args:
             outline: The task.
@@ -249,7 +251,7 @@ class MeshcatPage:
         self._newest.put(("account",), account.document())
 
     def told(self, *key: str):
-        """Returns the content that the page shows under a key; None for none.
+        """Returns the content that the page shows under a key; None if none.
 
         Args:
             *key: The key, as in `web/panel.js`, such as "badge".
@@ -265,11 +267,11 @@ class MeshcatPage:
         self.scene.record(start)
 
     def pause_recording(self):
-        """Stops recording, for example to bound the memory that it takes."""
+        """Stops recording, for example to limit the memory that it takes."""
         self.scene.pause()
 
     def finish_recording(self):
-        """Stops recording; the page and saved copies of it can then replay."""
+        """Stops recording; the page and its saved copies can then replay it."""
         self.meshcat.SetProperty(
             LIVE, "visible", False, time_in_recording=self.scene.start
         )
@@ -281,13 +283,14 @@ class MeshcatPage:
     def save_html(self, path: str | Path, account: Account | None = None):
         """Writes the page as one file that needs neither server nor network.
 
-        The file is compressed, written atomically, and contains a player with a
-        time line. Instead of the texts about the running robot it contains the
-        summary of the run.
+        The file is compressed and written atomically. It contains a player with
+        a time line, and the summary of the run in place of the texts about the
+        running robot.
 
         Args:
             path: The HTML file.
-            account: The summary of the run; None if nothing has moved.
+            account: The summary of the run; None if the page shows a fixed
+                scene.
 
         Raises:
             FileError: The file cannot be written.

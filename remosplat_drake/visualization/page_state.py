@@ -1,8 +1,8 @@
 """`PageState`: the page's text about the state of a run, and its buttons.
 
 This module makes the page's texts about the run as a whole, and selects the
-buttons that act on the robot. After the program has ended, they must not
-suggest that the robot still runs.
+buttons that act on the robot. After the program has ended, texts and buttons
+must not suggest that the robot still moves.
 """
 
 import dataclasses as dc
@@ -40,13 +40,13 @@ START, STOP, RELEASE = "start", "stop", "release"
 
 @dc.dataclass(frozen=True)
 class PageState:
-    """The robot's state, for a viewer of the page.
+    """The state of a run, as the page shows it to a viewer.
 
     Attributes:
         phase: WAITING, LIVE, HELD, STOPPED, REACHED, MISSED, REPLAYED or
             STILL.
-        title: The robot's state, in a word or two.
-        text: Further description in a sentence; may be empty.
+        title: The state in a word or two.
+        text: A sentence that describes the state further; may be empty.
         buttons: The buttons that have an effect now, out of START, STOP and
             RELEASE.
     """
@@ -94,10 +94,10 @@ def supervised(
 
     Args:
         supervision: The supervisor's state.
-        releases: Whether the page may release stops; it is never allowed to
-            release a real robot.
-        motion_status: The robot's state, which is shown while the supervisor
-            does not stop it.
+        releases: Whether the page may release stops. It must not release a real
+            robot.
+        motion_status: The robot's motion status, which the page shows while the
+            supervisor does not stop the robot.
     """
     reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
     if not supervision.is_latched:
@@ -122,7 +122,7 @@ def unsupervised(motion_status: MotionStatus = NOT_STARTED) -> PageState:
         motion_status: The robot's state.
     """
     if motion_status.kind == states.WAITING:
-        text = "no supervisor: the page cannot stop this run"
+        text = "this run has no supervisor, so the page cannot stop it"
         return PageState(LIVE, "Live", text)
     return _alive(motion_status, ())
 

@@ -1,7 +1,8 @@
 """Makes the names of Meshcat's controls, which define their style.
 
-Meshcat has only buttons and sliders, and draws their names as HTML. So a name
-that contains an HTML class gives a control its style, from `web/page.css`.
+Meshcat has only buttons and sliders, and inserts their names into the page as
+HTML. A name that contains an HTML class therefore gives a control a style of
+`web/page.css`.
 """
 
 import html
@@ -29,9 +30,9 @@ BUTTONS = {
 """Names of the buttons that act on the run."""
 
 KEYS = {START: "Enter", STOP: "Escape", RELEASE: ""}
-"""Keys of these buttons. STOP has Escape and not the space bar, since browsers
-click a focused button if the space bar is pressed. RELEASE has no key, so that
-it is not pressed by accident."""
+"""Keys of START and STOP. The key of STOP is Escape, not the space bar, since
+browsers click a focused button if the space bar is pressed. RELEASE has no key,
+so that a person does not press it by accident."""
 
 
 def escaped(text: str) -> str:
@@ -44,7 +45,7 @@ def escaped(text: str) -> str:
 
 
 def heading(text: str) -> str:
-    """Returns the name of a button that serves as the title of a group."""
+    """Returns the name of a button that is the title of a group of controls."""
     return _span("heading", escaped(text))
 
 

@@ -1,4 +1,4 @@
-"""`PoseSliders`: six sliders of the page that set a pose."""
+"""`PoseSliders`: six sliders on the page that set a pose."""
 
 from collections.abc import Sequence
 
@@ -87,7 +87,8 @@ class PoseSliders:
         values = self._coordinates.of(X_WT)
         for i, name in enumerate(self._names):
             step = POSITION_STEP if i < 3 else ANGLE_STEP
-            # Meshcat rounds values to steps; a change below a step is not sent.
+            # Meshcat rounds values to steps, so a change below a step is not
+            # sent.
             if abs(values[i] - self._known[i]) > 0.51 * step:
                 self._known[i] = self._meshcat.SetSliderValue(name, values[i])
 

@@ -1,4 +1,4 @@
-"""`record_replay`: a recorded run as an animation in the page."""
+"""`record_replay`: makes an animation of a recorded run for the page."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping, Sequence
@@ -43,7 +43,7 @@ class ReplayedMap:
 
     Attributes:
         field: Distance field that finds the closest scene points.
-        splat_W: Splat in W that is drawn.
+        splat_W: Splat in W that the page draws.
     """
 
     field: DistanceField | None = None
@@ -63,8 +63,9 @@ def record_replay(
     """Records a logged run as an animation, which the page then plays.
 
     The animation shows robot, target and traces, and a red line from the robot
-    to the closest point of the map. At each time it shows the map that was in
-    use. While an obstacle or a limit held the robot, the affected link glows.
+    to the closest point of the map. At each time it shows the map that the
+    controller used. While an obstacle or a limit holds the robot, the affected
+    link glows.
 
     Args:
         page: The page to draw on, which must be empty.
@@ -73,8 +74,8 @@ def record_replay(
         maps: All versions of the map in the log, keyed by number.
         reach: Largest distance of a scene point to which a line is drawn [m].
         events: The run's events, in the order of their times.
-        on_frame: Called with the number of finished frames and the number of
-            all frames.
+        on_frame: Function that is called with the number of finished frames and
+            the number of all frames.
     """
     time = log.rows["time"] - log.rows["time"][0]
     page.start_recording(0.0)
@@ -123,7 +124,7 @@ def frame_ticks(
 
 
 def motion_status_at(events: Sequence[Event], time: float) -> MotionStatus:
-    """Finds in the run's events the cause that held the robot at a time.
+    """Returns the motion status at a time, from the events of the run.
 
     Args:
         events: The run's events, in the order of their times.

@@ -1,4 +1,4 @@
-"""`RobotView`: draws the robot in its measured configuration."""
+"""`RobotView`: draws the robot at its measured configuration."""
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -34,9 +34,9 @@ class RobotView(LeafSystem):
         input_ports:
         - configuration
 
-    A simulated and a real robot look the same, since the view needs only the
-    configuration. Links are drawn below `/remosplat/robot`, as meshes or,
-    without meshes, as collision geometry. Their shapes are sent once, at the
+    The view is the same for simulated and real robots, since it needs only the
+    configuration. It draws links below `/remosplat/robot`, as meshes or, if a
+    link has none, as collision geometry. The shapes are sent once, at the
     start.
 
     Args:
@@ -121,7 +121,7 @@ def _draw_links(
 def _plant_positions(
     robot: RobotModel, plant: MultibodyPlant
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns matrix and vector that map q to the plant's positions.
+    """Returns the affine map (matrix and vector) from q to plant positions.
 
     Positions of locked joints are constants in the vector.
     """

@@ -43,13 +43,13 @@ class RunView(LeafSystem):
         - report
 
     `configuration` takes the measured q, and `report` the controller's
-    `TickReport`: the view queries no oracle, so it does not delay the
-    controller. A ghost of the hand is drawn at the target while the hand is not
-    there. Red lines connect sphere surfaces with their closest scene points;
-    the lines of active constraints are strong, the others pale. The end
-    effector's trace is yellow, the base's blue; both are cleared when time runs
-    backwards. If there are several end effectors, each has its own colour,
-    which the legend states.
+    `TickReport`. The view does not query an oracle, so it does not delay the
+    controller. While the hand is away from the target, a translucent hand
+    (ghost) is drawn at the target. Red lines connect sphere surfaces with their
+    closest scene points; lines of active constraints are thick, all other lines
+    are pale. The end effector's trace is yellow, and the base's trace is blue;
+    the view clears both traces when time runs backwards. If there are several
+    end effectors, each has its own colour, which the legend states.
 
     Args:
         page: The page to draw on.
@@ -144,7 +144,7 @@ class RunView(LeafSystem):
 
 
 def draw_targets(diagram: Diagram, aim: Aim) -> None:
-    """Draws targets before anything moves.
+    """Draws the targets before a run begins.
 
     Args:
         diagram: A diagram with a `RunView`.
@@ -154,5 +154,5 @@ def draw_targets(diagram: Diagram, aim: Aim) -> None:
 
 
 def _named(path: str, effector: str) -> str:
-    """Returns the path in the scene tree of an end effector's item."""
+    """Returns the scene-tree path of an object that belongs to an effector."""
     return f"{path}_{effector}" if effector else path

@@ -23,7 +23,7 @@ from remosplat_drake.visualization.page_state import (
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
 _AGES_SHOWN = 0.5
-"""Time span over which the largest ages are shown [s]."""
+"""Time span of which the panel shows the largest ages [s]."""
 
 
 class SafetyPanel(LeafSystem):
@@ -43,16 +43,16 @@ class SafetyPanel(LeafSystem):
     `report` takes the controller's `TickReport`, `status` the `StationStatus`,
     `supervision` the `SupervisorState`, `motion_status` the `MotionStatus`;
     `operator` outputs the `OperatorRequests` so far. The page's bar shows the
-    robot's state, and the reason of a stop by the supervisor. A line of text
-    shows the arm's mode, and the largest ages of measurements and commands in
-    the last half second.
+    robot's state, and the reason if the supervisor stops the robot. A line of
+    text shows the arm's mode, and the largest ages of measurements and commands
+    in the last half second.
 
     Args:
         page: The page that gets bar and buttons.
         n_u: Length of the command.
-        releases: Whether the page can also release stops. It cannot for a real
-            robot, since Meshcat cannot identify its visitors, and any web page
-            may press its buttons.
+        releases: Whether the page can also release stops. It must be False for
+            a real robot, since Meshcat cannot identify its visitors, and other
+            web pages can press its buttons.
     """
 
     def __init__(self, *, page: MeshcatPage, n_u: int, releases: bool = True):
@@ -95,8 +95,8 @@ class SafetyPanel(LeafSystem):
     ) -> None:
         """Connects the panel with a supervisor, in both directions.
 
-        The panel is added to the diagram earlier, so that its stop button is
-        above all other buttons of the page.
+        Add the panel to the diagram before all other controls, so that its stop
+        button is above all other buttons of the page.
 
         Args:
             builder: Builder of the diagram that contains both.
@@ -142,13 +142,14 @@ class SafetyPanel(LeafSystem):
     def _show_ages(self, time: float, status: StationStatus, context: Context):
         report = self._report_input.Eval(context)
         ages = [status.age, time - report.time]
-        # An age of NaN is shown as infinite, so that it is noticed.
+        # The panel shows an age of NaN as infinite, so that a person notices
+        # it.
         self._ages = np.maximum(self._ages, ages)
         if 0 <= time - self._ages_shown < _AGES_SHOWN:
             return
         self._ages_shown = time
         measured, commanded = map(_milliseconds, self._ages)
-        text = f"measured {measured} ago, commanded {commanded} ago"
+        text = f"age of measurement: {measured}, of command: {commanded}"
         self._page.set_status(f"{status.robot_mode}, {text}", "robot")
         self._ages = np.zeros(2)
 

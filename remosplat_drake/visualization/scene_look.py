@@ -7,8 +7,8 @@ ROOT = "/remosplat"
 """Path in the scene tree below which all objects of this package are."""
 
 LIVE = f"{ROOT}/live"
-"""Path in the scene tree of objects that a recording cannot contain, so that a
-replay hides them."""
+"""Path in the scene tree of objects that a recording cannot contain. A replay
+hides them."""
 
 _FLOOR_RADIUS = 30.0
 _FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.

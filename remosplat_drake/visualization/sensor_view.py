@@ -32,9 +32,9 @@ class SensorView:
     """Draws a sphere, the frusta of its six views, and the surfaces they see.
 
     The frusta of the six views fill a cube, whose edges are drawn. A line joins
-    the sensor to the closest point of each view, which is marked by a dot; the
-    line to the closest point of all is red. The points that the views see have
-    the colours of the picture, and a button hides them.
+    the sensor to the closest point of each view, and a dot marks this point.
+    The line to the closest of these points is red. The points that the views
+    see have the colours of `draw_depth_views`; a button hides them.
 
     Args:
         page: The page to draw on.
@@ -68,8 +68,8 @@ def frustum_edges(
         depth: Depth z at which the frusta end [m].
 
     Returns:
-        Both ends of 8 edges through the sensor and 12 around it, in W, shape
-        (20, 3) each [m].
+        Both ends, in W, of 8 edges through the sensor and 12 edges of a cube
+        around it, shape (20, 3) each [m].
     """
     corner = p_WS + depth * _CORNERS @ R_WD.T
     a, b = np.triu_indices(len(_CORNERS), 1)

@@ -1,4 +1,4 @@
-"""Draws shapes that Meshcat lacks: thick lines as tubes, and triads."""
+"""Draws shapes that Meshcat does not have: tubes along lines, and triads."""
 
 import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, Rgba
@@ -87,7 +87,7 @@ def _tube_faces(n: int, sides: int) -> np.ndarray:
 def draw_triad(
     meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
 ):
-    """Draws a frame's axes x, y, z in red, green, blue, never hidden.
+    """Draws a frame's axes x, y, z in red, green, blue, in front of all else.
 
     Args:
         meshcat: The Meshcat server.

@@ -19,7 +19,7 @@ _STEPS = 16
 
 
 class SphereView:
-    """Draws translucent spheres, red where the scene is near.
+    """Draws the robot's spheres translucently, red where the scene is near.
 
     The spheres are hidden until a viewer clicks their button. Hidden spheres
     move with the robot, too, since another viewer may show them.
@@ -73,7 +73,7 @@ class SphereView:
 
 
 def clearance_colors(distance: np.ndarray) -> np.ndarray:
-    """Returns colours of clearances: red at contact, amber, blue when far.
+    """Returns colours of clearances: red at contact, then amber, blue when far.
 
     Args:
         distance: Clearances, shape (n,) [m].

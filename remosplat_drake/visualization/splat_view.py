@@ -16,8 +16,8 @@ N_SIGMA = 1.6
 """Radius of the discs in standard deviations."""
 
 MIN_OPACITY = 0.1
-"""Least opacity of the Gaussians that are drawn. It is the distance oracle's
-default, so that the page shows the Gaussians that the robot avoids."""
+"""Least opacity of the Gaussians that are drawn. It equals the default of the
+distance oracle, so that the page shows the Gaussians that the robot avoids."""
 
 _POINT_RADIUS = 0.006  # [m]
 
@@ -59,7 +59,7 @@ class SplatView:
 
 
 def shown_of(shown: int, count: int) -> str:
-    """Returns a text if a page does not show all splats; else "".
+    """Returns a text if a page does not show all Gaussians; else "".
 
     Args:
         shown: Number of splats that the page shows.
@@ -85,5 +85,5 @@ def draw_surfels(
 
 
 def opaque(splat: GaussianSplat, count: int) -> GaussianSplat:
-    """Returns the largest of the sufficiently opaque splats."""
+    """Returns the largest of the sufficiently opaque Gaussians."""
     return largest(splat, count, MIN_OPACITY)

@@ -1,8 +1,8 @@
 """`SvgPlot`: a small plot over time as an inline SVG.
 
 The SVG becomes part of a label on the page, so it contains neither apostrophes
-nor backslashes. It is short, a few kilobytes, since it is sent several times
-per second.
+nor backslashes. It has only a few kilobytes, since it is sent several times per
+second.
 """
 
 import dataclasses as dc
@@ -44,11 +44,12 @@ class SvgPlot:
         lower: Lower end of the axis of values.
         upper: Upper end of the axis of values; values beyond the ends are
             drawn at the ends.
-        marks: Horizontal lines, such as thresholds.
+        marks: Horizontal lines in the plot, such as thresholds.
         color: Colour of the curve, as a CSS colour.
         span: Length of the time axis [s].
         elapsed: Whether the time axis runs from 0 to `span`, with a cursor line
-            that a script may move. Otherwise, it shows the last `span` seconds.
+            that a script may move. Otherwise, the time axis shows the last
+            `span` seconds.
         width: Width of the whole plot [px].
         height: Height of the whole plot [px].
         digits: Number of decimals of the displayed latest value.
@@ -179,7 +180,7 @@ class SvgPlot:
 
 
 def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
-    """Chooses ticks of an axis: multiples of 1, 2 or 5 times 10^n.
+    """Returns the ticks of an axis, at multiples of 1, 2 or 5 times 10^n.
 
     Args:
         lower: Lower end of the axis.

@@ -24,8 +24,8 @@ class TargetView:
 
     A ring marks an axis about which the tool may turn, a ball a free
     orientation, and a rod an axis along which the tool may move. A pale ball
-    marks a target that the end effector passes without a stop, and an orange
-    line the straight line on which it must reach the target.
+    marks a target that the end effector passes without a stop. An orange line
+    is the straight path on which the end effector must reach its target.
 
     Args:
         page: The page to draw on.

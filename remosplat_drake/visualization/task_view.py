@@ -10,7 +10,7 @@ from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
 
 class TaskView(LeafSystem):
-    """Lists the steps of a task, with the present one marked, and its objects.
+    """Lists the steps and the objects of a task, and marks the present step.
 
     .. pydrake_system::
 

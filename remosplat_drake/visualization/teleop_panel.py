@@ -61,22 +61,22 @@ class TeleopPanel(LeafSystem):
         - map_requests
 
     `command` outputs the `OperatorCommand`, and `map_requests` the
-    `MapRequests` so far; the page is read when these ports are evaluated.
-    `state` takes the `TargetState`: the sliders follow the target while another
-    source moves it, and a line on the page shows the text of the state. If
-    there are several end effectors, a button selects the next one. Hidden
-    buttons take and place each object, and end a job; the page's list of
-    objects clicks them (`web/task.js`).
+    `MapRequests` so far. The system reads the page when these ports are
+    evaluated. `state` takes the `TargetState`: the sliders follow the target
+    while another source moves it, and a line on the page shows the text of the
+    state. If there are several end effectors, a button selects the next one.
+    The page has hidden buttons that take or place an object or end a job; its
+    list of objects clicks them (`web/task.js`).
 
     Args:
         page: The page that gets the controls.
         config: The workspace, the saved poses and the gamepad.
-        X_WH: Pose of the end effector at the start, shape (4, 4), at which the
-            sliders of the angles are zero.
+        X_WH: Pose of the end effector at the start, shape (4, 4). The angles of
+            the sliders are relative to it.
         mapping: Whether there is a live map, which needs buttons.
-        scenes: The scenes of a simulated camera, the first one at the start;
-            each press of a button switches to the next one. The button exists
-            only if there are at least two scenes.
+        scenes: The scenes that a simulated camera can show; it shows the first
+            scene at the start. If there are at least two scenes, a button
+            switches to the next scene.
         effectors: Names of the robot's end effectors.
         has_hand: Whether there is a hand that opens and closes.
         objects: Names of the objects that may be taken, in the order of the
@@ -222,12 +222,12 @@ class TeleopPanel(LeafSystem):
             next_hand = self._led + clicks - self._choices
             self._effector = self._led = next_hand % len(self._effectors)
             self._choices = clicks
-            # The sliders still have the pose of the previous hand.
+            # The sliders still have the pose of the previously selected hand.
             self._sliders.show(self._X_WTs[self._effector])
             self._X_WT = None
 
     def _picked(self, names: dict[str, str], before: str) -> str:
-        """Returns what the button clicked last stands for."""
+        """Returns the value of the button that was clicked last."""
         for name, value in names.items():
             clicks = self._clicks(name)
             if clicks > self._picks[name]:

@@ -7,14 +7,15 @@ import dataclasses as dc
 class Toggle:
     """A button that shows another set of objects after each click.
 
-    Each viewer's page has its own state, which also works after the program has
-    ended.
+    Each viewer's page has its own state. The button also works after the
+    program has ended.
 
     Attributes:
         label: Text on the button.
         key: Key that clicks the button.
-        states: Name of each state, and the paths in the scene tree that are
-            visible in it; the paths of all other states are hidden then.
+        states: For each state, its name and the paths in the scene tree that
+            are visible in it. Paths that belong only to other states are
+            hidden.
         initial: Index of the initial state.
     """
 

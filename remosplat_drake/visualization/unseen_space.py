@@ -27,7 +27,7 @@ _CORNERS = np.array(
     ]
 )
 
-# Vectors from a corner of the grid to the centres of the voxels around it
+# Vectors from a corner of a voxel to the centres of the eight voxels around it
 # [voxels].
 _AROUND = np.array(list(product((-1.5, -0.5, 0.5, 1.5), repeat=3)))
 _SQUARES = 80.0  # Sum of the squares of either of their coordinates.
@@ -72,7 +72,7 @@ def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
         coverage: The voxel grid of the seen space.
 
     Yields:
-        The path of the layer; None for one without a boundary.
+        The path of the drawn layer, or None if the layer has no boundary.
     """
     for layer in range(coverage.state.shape[2]):
         vertices, faces = frontier_mesh(coverage, layer)
@@ -80,7 +80,7 @@ def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:
         if path is not None:
             vertices = smoothed(vertices, coverage, layer)
             vertices, faces = merged(vertices, faces)
-            # Faces are drawn from their front side only.
+            # Faces are visible only from their front side.
             meshcat.SetTriangleMesh(
                 path,
                 vertices.T,
@@ -98,10 +98,10 @@ def frontier_mesh(
     """Makes a mesh of the faces between free and unseen voxels of a layer.
 
     The normals of the faces point into the free space, and faces are visible
-    only from that side. So the faces between a viewer outside and the scene do
-    not hide the scene. The sides of the grid get faces, too, but not its floor.
-    Unseen space behind a surface gets no faces, since it could not have been
-    seen.
+    only from that side. Faces between an outside viewer and the scene therefore
+    do not hide the scene. The sides of the grid have faces, too; its floor has
+    none. Unseen space behind a surface has no faces, since no camera could have
+    seen it.
 
     Args:
         coverage: The voxel grid of the seen space.
@@ -152,11 +152,12 @@ def merged(
 def smoothed(
     vertices: np.ndarray, coverage: Coverage, layer: int
 ) -> np.ndarray:
-    """Smooths a mesh of the boundary of unseen space: its steps become slopes.
+    """Smooths the boundary of unseen space, so that its steps become slopes.
 
     Each vertex moves onto the plane that best separates the free voxels around
-    it from the other voxels. The motion, at most a voxel along each axis,
-    depends only on these voxels, so that adjacent layers remain connected.
+    it from all other voxels around it. The motion is at most a voxel along each
+    axis. It depends only on these voxels, so that adjacent layers remain
+    connected.
 
     Args:
         vertices: Vertices of a `frontier_mesh`, shape (n, 3) [m].
@@ -187,8 +188,9 @@ def smoothed(
 def _free_around(state: np.ndarray, layer: int) -> np.ndarray:
     """Returns which voxels near a layer are free, (nx + 4, ny + 4, 5).
 
-    These are the voxels up to two voxels away. Below the grid, its lowest layer
-    is repeated; beyond its other ends, no voxel is free.
+    The array contains all voxels up to two voxels away from the layer. Below
+    the grid, the grid's lowest layer is repeated. Beyond all other sides of the
+    grid, no voxel is free.
     """
     layers = np.arange(layer - 2, layer + 3)
     last = state.shape[2] - 1

@@ -107,4 +107,4 @@ def test_a_repair_that_does_not_suffice_is_refused(
     folder = written(tmp_path / "c", scene_capture, X_WC=X_WC)
     flags = ["-o", str(tmp_path / "a.ply"), *QUICK, "--repair"]
     assert main(["reconstruct", folder, *flags]) == 2
-    assert "--repair knows no remedy" in refusal(capsys)
+    assert "--repair cannot correct it" in refusal(capsys)

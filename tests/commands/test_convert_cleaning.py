@@ -57,7 +57,9 @@ def test_a_guide_cleans_places_and_says_how_to_do_it_again(
     flags = ["--clean", "--guide", "--length", "4.0"]
     assert convert(source, tmp_path / "b.ply", *flags) == 0
     said = capfd.readouterr().out
-    again = shlex.split(re.search(r"The same without the guide: (.*)", said)[1])
+    again = shlex.split(
+        re.search(r"Flags with the same effect as --guide: (.*)", said)[1]
+    )
     assert again[:3] == ["--align", "floor", "--up"]
     first = read_splat(tmp_path / "b.ply")
     assert len(first) == kept

@@ -117,7 +117,7 @@ def test_without_a_clear_floor_people_are_asked(dots, capfd):
     error = capfd.readouterr().err
     assert "convert: --align: no clear floor: planes with" in error
     assert (
-        "--up X Y Z gives an approximate upward direction, --align-points"
+        "give an approximate upward direction by --up X Y Z, or three points"
         in error
     )
     assert error.count("\n") == 1

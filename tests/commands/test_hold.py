@@ -43,7 +43,7 @@ def test_only_a_terminal_makes_a_run_wait_unasked(monkeypatch):
 
 
 @pytest.mark.parametrize("flag", ["headless", "hardware"])
-def test_no_run_waits_where_no_page_starts_it(flag):
+    with pytest.raises(RemoSplatError, match="--wait-for-viewer: a r"):
     with pytest.raises(RemoSplatError, match=f"not with --{flag}"):
         is_waited_for(Arguments(wanted=True, **{flag: True}))
 
@@ -51,7 +51,10 @@ def test_no_run_waits_where_no_page_starts_it(flag):
 def test_a_refused_wait_is_one_line(capsys):
     assert main(["run", "TableReach", "--headless", "--wait-for-viewer"]) == 2
     said = capsys.readouterr().err
-    assert said == "remosplat: --wait-for-viewer: not with --headless\n"
+    assert said == (
+        "remosplat: --wait-for-viewer: a run with --headless has no page; "
+        "leave one of the two out\n"
+    )
 
 
 def test_start_begins_the_run_and_gives_the_page_back(monkeypatch):

@@ -41,5 +41,7 @@ def test_others_reach_a_page_only_if_they_shall(host, shall):
 
 def test_no_other_computer_reaches_the_page_of_a_real_robot():
     arguments = Namespace(port=None, host="0.0.0.0", hardware=True)
-    with pytest.raises(RemoSplatError, match="--host: not with --hardware"):
+    with pytest.raises(
+        RemoSplatError, match="--host: with --hardware, only this"
+    ):
         open_page(arguments)

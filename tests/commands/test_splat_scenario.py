@@ -46,7 +46,9 @@ def test_a_free_start_and_a_target_are_found_and_told(table):
     x, y, z = target.translation
     assert f"with a target at ({x:.2f}, {y:.2f}, {z:.2f}) m" in said
     assert f"`remosplat run {table} --save-scenario table.yaml`" in said
-    assert "it is unknown which space the cameras of this splat saw" in said
+    assert (
+        "the space that the cameras of this splat have seen is unknown" in said
+    )
     assert said.count("\n") == 2
 
 
@@ -118,7 +120,10 @@ def test_a_scene_without_a_place_is_refused_in_one_line(tmp_path, capsys):
 def test_only_what_was_made_up_is_saved(tmp_path, capsys):
     flags = ["--save-scenario", str(tmp_path / "a.yaml")]
     assert main(["run", "TableReach", *flags]) == USER_ERROR
-    assert "--save-scenario: only for a splat" in capsys.readouterr().err
+    assert (
+        "--save-scenario: has an effect only for a splat"
+        in capsys.readouterr().err
+    )
     assert not list(tmp_path.iterdir())
 
 

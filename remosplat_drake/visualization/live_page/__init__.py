@@ -1,1 +1,1 @@
-"""Serves the page during a run: its files, and its newest content."""
+"""Serves the page during a run: its files and its newest content."""

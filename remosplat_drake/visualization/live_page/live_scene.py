@@ -1,4 +1,4 @@
-"""`LiveScene`: the moving parts of a scene, for viewers and recordings."""
+"""`LiveScene`: moves objects in the scene, for browsers and recordings."""
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -7,8 +7,8 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of values that are sent: the pose of a path in the scene tree, and a
-property of a path."""
+"""Kinds of values that are sent to browsers: the pose of a path in the scene
+tree, and a property of a path."""
 
 Property = bool | float | list[float]
 """Type of a property's value."""
@@ -17,13 +17,13 @@ Property = bool | float | list[float]
 class LiveScene:
     """Moves and changes objects in Meshcat.
 
-    Meshcat would send each motion to each browser, so that a browser that draws
-    slowly would lag further and further behind. So Meshcat gets only the
-    shapes, and the recording gets all motion. Browsers get only the newest
-    poses, from `Newest`.
+    Meshcat would send each motion to each browser. A browser that draws slowly
+    would then lag further and further behind. Meshcat therefore gets only the
+    shapes, and browsers get only the newest poses, from `Newest`. The recording
+    gets all motion.
 
     Args:
-        meshcat: Drake's server, which has the shapes.
+        meshcat: Drake's Meshcat server, which sends the shapes.
         newest: Store of the newest values, from which browsers get them.
     """
 
@@ -80,7 +80,8 @@ class LiveScene:
             path: The path.
             name: Name of the property, such as "visible".
             value: The value.
-            time: Time of the change in a recording [s]; None is not recorded.
+            time: Time of the change in a recording [s]. If it is None, the
+                change is not recorded.
         """
         self._newest.put((PROPERTY, path, name), value)
         if self._is_recording and time is not None:
@@ -109,7 +110,7 @@ class LiveScene:
             self._newest.drop((kind, path))
 
     def settle(self) -> None:
-        """Sends all present poses to Meshcat, for saved pages."""
+        """Sends all present poses to Meshcat, since saved pages need them."""
         for (_, path), pose in self._newest.of_kind(POSE).items():
             matrix = np.frombuffer(pose).reshape(4, 4).T
             self._meshcat.SetTransform(path, matrix)

@@ -9,12 +9,12 @@ Key = tuple[str, ...]
 
 
 class Newest:
-    """A store of values from which viewers get only the newest.
+    """A store of values from which viewers get only the newest values.
 
     Each change has a number. A viewer that has drawn all changes up to a number
     requests the changes after that number. A value that was replaced in the
-    meantime is never sent. So a slow viewer skips values and does not lag
-    behind, and no data are stored per viewer. The store is thread-safe.
+    meantime is never sent, so a slow viewer skips values and does not lag
+    behind. The store keeps no data per viewer. It is thread-safe.
     """
 
     def __init__(self):
@@ -54,7 +54,7 @@ class Newest:
                     del self._entries[key]
 
     def get(self, key: Key) -> Any:
-        """Returns a value; None if there is none.
+        """Returns the value of an item; None if the store does not have it.
 
         Args:
             key: Key of the item.
@@ -76,7 +76,7 @@ class Newest:
     def after(
         self, version: int, patience: float = 0.0
     ) -> tuple[int, list[tuple[Key, Any]]]:
-        """Returns the changes after a version; waits if there is none.
+        """Returns the changes after a version; waits for one if there is none.
 
         Args:
             version: Number of the last change that the viewer has drawn; 0 for

@@ -1,4 +1,4 @@
-"""Makes the page's files: Meshcat's viewer with a bar, a panel and a player."""
+"""Makes the page's files: Meshcat's viewer with bar, panel and player."""
 
 import json
 from functools import cache
@@ -11,8 +11,8 @@ _BEGIN, _END = (
     "<!-- CONNECTION BLOCK BEGIN -->",
     "<!-- CONNECTION BLOCK END -->",
 )
-"""Markers in Meshcat's page that enclose the code that connects it to the
-server; a saved page lacks this code."""
+"""Markers in Meshcat's page that enclose the code for the connection to the
+server. A saved page does not have this code."""
 
 
 def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
@@ -20,7 +20,7 @@ def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
 
     Args:
         socket: TCP port of Meshcat's websocket.
-        session: Name of the running server, which sends the changes.
+        session: Name of the running `PageServer`, which sends the changes.
     """
     script = "text/javascript"
     viewer = _meshcat("html").decode()
@@ -43,8 +43,8 @@ def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
 def with_panel(page: str, *scripts: str) -> str:
     """Adds bar, panel and player to a page of Meshcat.
 
-    They are the first elements, so that they are readable while the viewer
-    loads.
+    They are the first elements of the page, so that a person can read them
+    while Meshcat's viewer loads.
 
     Args:
         page: The page.

@@ -24,10 +24,11 @@ NEWEST = "/newest"
 """Path of the websocket that sends changes to a page."""
 
 KEEP_ALIVE = 0.25
-"""Longest time for which an answer waits for a change [s]."""
+"""Longest time for which the server waits for a change before it answers
+[s]."""
 
 _MESHES = "/cas-v1/"
-"""Path below which Meshcat's server has the files of shapes."""
+"""Path below which Meshcat's server serves the files of shapes."""
 
 _SETTLE = 0.01
 """Delay of an answer after the first change [s], so that it contains all
@@ -39,8 +40,8 @@ class PageServer:
 
     A page sends, by a websocket, the number of the last change that it has
     drawn. The answer, in JSON, contains the newest values of all items that
-    have changed since, and the number of the latest change. So at most one
-    answer at a time is sent to a page, and it contains the newest values.
+    have changed since then, and the number of the latest change. At most one
+    answer at a time is on its way to a page.
 
     Args:
         host: Network interface to listen on; "*" means all.
@@ -82,7 +83,7 @@ class PageServer:
 
         Args:
             files: Type and content of each file, keyed by path.
-            meshcat: Address of Meshcat's server, which has the meshes.
+            meshcat: Address of Meshcat's server, which serves the meshes.
         """
         self._files.update(files)
         self._meshcat = meshcat
@@ -105,7 +106,7 @@ class PageServer:
         """Returns a file's content type and content; None if there is no file.
 
         Args:
-            path: Its path.
+            path: The file's path.
         """
         if path.startswith(_MESHES) and self._meshcat:
             # Meshcat's files are forwarded, since a browser loads them only

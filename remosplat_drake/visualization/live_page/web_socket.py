@@ -11,15 +11,16 @@ _GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 _TEXT, _CLOSE = 0x1, 0x8
 _LAST, _MASKED = 0x80, 0x80
 _SHORT = 125
-"""Longest message whose length fits into the second byte [bytes]."""
+"""Largest length of a message that the frame's second byte can state
+[bytes]."""
 
 
 def is_wanted(headers: Message) -> bool:
     """Returns whether a page of this server requests a websocket.
 
-    Requests of pages from other servers are rejected, since such a page could
-    read the messages: a browser lets every page open a websocket, but states
-    the origin of the page.
+    Requests from pages of other servers are rejected. A browser lets every page
+    open a websocket, and states the page's origin in the request. Without this
+    check, any page could read the messages.
 
     Args:
         headers: The headers of the request.

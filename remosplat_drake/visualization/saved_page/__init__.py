@@ -1,1 +1,1 @@
-"""Writes the page as one compressed file, with player and measurements."""
+"""Writes the page as one compressed file, with a player and measurements."""

@@ -1,4 +1,4 @@
-"""`Account`: the summary of a run for its page: outcome, events, numbers."""
+"""`Account`: the summary of a run for its page: outcome, events and numbers."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -17,7 +17,7 @@ _LEAD = 0.5
 """A replay skips the middle of a long standstill, and shows this time at its
 beginning and at its end [s]."""
 _POINTS = 380
-"""Largest number of points of a curve, about one per pixel."""
+"""Largest number of points of a curve, about one point per pixel."""
 
 
 @dc.dataclass(frozen=True)
@@ -130,7 +130,7 @@ def thinned(
         most: Largest number of points.
 
     Returns:
-        Times and values of at most `most` points.
+        Times and values of the remaining points.
     """
     if len(time) <= most:
         return time, value

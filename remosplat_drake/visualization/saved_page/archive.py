@@ -22,18 +22,19 @@ _COMMAND = re.compile(
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
 """Sizes of the elements of arrays [bytes]: 1 for bytes, 2 for shorts, 4 for
-floats, and 9 for msgpack's doubles, each of which follows a type byte."""
+floats, and 9 for doubles in msgpack (a type byte and 8 bytes)."""
 
 
 def pack(page: str, title: str) -> str:
     """Compresses a page of Meshcat into one that unpacks itself.
 
     Data that Meshcat encodes as text are stored as bytes. Arrays of numbers are
-    stored as all first bytes, then all second bytes, and so on, since this
-    compresses better. The unpacked page executes Meshcat's commands in order.
+    stored as the first bytes of all elements, then their second bytes, and so
+    on, since this order compresses better. The unpacked page executes Meshcat's
+    commands in order.
 
     Args:
-        page: The page from `Meshcat.StaticHtml`, possibly with additions.
+        page: The page from `Meshcat.StaticHtml`; it may contain additions.
         title: Title of the page while it is unpacked.
     """
     parts = [b""]
@@ -86,7 +87,7 @@ def compressed(parts: Sequence[bytes]) -> bytes:
 
 
 def _by_place(data: bytes, stride: int) -> bytes:
-    """Reorders bytes: first byte 0 of each group of `stride` bytes, and so on.
+    """Reorders bytes: byte 0 of each group of `stride` bytes, then byte 1, etc.
 
     An incomplete last group stays at the end.
     """

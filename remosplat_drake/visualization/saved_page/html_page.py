@@ -11,12 +11,12 @@ from remosplat_drake.visualization.live_page.page_files import (
 
 
 def saved_page(page: str, topics: Mapping[str, Any]) -> str:
-    """Adds to a static page the content that was shown beside the scene.
+    """Adds the content of bar, panel and player to a static page.
 
     Args:
         page: The page from `Meshcat.StaticHtml`.
-        topics: Content of the panel, with the keys in `web/panel.js`; None for
-            missing content.
+        topics: Content of the page, keyed as in `web/panel.js`. A value is None
+            if the page has no such content.
     """
     told = {name: value for name, value in topics.items() if value is not None}
     # In the JSON, "<" is escaped, so that it cannot end the surrounding script.

@@ -1,15 +1,15 @@
 // Measures the age of a page's content. The page requests the newest state, and
 // requests it again when it has drawn the answer.
 const age = (() => {
-  const OLD = 0.5; // The page displays a greater age than this [s].
+  const OLD = 0.5; // The page displays ages greater than this [s].
   const LOOK = 0.1; // Time between two checks of the age [s].
-  const LOST = 20; // After so many checks without an answer it counts as lost.
+  const LOST = 20; // Checks without an answer until the connection counts as lost.
   let asked = performance.now();
   let heard = asked;
   let behind = 0; // Age of the latest answer's content on arrival [s].
   let drawnIn = 0; // Time that the last picture took to draw [s].
-  // Number of checks since an unanswered request. Time is not used, since the
-  // browser checks nothing while it draws, and drawing is no silence.
+  // Number of checks since an unanswered request. Time is not used, since a
+  // browser that is busy drawing does not check.
   let silence = 0;
   let waits = true;
 
@@ -18,8 +18,9 @@ const age = (() => {
     waits = true;
   };
 
-  // Takes an answer, and computes an upper bound of its age. `waited` is the time
-  // for which the server waited for a change, and `age` that of the content [s].
+  // Receives an answer, and computes an upper bound of its age. `waited` is the
+  // time for which the server waited for a change, and `age` the content's age
+  // when the answer was sent [s].
   const take = ({ waited, age: old }) => {
     heard = performance.now();
     silence = 0;

@@ -267,7 +267,7 @@ def test_a_robot_that_nothing_is_known_of_is_not_moved(
     url = "udpm://239.255.76.67:7667?ttl=0"
     said = complaint(capsys, "identify", "TableReach", "--lcm-url", url)
     assert "remosplat doctor" in said
-    assert "select the robot" in complaint(capsys, "identify", "TableReach")
+    assert "no robot is selected" in complaint(capsys, "identify", "TableReach")
     scene = models_dir() / "scenes" / "table" / "splat.ply"
     (tmp_path / "splat.ply").write_bytes(scene.read_bytes())
     scenario = tmp_path / "table.yaml"

@@ -113,7 +113,7 @@ def test_a_silent_wire_fails(tmp_path: Path, capsys):
     line = ["driver-check", str(file), "--duration", "0.5"]
     assert main([*line, "--lcm-url", free_url()]) == 1
     said = capsys.readouterr().out
-    assert "nothing is sent" in said
+    assert "the check sends nothing" in said
     assert "arm: statuses: none came" in said
     assert "at 50 Hz an arm that stops sending is detected 19 ms later" in said
 
