@@ -84,8 +84,8 @@ def find_reach(
     if goals.cramped is None:
         return Reach(
             OUT_OF_REACH,
-            "no posture of the robot reaches the target; move the base or the "
-            "target",
+            "no posture that reaches the target was found; move the base or "
+            "the target",
         )
     return _blocked(planner, field, stopping, goals, goals.cramped)
 

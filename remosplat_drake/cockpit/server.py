@@ -206,7 +206,7 @@ class Page:
         with self._lock:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
-                # The last viewer has left, so no person watches the robot.
+                # No operator watches the robot any more.
                 self._inputs.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))

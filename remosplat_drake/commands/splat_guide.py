@@ -172,8 +172,8 @@ def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
     """Describes a floor that was found, and how it moves the splat."""
     height = X_FG.translation()[2]
     return (
-        f"Floor: {100 * floor.share:.0f} % of the splat's surface, and "
-        f"{100 * floor.beneath:.1f} % beneath it. {turn_in_words(X_FG)}, and "
+        f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
+        f" {100 * floor.beneath:.1f} % beneath it. {turn_in_words(X_FG)}, and "
         f"moved by {height:.3f} m in height; z is up, and the floor z = 0."
     )
 

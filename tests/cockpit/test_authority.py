@@ -30,7 +30,7 @@ def test_a_code_works_once():
     authority = Authority()
     code = authority.code
     authority.admit(ANNA, code)
-    assert "another client operates" in authority.admit(BERT, code)
+    assert "another browser operates" in authority.admit(BERT, code)
     assert authority.leave(ANNA)
     assert authority.code not in ("", code)
     assert "not the code" in authority.admit(BERT, code)

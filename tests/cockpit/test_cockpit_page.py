@@ -59,7 +59,7 @@ def test_an_operator_operates_and_leaves(rig):
         assert operator.errors == []
         with open_cockpit(rig.url) as second:
             second.type_code("AAAA-AAAA")
-            second.wait_for_text("another client operates")
+            second.wait_for_text("another browser operates")
         holds, issued = rig.requests.command.holds, len(rig.codes)
     # It has closed its page: the target holds, and another code is issued.
     rig.until(lambda: len(rig.codes) == issued + 1)

@@ -164,9 +164,9 @@ def test_the_operator_asks_what_was_asked_last():
         command=OperatorCommand(holds=2), operator=OperatorRequests(stops=3)
     )
     assert asked("command").holds == 2 and asked("operator").stops == 3
-    process.trouble = "the cockpit's process has died"
+    process.trouble = "the cockpit's process has ended"
     assert asked("operator") == OperatorRequests(
-        3, 0, "the cockpit's process has died"
+        3, 0, "the cockpit's process has ended"
     )
 
 

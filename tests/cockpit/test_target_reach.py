@@ -101,7 +101,7 @@ def test_a_posture_that_folds_the_arm_into_itself_is_named(planner):
     aim = dc.replace(Aim.of(X_WT), q=folded)
     reach = find_reach(planner, scene(), STOPPING, robot.q_home, aim)
     assert reach.verdict == BLOCKED
-    assert reach.text == "the robot itself is in the way"
+    assert reach.text == "the robot would be too near to itself"
     plan = planner.plan(robot.q_home, aim, scene(), STOPPING)
     assert plan.path is None
     assert "links of the robot are too near to each other" in plan.reason
