@@ -50,11 +50,14 @@ def upper_arm() -> np.ndarray:
     return np.concatenate([bar, post])
 
 
-def truth_in(states: np.ndarray, upper_arm: np.ndarray) -> MeshTruth:
+def ball() -> np.ndarray:
     p = np.random.default_rng(5).standard_normal((2000, 3))
-    ball = 0.03 * p / np.linalg.norm(p, axis=1, keepdims=True)
-    wrist = convex_piece(ball, 0.0).surface
-    surfaces = {"upper_arm": upper_arm, "wrist": wrist}
+    p *= 0.03 / np.linalg.norm(p, axis=1, keepdims=True)
+    return convex_piece(p, 0.0).surface
+
+
+def truth_in(states: np.ndarray, upper_arm: np.ndarray) -> MeshTruth:
+    surfaces = {"upper_arm": upper_arm, "wrist": ball()}
     return MeshTruth(load_robot(THREE_LINK), surfaces, states)
 
 
@@ -146,6 +149,54 @@ def test_only_what_is_wrong_is_cut(upper_arm, truth):
     assert not fitted.errors
     assert len(fitted.pieces["upper_arm"]) >= 2
     assert len(fitted.pieces["forearm"]) == 1
+
+
+def shell_around_wrist(is_open: str) -> np.ndarray:
+    """A box around the bent arm's wrist, 20 mm from it along x, 4 mm thick.
+
+    It stands on the mount. The forearm, which is 10 mm thick, meets the box in
+    the middle of its side at the greater x.
+    """
+    x, z = 0.5 + 0.4 * np.cos(2.4), 1.0 - 0.4 * np.sin(2.4)
+    inner, outer = np.array([0.05, 0.06, 0.08]), np.array([0.054, 0.064, 0.084])
+    walls = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            if f"{'-+'[sign > 0]}{'xyz'[axis]}" == is_open:
+                continue
+            lower, upper = -outer, outer.copy()
+            side = sorted((sign * inner[axis], sign * outer[axis]))
+            lower[axis], upper[axis] = side
+            at = np.array([x, 0.0, z])
+            walls.append(box(tuple(at + lower), tuple(at + upper)))
+    return np.concatenate(walls)
+
+
+@pytest.mark.parametrize("is_open", ["", "-x", "-z", "+x"])
+def test_a_hollow_counts_only_if_the_arm_can_reach_into_it(is_open):
+    """Unless the side is open at which the forearm enters, it cuts a wall."""
+    shell = shell_around_wrist(is_open)
+    forearm = box((0.0, -0.005, -0.005), (0.4, 0.005, 0.005))
+    surfaces = {"mount": shell, "forearm": forearm, "wrist": ball()}
+    # The robot's other postures keep the forearm out of the walls.
+    states = np.vstack([BENT, np.zeros((3, 3))])
+    truth = MeshTruth(load_robot(THREE_LINK), surfaces, states)
+    hull = ConvexShape(enclosing_piece(shell).vertices)
+    links = ("mount", "wrist")
+    shapes = CollisionShapes(links, (hull, BALL))
+    found = truth.errors(shapes, {links: None}, ACCURACY)
+    primitives = CollisionShapes(("wrist",), (BALL,))
+    meshes = {"mount": [Enclosed.make(shell)]}
+    fitted = fit_pieces(meshes, primitives, truth)
+    if is_open != "+x":
+        assert not found
+        assert len(fitted.pieces["mount"]) == 1
+        return
+    error = found[links].worst[0]
+    assert error.distance == pytest.approx(0.02, abs=1e-3)
+    assert error.error > 0.02 + 0.05
+    # Four cuts would free the wrist, but none of them does so alone.
+    assert [error.links for error in fitted.errors] == [links]
 
 
 def test_what_cannot_be_mended_is_named(truth):

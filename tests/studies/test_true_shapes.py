@@ -36,6 +36,8 @@ def test_cubes_are_as_far_apart_as_their_sides(tmp_path, x, distance):
     X_WB[0, 3] = x
     measured = meshes.distance(("a", "b"), np.eye(4), X_WB)
     assert measured == pytest.approx(distance, abs=1e-6)
+    is_across = abs(x - 0.2) < 0.06
+    assert meshes.intersect(("a", "b"), np.eye(4), X_WB) == is_across
 
 
 WELDED = """<link name="rod"><collision><origin xyz="0 0 0.5"/><geometry>

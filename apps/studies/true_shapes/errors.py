@@ -1,6 +1,8 @@
 """Errors of a robot's link distances by shapes against those by meshes."""
 
 import dataclasses as dc
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -14,8 +16,12 @@ from remosplat_drake.robot.self_collision.kernels.all_distances import (
 from remosplat_drake.robot.self_collision.link_pairs import (
     ALWAYS,
     find_link_pairs,
+    pairs_between,
 )
-from remosplat_drake.robot.self_collision.shape_pairs import ShapePairs
+from remosplat_drake.robot.self_collision.shape_pairs import (
+    LinkPair,
+    ShapePairs,
+)
 from remosplat_drake.robot.self_collision.shapes import read_collision_shapes
 
 STOWED = {
@@ -67,6 +73,10 @@ class Errors:
 def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
     """Compares a robot's shapes with its meshes.
 
+    A pair of links is left out in postures in which links on the way between
+    the two intersect, unless these links intersect at home, too: no robot can
+    bring the pair there.
+
     Args:
         robot: The robot.
         meshes: The meshes that its shapes were made from.
@@ -84,11 +94,19 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
     arrays = pairs.arrays(np.zeros(len(pairs)))
     named = _named_states(robot, meshes)
     errors, named_errors, worst = [], [], (0.0, "none")
+    between = {
+        pair: pairs_between(robot, pair, meshes.triangles) for pair in links
+    }
+    by_design = _intersecting(robot, meshes, robot.q_home)
+    nested = {
+        pair for own in between.values() for pair in own if by_design(pair)
+    }
     # Not the postures that importing uses.
     drawn = random_states(robot, postures, np.random.default_rng(1))
     for i, q in enumerate([*named, *drawn]):
         X_WL = robot.body_poses(q)
         distances = pair_distances(arrays, X_WL, np.inf)
+        intersecting = _intersecting(robot, meshes, q)
         for pair, distance in zip(
             links, np.minimum.reduceat(distances, pairs.start[:-1]), strict=True
         ):
@@ -97,6 +115,8 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
             X_WA, X_WB = (X_WL[robot.tree.index(link)] for link in pair)
             true = meshes.distance(pair, X_WA, X_WB)
             if not 0.0 < true < NEAR:
+                continue
+            if any(map(intersecting, set(between[pair]) - nested)):
                 continue
             error = true - distance
             errors.append(error)
@@ -112,6 +132,20 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
         np.array(named_errors),
         worst[1],
     )
+
+
+def _intersecting(
+    robot: RobotModel, meshes: MakerMeshes, q: np.ndarray
+) -> Callable[[LinkPair], bool]:
+    """Returns a function that tells if two links intersect in a posture."""
+    X_WL = robot.body_poses(q)
+
+    @cache
+    def intersecting(links: LinkPair) -> bool:
+        X_WA, X_WB = (X_WL[robot.tree.index(link)] for link in links)
+        return meshes.intersect(links, X_WA, X_WB)
+
+    return intersecting
 
 
 def _named_states(robot: RobotModel, meshes: MakerMeshes) -> list[np.ndarray]:

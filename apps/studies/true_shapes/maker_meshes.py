@@ -88,15 +88,10 @@ class MakerMeshes:
             The distance; zero if they intersect, or if one contains the other.
         """
         fcl = self._fcl
-        a, b = (
-            fcl.CollisionObject(
-                self._models[link], fcl.Transform(X[:3, :3], X[:3, 3])
-            )
-            for link, X in zip(links, (X_WA, X_WB), strict=True)
-        )
         request = fcl.DistanceRequest(enable_nearest_points=True)
         result = fcl.DistanceResult()
-        distance = fcl.distance(a, b, request, result)
+        placed = self._placed(links, X_WA, X_WB)
+        distance = fcl.distance(*placed, request, result)
         if not 0.0 < distance < NEAR:
             return max(distance, 0.0)
         p_WA, p_WB = result.nearest_points
@@ -105,6 +100,31 @@ class MakerMeshes:
         inside = is_inside(p_A, self.triangles[links[0]])
         inside |= is_inside(p_B, self.triangles[links[1]])
         return 0.0 if inside else distance
+
+    def intersect(
+        self, links: tuple[str, str], X_WA: np.ndarray, X_WB: np.ndarray
+    ) -> bool:
+        """Returns whether the surfaces of two links intersect.
+
+        Args:
+            links: Names of the links.
+            X_WA: Pose of the first, shape (4, 4).
+            X_WB: Pose of the second, shape (4, 4).
+        """
+        placed = self._placed(links, X_WA, X_WB)
+        return bool(self._fcl.collide(*placed))
+
+    def _placed(
+        self, links: tuple[str, str], X_WA: np.ndarray, X_WB: np.ndarray
+    ) -> list[object]:
+        """Returns the meshes of two links as FCL's objects."""
+        fcl = self._fcl
+        return [
+            fcl.CollisionObject(
+                self._models[link], fcl.Transform(X[:3, :3], X[:3, 3])
+            )
+            for link, X in zip(links, (X_WA, X_WB), strict=True)
+        ]
 
 
 def _import_fcl() -> ModuleType:

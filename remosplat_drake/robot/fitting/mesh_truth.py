@@ -8,6 +8,10 @@ may miss all postures with large errors. So an evolution strategy searches for
 larger errors: starting from postures with large errors, it changes the joints
 between the two links at random, keeps the postures with the largest errors, and
 repeats this with smaller changes.
+
+A robot cannot take all of these postures: to bring a hand into a closed shell,
+for example, the forearm has to pass through the wall. So an error does not
+count if links on the way between the two links touch each other.
 """
 
 import dataclasses as dc
@@ -18,6 +22,7 @@ import numpy as np
 from remosplat_drake.robot.fitting.surface_points import (
     TOUCHING,
     SurfacePoints,
+    are_touching,
     surface_distances,
 )
 from remosplat_drake.robot.kinematics import body_poses_at
@@ -26,6 +31,7 @@ from remosplat_drake.robot.sampling import position_ranges
 from remosplat_drake.robot.self_collision.kernels.nearest_shapes import (
     nearest_shapes,
 )
+from remosplat_drake.robot.self_collision.link_pairs import pairs_between
 from remosplat_drake.robot.self_collision.shape_pairs import (
     LinkPair,
     ShapePairs,
@@ -40,6 +46,10 @@ _WORST = 8
 
 _BATCH = 32
 """Number of postures whose meshes are measured together."""
+
+_NESTED, _SAMPLES = 0.5, 64
+"""Share of the first postures, and their number, in which two links touch that
+touch by design, like the links of a wrist."""
 
 _RISING = 5e-4
 """Least error of a posture from which the search starts [m]."""
@@ -95,6 +105,8 @@ class _Looks:
     Attributes:
         links: Names of the links.
         posture: Index of the posture, shape (n,).
+        poses: Poses of all bodies in some postures, shape (m, b, 4, 4).
+        row: Index of each posture among these poses, shape (n,).
         ends: Indices of the two shapes, shape (n, 2).
         distance: Their distance, shape (n,) [m].
         points: Their nearest points in the frames of their links, shape (n, 2,
@@ -102,12 +114,15 @@ class _Looks:
         radius: The radii of the two shapes, shape (n, 2) [m].
         X_AB: Pose of the second link in the first, shape (n, 4, 4).
         true: Distances of the links' meshes, shape (n,) [m]; NaN where they
-            have not been measured.
+            have not been measured, zero where links on the way between the two
+            touch.
         bound: Upper bounds on these distances, shape (n,) [m].
     """
 
     links: LinkPair
     posture: np.ndarray
+    poses: np.ndarray
+    row: np.ndarray
     ends: np.ndarray
     distance: np.ndarray
     points: np.ndarray
@@ -121,7 +136,8 @@ class _Looks:
         """Errors of the distances, shape (n,) [m].
 
         An error is minus infinity if the surfaces are far from each other or
-        intersect, or if their distance has not been measured.
+        intersect, if the robot cannot take the posture, or if the distance has
+        not been measured.
         """
         counts = (self.true > TOUCHING) & (self.true < NEAR)
         return np.where(counts, self.true - self.distance, -np.inf)
@@ -157,6 +173,7 @@ class MeshTruth:
             for link, surface in surfaces.items()
         }
         self._known: dict[LinkPair, np.ndarray] = {}
+        self._nested: dict[LinkPair, bool] = {}
 
     def errors(
         self,
@@ -298,6 +315,8 @@ class MeshTruth:
         return _Looks(
             links,
             posture,
+            poses,
+            posture,
             ends,
             distance,
             points,
@@ -366,11 +385,41 @@ class MeshTruth:
                 within,
                 distance < 0.0,
             )
+            counts = np.flatnonzero((found > enough) & (found < np.inf))
+            poses = looks.poses[looks.row[rows[counts]]]
+            found[counts[self._is_blocked(looks.links, poses)]] = 0.0
             is_exact = (found > enough) | (found <= TOUCHING)
             looks.true[rows] = np.where(is_exact, found, np.nan)
             looks.bound[rows] = found
             most[rows] = np.where(is_exact, -np.inf, found - distance)
         return np.flatnonzero(np.maximum(looks.error, most) > least)
+
+    def _is_blocked(self, links: LinkPair, poses: np.ndarray) -> np.ndarray:
+        """Returns in which postures links between two links touch, (n,) bool.
+
+        Links that touch by design are ignored.
+        """
+        blocked = np.zeros(len(poses), bool)
+        for pair in pairs_between(self.robot, links, self._surfaces):
+            left = np.flatnonzero(~blocked)
+            touching = self._are_touching(pair, poses[left])
+            if touching.any() and not self._is_nested(pair):
+                blocked[left] = touching
+        return blocked
+
+    def _is_nested(self, links: LinkPair) -> bool:
+        """Returns whether two links touch by design."""
+        if links not in self._nested:
+            touching = self._are_touching(links, self._poses[:_SAMPLES])
+            self._nested[links] = bool(touching.mean() > _NESTED)
+        return self._nested[links]
+
+    def _are_touching(self, links: LinkPair, poses: np.ndarray) -> np.ndarray:
+        """Returns in which postures two links touch, shape (n,) bool."""
+        body_a, body_b = (self.robot.tree.index(link) for link in links)
+        X_AB = _inverse(poses[:, body_a]) @ poses[:, body_b]
+        a, b = (self._surfaces[link] for link in links)
+        return are_touching(a, b, X_AB)
 
 
 def _largest(error: np.ndarray, least: float, count: int) -> np.ndarray:

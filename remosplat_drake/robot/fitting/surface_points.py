@@ -88,3 +88,23 @@ def surface_distances(
         if is_inside(p_AQ, a.surface) or is_inside(p_BP, b.surface):
             distance[i] = 0.0
     return distance
+
+
+def are_touching(
+    a: SurfacePoints, b: SurfacePoints, X_AB: np.ndarray
+) -> np.ndarray:
+    """Returns in which of m poses two surfaces are nearer than `TOUCHING`.
+
+    Args:
+        a: The first surface, in frame A.
+        b: The second surface, in frame B.
+        X_AB: Poses, shape (m, 4, 4).
+
+    Returns:
+        Shape (m,) bool.
+    """
+    within = np.full(len(X_AB), TOUCHING)
+    distance, _, _ = points_distances(
+        a.balls, b.balls, X_AB, within - 1e-9, within
+    )
+    return distance < TOUCHING

@@ -161,6 +161,32 @@ def joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
     return sum(tree.position[body] >= 0 for body in a ^ b)
 
 
+def pairs_between(
+    robot: RobotModel, links: LinkPair, among: Iterable[str]
+) -> list[LinkPair]:
+    """Finds the pairs of links that may collide on the way between two links.
+
+    The pose of one link in the other depends only on the joints between them.
+    So if two links on the way touch, the robot cannot bring the two given links
+    into this relative pose.
+
+    Args:
+        robot: The robot.
+        links: Names of two links.
+        among: Names of links; all others are ignored.
+
+    Returns:
+        The pairs, without the given one.
+    """
+    tree = robot.tree
+    a, b = (tree.chain(tree.index(link)) for link in links)
+    shared = [x for x, y in zip(a, b, strict=False) if x == y]
+    way = {*shared[-1:], *(set(a) ^ set(b))}
+    names = {tree.names[body] for body in way} & set(among)
+    pairs, _ = possible_pairs(robot, names)
+    return [pair for pair in pairs if set(pair) != set(links)]
+
+
 def _allowed(robot: RobotModel) -> set[frozenset[str]]:
     """The pairs that the description and its SRDF file allow to collide."""
     description = robot.description
