@@ -76,15 +76,17 @@ class Packages:
         """
         for scheme in SCHEMES:
             if uri.startswith(scheme):
-                name, _, rest = uri.removeprefix(scheme).partition("/")
+                # Some files have three slashes.
+                named = uri.removeprefix(scheme).lstrip("/")
+                name, _, rest = named.partition("/")
                 return self.folder(name, element, (rest,)) / rest
-        named = Path(uri.removeprefix("file://"))
-        place = self.file.parent / named
+        path = Path(uri.removeprefix("file://"))
+        place = self.file.parent / path
         if not place.exists():
             # The path may be of another machine; its last parts often exist
             # here.
-            for i in range(1, len(named.parts)):
-                near = self.file.parent.joinpath(*named.parts[i:])
+            for i in range(1, len(path.parts)):
+                near = self.file.parent.joinpath(*path.parts[i:])
                 if near.is_file():
                     self.guessed[uri] = near
                     return near

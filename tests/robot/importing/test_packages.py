@@ -39,9 +39,10 @@ def test_a_package_without_package_xml_is_known_by_its_folder(robot):
     assert found(robot, "package://some_folder/meshes/a.stl") == mesh
 
 
-def test_a_package_beside_the_robots_is_found(robot):
+@pytest.mark.parametrize("slashes", ["//", "///"])
+def test_a_package_beside_the_robots_is_found(robot, slashes):
     mesh = write(robot.parents[2] / "hand_description/a.stl")
-    assert found(robot, "package://hand_description/a.stl") == mesh
+    assert found(robot, f"package:{slashes}hand_description/a.stl") == mesh
 
 
 @pytest.mark.parametrize(
