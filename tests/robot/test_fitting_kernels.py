@@ -9,10 +9,10 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from remosplat_drake.robot.fitting.convex_pieces import below
+from remosplat_drake.robot.fitting.kernels.best_plane import best_plane
 from remosplat_drake.robot.fitting.kernels.distance_transform import (
     squared_distances,
 )
-from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
 from remosplat_drake.robot.fitting.kernels.points_distance import (
     points_distances,
 )
@@ -169,24 +169,28 @@ def test_spheres_enclose_the_points_that_they_cover_with_least_bulge(seed):
 
 
 @given(SEEDS)
-def test_points_are_freed_by_what_they_gain_from_the_halves(seed):
+def test_the_best_plane_frees_points_most_from_the_halves(seed):
     rng = np.random.default_rng(seed)
     surface = rng.uniform(-1, 1, (12, 3, 3))
     vertices, triangles = welded(surface)
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    normal = rng.standard_normal(3)
-    normal /= np.linalg.norm(normal)
-    plane = np.append(normal, rng.uniform(-0.3, 0.3))
-    p = rng.uniform(-1.2, 1.2, (3, 3))
-    found = freed_points(vertices, ends, plane[None], p)[0]
-    halves = (
-        below(surface, normal, plane[3]),
-        below(surface, -normal, -plane[3]),
-    )
-    for point, free in zip(p, found, strict=True):
-        whole = distance(point, surface)
-        least = min(distance(point, half) for half in halves)
-        np.testing.assert_allclose(free, least - whole, atol=1e-5)
+    normal = rng.standard_normal((6, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    planes = np.column_stack([normal, rng.uniform(-0.5, 0.5, 6)])
+    p, off = rng.uniform(-1.2, 1.2, (3, 3)), rng.uniform(0.02, 0.5, 3)
+    whole = [distance(point, surface) for point in p]
+    gain = []
+    for n, offset in zip(normal, planes[:, 3], strict=True):
+        halves = below(surface, n, offset), below(surface, -n, -offset)
+        free = [
+            min(distance(point, half) for half in halves if len(half))
+            for point in p
+        ]
+        free = np.subtract(free, whole)
+        gain.append((free > 0.01).any() * (np.minimum(free, off) @ off))
+    best = best_plane(vertices, ends, planes, p, off, 0.01)
+    found = gain[best] if best >= 0 else 0.0
+    np.testing.assert_allclose(found, max(gain), atol=1e-5)
 
 
 def distance(p: np.ndarray, surface: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from remosplat_drake.robot.fitting.convex_pieces import below
-from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
+from remosplat_drake.robot.fitting.kernels.best_plane import best_plane
 from remosplat_drake.robot.fitting.simplified import grid_cells, welded
 
 _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
@@ -47,7 +47,8 @@ def cut_in_two(
     Args:
         part: Triangles, shape (t, 3, 3) [m].
         p: Points on its hull that are not on the surface, shape (n, 3) [m].
-        off: Their distances from the surface, shape (n,) [m].
+        off: Their distances from the surface, shape (n,) [m]; larger than
+            half a millimetre.
 
     Returns:
         The triangles of both halves; None if no plane increases the distance of
@@ -62,13 +63,12 @@ def cut_in_two(
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges = np.unique(np.sort(ends, axis=1), axis=0)
     planes = _planes(vertices[triangles], p[:_THROUGH])
-    free = freed_points(vertices, edges, planes, p)
-    gain = (np.minimum(free, off) * off).sum(axis=1)
-    gain[free.max(axis=1) <= _LEAST] = 0.0
-    best = int(gain.argmax())
+    best = best_plane(vertices, edges, planes, p, off, _LEAST)
+    if best < 0:
+        return None
     normal, offset = planes[best, :3], planes[best, 3]
     halves = below(part, normal, offset), below(part, -normal, -offset)
-    return halves if gain[best] and all(map(len, halves)) else None
+    return halves if all(map(len, halves)) else None
 
 
 def _planes(surface: np.ndarray, p: np.ndarray) -> np.ndarray:

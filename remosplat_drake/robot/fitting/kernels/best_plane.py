@@ -1,4 +1,4 @@
-"""Computes the distance of points from the hulls of a surface cut in two."""
+"""Compares planes that cut a surface in two by the hulls of the halves."""
 
 import math
 
@@ -17,8 +17,13 @@ _EXACT = 1e-6
 
 
 @kernel
-def freed_points(vertices, edges, planes, p):
-    """Computes the gain in distance of points from a hull that is cut in two.
+def best_plane(vertices, edges, planes, p, off, least):
+    """Finds the plane that frees points most from a hull, by cutting it in two.
+
+    The gain of a point is its distance from the nearer of the two halves' hulls
+    minus its distance from the whole hull, and at most its distance from the
+    surface. A plane is compared by the sum of these gains, each times the
+    point's distance from the surface.
 
     Args:
         vertices: Vertices of a surface, shape (v, 3) [m].
@@ -26,31 +31,47 @@ def freed_points(vertices, edges, planes, p):
         planes: Unit normals and offsets of planes, normal . x = offset, shape
             (k, 4) [m].
         p: Points, shape (n, 3) [m].
+        off: Their distances from the surface, shape (n,) [m]; larger than
+            `least`.
+        least: Planes that increase no point's distance by more than this are
+            ignored [m].
 
     Returns:
-        The distance from the nearer of the two halves' hulls minus the distance
-        from the whole hull, shape (k, n) [m]; zero if all of the surface is on
-        one side of the plane.
+        The index of the plane, the first of equal ones; -1 if there is none.
     """
-    free = np.zeros((len(planes), len(p)))
     height = np.empty(len(vertices))
     sides = np.empty((2, len(vertices) + len(edges), 3))
     work = np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3)
-    before = np.empty(len(p))
+    before, every = np.empty(len(p)), 0.0
     for i in range(len(p)):
         before[i] = _distance(vertices, p[i], np.inf, work)
+        every += off[i] * off[i]
+    best, index = 0.0, -1
     for k in range(len(planes)):
+        if best >= every:
+            break
         count = _divide(vertices, edges, planes[k], height, sides)
         if count[0] == 0 or count[1] == 0:
             continue
+        total, most, left = 0.0, 0.0, every
         for i in range(len(p)):
-            least = np.inf
+            # A plane that cannot be the best one is not compared any further.
+            if total + left <= best:
+                break
+            enough = nearest = before[i] + off[i]
             for side in range(2):
-                if least > before[i]:
+                if nearest > before[i]:
                     half = sides[side, : count[side]]
-                    least = min(least, _distance(half, p[i], least, work))
-            free[k, i] = max(least - before[i], 0.0)
-    return free
+                    found = _distance(half, p[i], nearest, work)
+                    nearest = min(nearest, found)
+            free = off[i]
+            if nearest < enough:
+                free = max(nearest - before[i], 0.0)
+            most, total = max(most, free), total + free * off[i]
+            left -= off[i] * off[i]
+        if most > least and total > best:
+            best, index = total, k
+    return index
 
 
 @helper
