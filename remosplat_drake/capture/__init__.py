@@ -1,1 +1,1 @@
-"""Posed RGB-D images: data type, readers, checks and rendering."""
+"""Posed RGB-D images: their data type, readers, checks and rendering."""

@@ -7,11 +7,14 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 
 _ROTATION_TOLERANCE = 1e-3
-"""Largest rounding error of a rotation matrix; files store only few digits."""
+"""Largest rounding error of a rotation matrix, since files contain only few
+digits.
+"""
 
 _LARGEST = 1e9
-"""Largest valid entry of K [pixels] or of a pose [m]; its square does not
-overflow."""
+"""Largest valid entry of K [pixels] or of a pose [m]. The square of this number
+does not overflow.
+"""
 
 _MOTIONS = ("velocity_W", "acceleration_W")
 """Fields of `Capture` that describe the motion of its cameras."""
@@ -25,7 +28,9 @@ MIN_DEPTH_FRACTION = 0.01
 
 @dc.dataclass(frozen=True, eq=False)
 class Capture:
-    """n posed RGB-D images of one size from pinhole cameras C in frame W.
+    """Posed RGB-D images of one size from pinhole cameras C in a frame W.
+
+    There are n images, also called views or frames.
 
     Attributes:
         K: Intrinsic matrices, shape (n, 3, 3) [pixels]; pixel (row i, column
@@ -36,10 +41,11 @@ class Capture:
         depth: Depth z in C, shape (n, h, w), float32 [m]; 0 where unknown.
         hidden: Pixels that do not show the scene (such as the robot), shape (n,
             h, w), bool; their depth is 0. None: every pixel shows the scene.
-        names: Names of the n views, as their files have them; empty: unknown.
-        notes: The reader's remarks about doubtful or omitted data, one sentence
+        names: Names of the n views in their files; empty if unknown.
+        notes: Notes of the reader on doubtful or omitted data, one sentence
             each.
-        up_W: Unit vector against gravity, if the file says so; None: unknown.
+        up_W: Unit vector opposite to gravity; None if the files do not define
+            it.
         velocity_W: Angular velocity of each camera [rad/s], then the velocity
             of its centre [m/s], in W, while its image was taken, shape (n, 6);
             None: unknown.
@@ -133,7 +139,7 @@ class Capture:
         )
 
     def expressed_in(self, X_FW: np.ndarray) -> "Capture":
-        """Returns the capture in a frame F, given the pose of W in F (4, 4)."""
+        """Expresses the capture in a frame F, by the pose of W in F, (4, 4)."""
         R_FW = X_FW[:3, :3]
         up_F = self.up_W and tuple((R_FW @ self.up_W).tolist())
         motions = {
@@ -176,7 +182,7 @@ def back_project(
 
 
 def check_reconstructible(capture: Capture, least_views: int = MIN_VIEWS):
-    """Checks that a splat can be made from a capture, before any work starts.
+    """Checks that a capture has enough views and depth for a reconstruction.
 
     Args:
         capture: The capture.
@@ -193,8 +199,8 @@ def check_reconstructible(capture: Capture, least_views: int = MIN_VIEWS):
     known = (capture.depth > 0).mean()
     if known < MIN_DEPTH_FRACTION:
         raise RemoSplatError(
-            f"only {100 * known:.1f} % of the capture's pixels have a depth;"
-            " a reconstruction needs depth"
+            f"only {100 * known:.1f} % of the capture's pixels have a depth, "
+            "too few for a reconstruction"
         )
 
 
@@ -202,7 +208,7 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
     """Checks that a view has a pinhole camera and a rigid pose.
 
     Args:
-        name: Name of the view, for the error.
+        name: Name of the view, which the error contains.
         K: Intrinsic matrix, shape (3, 3) [pixels].
         X_WC: Camera pose, shape (4, 4).
 
@@ -218,12 +224,13 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
         raise RemoSplatError(f"{name}: focal lengths must be positive")
     if np.abs(X_WC[3] - [0, 0, 0, 1]).max() > _ROTATION_TOLERANCE:
         raise RemoSplatError(
-            f"{name}: the last row of its pose must be 0 0 0 1 (transposed?)"
+            f"{name}: the last row of its pose must be 0 0 0 1; is the pose "
+            "transposed?"
         )
     R_WC = X_WC[:3, :3]
     scale = np.cbrt(np.linalg.det(R_WC))
     if scale < 0:
-        raise RemoSplatError(f"{name}: its pose is a reflection")
+        raise RemoSplatError(f"{name}: its pose is a reflection, no rotation")
     if abs(scale - 1) > _ROTATION_TOLERANCE:
         raise RemoSplatError(
             f"{name}: its pose is scaled by {scale:.4g};"

@@ -1,8 +1,8 @@
 """`read_capture`: posed RGB-D images from files of all supported formats.
 
-A format consists of a description, and of functions that recognise a path, read
-poses and images, and report omissions. To add a format, write a module with
-these, and add a line to `FORMATS`.
+A `Format` consists of a description and of functions. They recognise the files,
+read poses and images, and report unusable frames. To add a format, write a
+module with these functions, and add an entry to `FORMATS`.
 """
 
 import dataclasses as dc
@@ -38,7 +38,7 @@ from remosplat_drake.capture.recording import Recording
 
 Report = Callable[[str, int, int], None]
 """Type of a callback for progress: it receives the name of the stage, the
-number of frames read, and the total."""
+number of frames that were read, and the total number."""
 
 
 @dc.dataclass(frozen=True)
@@ -47,14 +47,14 @@ class Format:
 
     Attributes:
         expected_files: Description of the files of the format.
-        recognises: Function that returns whether a path is of this format, by
-            its content.
+        recognises: Function that returns whether a file or folder has this
+            format, judged by its content.
         open_recording: Function that reads the poses of a capture's files, but
             not yet its images.
         notes: Function that reports which frames of the files cannot be used,
             and why.
-        up_W: Unit vector against gravity in the world of all captures of this
-            format; None if the format does not document it.
+        up_W: Unit vector opposite to gravity in the world frame of all captures
+            of this format; None if the format does not define it.
     """
 
     expected_files: str
@@ -92,13 +92,13 @@ class ReadingConfig:
     """Settings for reading a capture.
 
     Attributes:
-        stride: Only every n-th frame is considered, n being this number.
+        stride: Step between the frames that are considered; 1 means all frames.
         keyframes: Largest number of frames that are read in full. If there are
-            more, `choose_keyframes` selects. 0 means all.
-        max_depth: Largest depth that is trusted; deeper pixels become unknown
-            [m].
-        max_size: Largest width or height; larger images are shrunk to it
-            [pixels].
+            more, `choose_keyframes` selects some of them. 0 means all frames.
+        max_depth: Largest depth that is used [m]; the depth of more distant
+            pixels becomes unknown.
+        max_size: Largest width and height of images [pixels]; larger images are
+            shrunk to this size.
 
     Raises:
         FieldError: A number is out of its range.
@@ -128,27 +128,29 @@ def read_capture(
     max_depth: float | None = None,
     max_size: int | None = None,
 ) -> Capture:
-    """Reads a capture: undistorted images of one size, in metres.
+    """Reads a capture, and converts it to undistorted images of one size.
 
-    If colour and depth differ in size, the larger image is reduced: colours are
-    averaged over areas, depths are taken from the nearest pixel.
+    Lengths are in metres. If colour and depth images differ in size, the larger
+    image is shrunk: colours are averaged over areas, and depths are taken from
+    the nearest pixel.
 
     Args:
         path: A file or folder.
         format: A name of `FORMATS`; None detects it by the content.
-        stride: Only every n-th frame is read.
-        max_depth: Largest depth that is trusted; deeper pixels become unknown
-            [m].
-        max_size: Largest width or height; larger images are shrunk to it
-            [pixels].
+        stride: Step between the frames that are read; 1 means all frames.
+        max_depth: Largest depth that is used [m]; the depth of more distant
+            pixels becomes unknown.
+        max_size: Largest width and height of images [pixels]; larger images are
+            shrunk to this size.
 
     Raises:
-        FileError: Something is missing, damaged, too large, of an unknown
-            format, or inconsistent.
+        FileError: A file is missing, damaged, too large or inconsistent with
+            others, or the format is unknown.
         FieldError: A field of a file, or an argument, is invalid.
         RemoSplatError: A pose is not a rigid transform; the error names the
             frame.
-        MissingExtraError: A reader's package is not installed.
+        MissingExtraError: A package that the format's reader needs is not
+            installed.
     """
     config = ReadingConfig(stride, 0, max_depth, max_size)
     return read_keyframes(path, format, config)[0]
@@ -162,22 +164,23 @@ def read_keyframes(
     report: Report = lambda what, done, total: None,
     stages: KeptStages = NOTHING_KEPT,
 ) -> tuple[Capture, Keyframes | None]:
-    """Reads a selection of frames that shows the same surfaces as all frames.
+    """Reads the frames of a capture that together show all of its surfaces.
 
-    The poses of all frames are read first. The depth images, which are small,
-    are read once for the selection of frames; only selected frames are read in
-    full, in one pass.
+    The poses of all frames are read first. Then the depth images are read,
+    which are small, and frames are selected. Only the selected frames are read
+    in full.
 
     Args:
         path: A file or folder.
         format: A name of `FORMATS`; None detects it by the content.
         config: Number of frames, and limits of depth and image size.
         report: Called with the progress, see `Report`.
-        stages: Storage that keeps the selection for later runs.
+        stages: Storage of intermediate results, in which the selection is kept
+            for later runs.
 
     Returns:
-        The capture as `read_capture` describes it, and the selection of its
-        frames; None if all were read.
+        The capture, as `read_capture` returns it, and the selection of frames,
+        which is None if all frames were read.
 
     Raises:
         RemoSplatError: As in `read_capture`.
@@ -221,10 +224,10 @@ def read_keyframes(
 
 
 def _format_of(path: Path, name: str | None) -> Format:
-    """Returns the named format, or the one that the content shows.
+    """Returns the named format, or detects the format by the content.
 
     Raises:
-        RemoSplatError: There is no such file, or no such format.
+        RemoSplatError: The file does not exist, or has no known format.
     """
     name = detect_format(path) if name is None else name
     if name not in FORMATS:
@@ -237,7 +240,7 @@ def _format_of(path: Path, name: str | None) -> Format:
 
 
 def _if_known(motion: np.ndarray) -> np.ndarray | None:
-    """Returns the numbers of all frames, or None if one is unknown."""
+    """Returns the values of all frames, or None if one is unknown."""
     return motion if np.isfinite(motion).all() else None
 
 
@@ -300,4 +303,4 @@ def detect_format(path: Path) -> str:
         if candidate.recognises(path):
             return name
     expected = "; ".join(f"{n}: {f.expected_files}" for n, f in FORMATS.items())
-    raise FileError(path, f"no known capture; expected {expected}")
+    raise FileError(path, f"no capture of a known format; expected {expected}")

@@ -1,4 +1,4 @@
-"""`Frame`: one posed RGB-D image of a file, and the assembly of captures.
+"""`Frame`: one posed RGB-D image, and `assemble`, which makes captures.
 
 Phones measure depth on a coarser grid than colour. All images of a capture have
 one size, so colour and depth both get the size of the smaller one. Colours are
@@ -18,8 +18,9 @@ from remosplat_drake.capture.images import shrink_colors
 from remosplat_drake.capture.undistortion import Distortion, undistort
 
 _ASPECT_TOLERANCE = 0.02
-"""Largest relative difference between the aspect ratios of two images of the
-same view."""
+"""Largest relative difference between the aspect ratios of the colour image and
+the depth image of a frame.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Frame:
     """One RGB-D image of a camera C in a world frame W, as read from a file.
 
     Attributes:
-        name: Name of the frame, for errors.
+        name: Name of the frame, which errors contain.
         K: Intrinsic matrix of the colour image, shape (3, 3) [pixels]; the
             first pixel has its centre at (0.5, 0.5).
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
@@ -60,16 +61,16 @@ def scale_intrinsics(
         new_size: Height and width of the resized image [pixels].
     """
     rows, columns = new_size[0] / size[0], new_size[1] / size[1]
-    # `check_camera` rejects values that overflow here.
+    # `check_camera` rejects values that overflow in these products.
     with np.errstate(over="ignore", invalid="ignore"):
         return np.diag([columns, rows, 1.0]) @ K
 
 
 def sample_nearest(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Resizes an image by picking the pixel under each new pixel's centre.
+    """Resizes an image, without interpolation, to the nearest pixels.
 
     Args:
-        image: Pixels of any kind, shape (h, w, ...).
+        image: Pixels of any type, shape (h, w, ...).
         size: Height and width of the result [pixels].
     """
     rows, columns = (
@@ -86,15 +87,15 @@ def assemble(
     max_depth: float | None = None,
     max_size: int | None = None,
 ) -> Capture:
-    """Assembles a capture from frames: undistorts them and makes them one size.
+    """Makes a capture of frames, which are undistorted and get one size.
 
     Args:
-        path: File or folder of the capture, for errors.
+        path: File or folder of the capture, which errors contain.
         frames: The frames, at least one.
-        max_depth: Largest depth that is trusted; deeper pixels become unknown
-            [m].
-        max_size: Largest width or height; larger images are shrunk to it
-            [pixels].
+        max_depth: Largest depth that is used [m]; the depth of more distant
+            pixels becomes unknown.
+        max_size: Largest width and height of images [pixels]; larger images are
+            shrunk to this size.
 
     Raises:
         RemoSplatError: There is no frame, a frame has no usable camera, its
@@ -113,7 +114,7 @@ def assemble(
                 f" {_text(last.depth.shape)}",
             )
     if not fitted:
-        raise FileError(path, "holds no frame with colour, depth and a pose")
+        raise FileError(path, "has no frame with colour, depth and a pose")
     hidden = None
     if any(frame.hidden is not None for frame in fitted):
         shown = np.zeros(fitted[0].depth.shape, bool)
@@ -160,7 +161,7 @@ def _fit(
 def _common_size(
     path: Path, frame: Frame, max_size: int | None
 ) -> tuple[int, int]:
-    """Height and width that both images of a frame can have."""
+    """Height and width of the smaller one of a frame's two images."""
     color, depth = frame.rgb.shape[:2], frame.depth.shape
     if abs(color[1] * depth[0] / (color[0] * depth[1]) - 1) > _ASPECT_TOLERANCE:
         raise FileError(

@@ -1,7 +1,7 @@
 """Reads the colour, depth and mask images of captures.
 
-Files are untrusted, so an image's size is checked before its pixels are
-unpacked, and all errors of decoders become a `FileError`.
+Files may be damaged or malicious. So an image's size is checked before its
+pixels are unpacked, and all errors of decoders become a `FileError`.
 """
 
 import struct
@@ -20,11 +20,11 @@ MAX_PIXELS = 50_000_000
 """Largest number of pixels of an image that is read."""
 
 Source = Path | zipfile.Path
-"""A file in a folder or in a zip archive."""
+"""Type of a file's path, in a folder or in a zip archive."""
 
 
 def read_colors(source: Source) -> np.ndarray:
-    """Reads the sRGB colours of an image file; alpha is dropped.
+    """Reads the sRGB colours of an image file; ignores alpha.
 
     Returns:
         Shape (h, w, 3), uint8.
@@ -38,11 +38,11 @@ def read_colors(source: Source) -> np.ndarray:
 
 
 def read_depth(source: Source, unit: float) -> np.ndarray:
-    """Reads depth from a 16-bit or float image, an OpenEXR or a .npy file.
+    """Reads depth from a 16-bit or float image, or an OpenEXR or .npy file.
 
     Args:
         source: The file.
-        unit: Length of one step of the file's numbers [m].
+        unit: Length that the number 1 in the file stands for [m].
 
     Returns:
         Shape (h, w), float32 [m]; 0 where the file has no finite number.
@@ -58,8 +58,8 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
     else:
         modes = ("I;16", "I;16B", "I", "F")
         steps = np.asarray(_read_image(source, "16-bit or float depth", modes))
-    # Whole numbers are multiplied in double precision, so that 2429 mm become
-    # the float32 next to 2.429.
+    # Integers are multiplied in double precision, so that 2429 mm become the
+    # float32 that is nearest to 2.429.
     with np.errstate(over="ignore", invalid="ignore"):
         depth = (steps * float(unit)).astype(np.float32)
     return np.where(np.isfinite(depth), depth, np.float32(0))
@@ -107,18 +107,19 @@ def check_pixel_count(source: Source, width: int, height: int):
     if width * height > MAX_PIXELS:
         raise FileError(
             str(source),
-            f"claims {width}x{height} pixels; at most"
-            f" {MAX_PIXELS / 1e6:.0f} million are read",
+            f"has {width}x{height} pixels; at most {MAX_PIXELS / 1e6:.0f} "
+            "million are read",
         )
 
 
 def check_announced_size(where: str, field: str, width: float, height: float):
-    """Checks the size of an image that a field of a file states.
+    """Checks the size of an image as a field of a file states it.
 
-    This check is for images that cannot confirm their size.
+    This check is for images whose own files do not contain their size.
 
     Raises:
-        FieldError: The size is unusable; the error names `where` and `field`.
+        FieldError: The size is out of range; the error names `where` and
+            `field`.
     """
     if not (width >= 1 and height >= 1 and width * height <= MAX_PIXELS):
         raise FieldError(
@@ -144,7 +145,7 @@ def image_module() -> ModuleType:
 def _read_image(
     source: Source, expected: str = "", modes: tuple[str, ...] = ()
 ):
-    """A decoded Pillow image, of one of the modes if some are given."""
+    """A decoded Pillow image; `modes` limits the valid modes."""
     with _opened(source) as image:
         if modes and image.mode not in modes:
             raise FileError(
@@ -156,7 +157,7 @@ def _read_image(
 
 @contextmanager
 def _opened(source: Source) -> Iterator[Any]:
-    """A Pillow image of which the header has been read and checked."""
+    """A Pillow image whose header has been read and checked."""
     image = image_module()
     try:
         with source.open("rb") as file, image.open(file) as opened:
@@ -179,7 +180,8 @@ def _opened(source: Source) -> Iterator[Any]:
 def _read_array(source: Source) -> np.ndarray:
     """A two-dimensional array of numbers from a .npy file."""
     try:
-        # The map makes NumPy compare the claimed with the file's own size.
+        # Memory mapping makes NumPy compare the header's size with the file's
+        # size.
         array = np.load(str(source), mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
         raise FileError(str(source), "no such file") from error

@@ -1,11 +1,12 @@
 """`choose_keyframes`: selects a few frames that cover a long capture.
 
-A hand-held camera sees each surface dozens of times from almost the same place.
-So space is divided into voxels, and frames are selected one by one. The next
-frame is the one with the greatest gain (the greedy covering of Nemhauser,
-Wolsey and Fisher, 1978). A frame gains most from voxels that few selected
-frames show, and from voxels that none shows from its direction. Blurred frames
-have a lower weight.
+A hand-held camera sees each surface dozens of times from almost the same
+position. So space is divided into voxels, and frames are selected one by one.
+The next frame is the one with the greatest gain (the greedy covering of
+Nemhauser, Wolsey and Fisher, 1978). The gain of a frame is a sum over the
+voxels that it shows. A voxel contributes most if few selected frames show it,
+and if none shows it from the same direction. Blurred frames have a lower
+weight.
 """
 
 import dataclasses as dc
@@ -22,18 +23,20 @@ VOXEL = 0.1
 """Edge length of the voxels into which surfaces are divided [m]."""
 
 EXPOSURE = 1 / 60
-"""Time for which a phone or an RGB-D camera exposes an image indoors [s]."""
+"""Typical exposure time of a phone or an RGB-D camera indoors [s]."""
 
 _COARSE = 64
 """Largest width and height of the depth images that are evaluated [pixels]."""
 
 _WORTH = 0.5
-"""Ratio of the gains of successive views of a voxel; the first view gains 1.
-More views average the noise, but the first few matter most."""
+"""Ratio of the gains of successive views of the same voxel; the first view has
+the gain 1. More views average the noise, but the first few views matter most.
+"""
 
 _BLURRED_WORTH = 0.1
-"""Weight of a completely blurred image. A sharp image of the same surface is
-preferred, but a surface that only blurred images show is still selected."""
+"""Weight of a completely blurred image. It is above 0, so that a blurred image
+is selected if no sharp image shows its surfaces.
+"""
 
 _DIRECTION_WORTH = 0.5
 """Factor of the gain for the first view of a voxel from a new direction."""
@@ -45,14 +48,14 @@ direction are packed into one integer."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Keyframes:
-    """The selected frames, and the fraction of the scene that they do not show.
+    """The selected frames, and the fraction of surfaces that they do not show.
 
     Attributes:
         chosen: Indices of the selected frames, ascending, shape (k,).
         frames: Number of all frames.
         missed: Fraction of all voxels with surfaces that no selected frame
-            shows. A voxel counts as shown if one of its 26 neighbours is, since
-            noise moves surfaces between voxels.
+            shows. A voxel also counts as shown if one of its 26 neighbours is
+            shown, since noise moves surfaces between voxels.
     """
 
     chosen: np.ndarray
@@ -64,15 +67,15 @@ class Keyframes:
         """One sentence that states the number of used frames."""
         return (
             f"{len(self.chosen)} of {self.frames} frames are used;"
-            f" {100 * self.missed:.1f} % of the seen surfaces are only in"
-            " other frames"
+            f" {100 * self.missed:.1f} % of the captured surfaces are only in "
+            "the remaining frames"
         )
 
 
 def looks_of_view(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Finds which voxels a depth image shows, and from which direction.
+    """Finds the voxels that a depth image shows, and the viewing directions.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -80,8 +83,9 @@ def looks_of_view(
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
 
     Returns:
-        Numbers that encode voxel and viewing direction, ascending, each once.
-        There are 24 directions: by the largest component and the three signs.
+        Integers that encode voxel and viewing direction, ascending and unique.
+        There are 24 directions, which differ in the largest component or in the
+        signs of the three components.
     """
     height, width = depth.shape
     shrink = max(height, width, _COARSE) / _COARSE
@@ -105,7 +109,7 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
     Args:
         velocity_W: Angular velocity [rad/s] and velocity of the camera's
             centre [m/s], shape (6,); NaN if unknown.
-        focal: Focal length [pixels].
+        focal: Focal length of the image [pixels].
         depth: Typical depth in the image [m].
 
     Returns:
@@ -123,8 +127,8 @@ def choose_keyframes(
     """Selects frames that together show the surfaces of all frames.
 
     Args:
-        looks: Results of `looks_of_view` for each of n frames.
-        sharp: Results of `sharpness` for each frame, shape (n,).
+        looks: Result of `looks_of_view` for each of the n frames.
+        sharp: Result of `sharpness` for each frame, shape (n,).
         most: Largest number of frames that are chosen.
     """
     n = len(looks)
@@ -145,8 +149,9 @@ def choose_keyframes(
         more = float((_WORTH ** views[places[i]]).sum())
         return float(worth[i]) * (more + _DIRECTION_WORTH * fresh)
 
-    # Gains never grow. So if a recomputed gain is still the largest in the
-    # queue, it is the largest of all; of equal gains, that of the first frame.
+    # Gains never increase. So if a recomputed gain is still the largest in the
+    # queue, it is the largest of all. Of equal gains, the first frame's is
+    # used.
     waiting = [(-np.inf, i) for i in range(n)]
     chosen: list[int] = []
     while waiting and len(chosen) < most:
@@ -169,7 +174,7 @@ def choose_keyframes(
 
 
 def _missed(voxels: np.ndarray, is_seen: np.ndarray) -> float:
-    """The part of the voxels that is not seen and has no seen neighbour."""
+    """Fraction of the voxels that are not seen and have no seen neighbour."""
     missed = voxels[~is_seen]
     for x, y, z in product((-1, 0, 1), repeat=3):
         step = x + (y << _AXIS_BITS) + (z << 2 * _AXIS_BITS)

@@ -4,21 +4,24 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 LONGEST_STEP = 0.2
-"""Longest time between neighbouring frames for a known velocity [s]."""
+"""Longest time between two frames from whose poses a velocity is computed [s].
+"""
 
 ACCELERATION_SPAN = 0.1
-"""A frame's acceleration is computed from the velocities this long before and
-after the frame [s]."""
+"""Time before and after a frame at which the velocities are taken from which
+the frame's acceleration is computed [s].
+"""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
     """Computes a camera's velocities as central differences of its poses.
 
-    A frame beside a gap gets the velocity between it and its only neighbour.
+    If only one of a frame's neighbours is near enough in time, the velocity is
+    the difference to this neighbour.
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].
-        X_WC: Their camera poses, shape (n, 4, 4).
+        X_WC: Camera poses of the frames, shape (n, 4, 4).
 
     Returns:
         Angular velocities in W [rad/s], then velocities of the camera's centre
@@ -87,7 +90,7 @@ def camera_accelerations(
 
 
 def _usable(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
-    """Which frames have a time and a pose that can be differentiated, (n,)."""
+    """Mask of the frames with a time and a valid pose, (n,)."""
     with np.errstate(over="ignore", invalid="ignore"):
         turns = np.linalg.det(X_WC[:, :3, :3])
         return np.isfinite(times + turns + X_WC.sum(axis=(1, 2))) & (turns > 0)

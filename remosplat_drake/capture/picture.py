@@ -1,4 +1,4 @@
-"""Draws an overview of a capture: its frames, and its cameras from above."""
+"""Draws an overview of a capture: its frames, and a map with its cameras."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -10,16 +10,18 @@ from matplotlib.figure import Figure
 from remosplat_drake.capture.capture import Capture
 
 _COLUMNS, _MOST = 6, 12
-"""Number of frames in a row of the sheet, and on the whole sheet."""
+"""Number of frames in a row of the picture, and in the whole picture."""
 
 _CELL, _MAP = 2.4, 9.0
-"""Width of a frame and height of the map on paper [in]."""
+"""Width of a frame, and height of the map, in the picture [in]."""
 
 _POINTS = 60_000
-"""Number of points in the view from above."""
+"""Number of points in the map."""
 
 _ABOVE = 0.5
-"""Points this far above all cameras, such as ceilings, are not drawn [m]."""
+"""Height above the highest camera beyond which points, such as those of a
+ceiling, are not drawn [m].
+"""
 
 _LOOK = 0.15
 """Length of the lines that show the cameras' viewing directions [m]."""
@@ -31,11 +33,11 @@ _CAMERA = "#0a7cff"
 def draw_capture(
     capture: Capture, title: str, wrong_frames: np.ndarray
 ) -> Figure:
-    """Draws a sheet of frames, colour over depth, and a map.
+    """Draws frames, each as colour above depth, and a map with the cameras.
 
     Args:
         capture: A capture of at least one frame.
-        title: Title of the sheet, such as the capture's name.
+        title: Title of the picture, such as the capture's name.
         wrong_frames: Indices of frames to draw in red.
     """
     shown = np.unique(np.linspace(0, len(capture) - 1, _MOST).round()).astype(
@@ -102,7 +104,7 @@ def _depth_colors(capture: Capture):
 
 
 def _draw_map(axes: Axes, capture: Capture, wrong_frames: np.ndarray):
-    """Points and cameras seen from above; a right-handed pair of axes."""
+    """Draws points and cameras, seen from above."""
     up, sign = up_axis(capture)
     right, forward = (up + 1) % 3, (up + 2) % 3
     if sign < 0:

@@ -1,4 +1,4 @@
-"""`Recording`: a capture in files, before its images are read."""
+"""`Recording`: the files of a capture, whose images are not yet read."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +13,7 @@ class DepthImage:
     """A frame's depth image without its colours, as read from a file.
 
     Attributes:
-        name: Name of the frame, for errors.
+        name: Name of the frame, which errors contain.
         K: Intrinsic matrix for images of this size, shape (3, 3) [pixels].
         depth: Depth z in C, shape (h, w), float32 [m]; 0 where it is unknown
             or does not show the scene.
@@ -44,15 +44,15 @@ class DepthImage:
 
 @dc.dataclass(frozen=True, eq=False)
 class Recording:
-    """n posed RGB-D images in files, and the functions that read them.
+    """Poses of n RGB-D images in files, and functions that read the images.
 
-    Both functions take ascending indices of frames, and yield pairs of an index
-    and the data of this frame, in the same order. They may end early, since a
-    video may be shorter than the list of its poses.
+    Both functions receive ascending indices of frames. In the same order, they
+    yield pairs of an index and the data of this frame. They may end early,
+    since a video may be shorter than the list of its poses.
 
     Attributes:
-        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4), as the files have
-            them: an invalid pose is rejected when its frame is read.
+        X_WC: Camera poses (OpenCV axes), shape (n, 4, 4). They are not checked;
+            an invalid pose is rejected when its frame is read.
         read_depths: Function that reads the depth images of some frames.
         read_frames: Function that reads some frames in full.
         times: Times at which the images were taken, shape (n,) [s]; None if

@@ -41,11 +41,11 @@ def distort(distortion: Distortion, xy: np.ndarray) -> np.ndarray:
 
 
 def valid_radius(distortion: Distortion) -> float:
-    """Returns the radius up to which the radial distortion is monotonic.
+    """Returns the radius up to which the radial distortion is increasing.
 
     The radius is measured on the plane z = 1. Beyond it, the model is invalid,
-    because two rays would have the same pixel. It is inf if the polynomial is
-    monotonic everywhere.
+    because two rays would have the same pixel. The radius is inf if the
+    distortion is increasing everywhere.
     """
     d = distortion
     slope = [9 * d.k4, 7 * d.k3, 5 * d.k2, 3 * d.k1, 1.0]
@@ -63,8 +63,8 @@ def undistort(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Computes the images that a pinhole camera with the same K would take.
 
-    Colours are interpolated. Depths and masks are picked from the nearest
-    pixel, as a depth between two surfaces belongs to neither.
+    Colours are interpolated. Depths and masks are taken from the nearest pixel,
+    since an interpolated depth between two surfaces belongs to neither.
 
     Args:
         distortion: Distortion of the images.
@@ -74,7 +74,7 @@ def undistort(
         hidden: Pixels that do not show the scene, shape (h, w), or None.
 
     Returns:
-        New colours, depths and hidden pixels; pixels outside the distorted
+        New colours, depths and hidden pixels. Pixels outside the distorted
         images are hidden.
     """
     height, width = depth.shape

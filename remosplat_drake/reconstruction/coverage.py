@@ -1,4 +1,4 @@
-"""Computes the parts of a box that cameras saw as surface or as free space."""
+"""Classifies the space of a box by what the cameras of a capture saw."""
 
 import numpy as np
 

@@ -10,21 +10,23 @@ from remosplat_drake.base.errors import (
 )
 
 AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
-"""Devices: the best available; training on a GPU; refinement on the CPU;
-surfels without refinement."""
+"""Names of devices. `AUTO` is the best available one. Training needs a GPU,
+refinement runs on the CPU, and the last name stands for surfels without
+refinement.
+"""
 
 DEVICES = (AUTO, CUDA, CPU, NONE)
 """All devices that a user may name."""
 
 _TRAINING = ("torch", "gsplat", "pytorch_msssim")
-"""Packages that training needs, of the extra `gpu`."""
+"""Packages of the extra `gpu` that training needs."""
 
 
 def choose_device(name: str) -> str:
     """Returns the named device; for `AUTO`, the best that is available.
 
     Raises:
-        FieldError: There is no such name.
+        FieldError: The name is not in `DEVICES`.
         MissingExtraError: Training is requested and torch is not installed.
         RemoSplatError: Training is requested and there is no CUDA device.
     """
@@ -45,6 +47,6 @@ def choose_device(name: str) -> str:
     if not has_torch:
         raise MissingExtraError("training a splat", "gpu")
     raise RemoSplatError(
-        "training a splat needs a CUDA device; with --device cpu, the splat is"
-        " refined but not trained"
+        "training a splat needs a CUDA device, and none was found; use "
+        "--device cpu to refine the splat without training"
     )

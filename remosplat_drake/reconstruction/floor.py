@@ -1,4 +1,4 @@
-"""Finds the floor of a capture, and so the direction of gravity.
+"""Finds the floor of a capture, which determines the direction of gravity.
 
 The frame of a handheld capture is often that of its first image. A mobile robot
 needs a frame with z up and the floor at z = 0.
@@ -17,23 +17,28 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 )
 
 _SAMPLES = 20_000
-"""Number of surfels; they are evenly spread, so their count measures area."""
+"""Number of surfels. They are evenly spread, so a number of surfels measures an
+area.
+"""
 
 _HYPOTHESES = 500
 """Number of surfels whose tangent plane is tried."""
 
 _TABLE = 0.2
-"""A level surface more than this above the floor is a separate surface [m]."""
+"""Least height above the floor at which a level surface is separate from it
+[m].
+"""
 
 
 @dc.dataclass
 class FloorConfig:
     """Thresholds that a plane must meet to count as the floor."""
 
-    # Largest angle between the plane's normal and up: the capture's own, or
-    # the mean upright of the cameras [rad].
+    # Largest angle between the plane's normal and the upward direction [rad].
+    # That is the one that the capture contains, or else the mean upward
+    # direction of the images.
     max_tilt: float = 0.9
-    # Largest distance of a surfel that belongs to the plane from it [m].
+    # Largest distance from the plane of a surfel that belongs to it [m].
     thickness: float = 0.02
     # Largest angle between the normals of the plane and of a surfel that
     # belongs to it [rad].
@@ -42,11 +47,11 @@ class FloorConfig:
     min_area: float = 0.3
     # Least median height of the cameras over the floor [m].
     min_camera_height: float = 0.25
-    # Largest fraction of what was seen that may lie more than `depth` beneath
-    # the plane.
+    # Largest fraction of the seen surfaces that may lie more than `depth`
+    # beneath the plane.
     max_beneath: float = 0.05
-    # Depth beneath the plane up to which surfaces pass for noise or mirror
-    # images [m].
+    # Depth beneath the plane up to which surfaces are attributed to noise or
+    # reflections [m].
     depth: float = 0.06
     # Seed of the random choice of hypotheses.
     seed: int = 0
@@ -62,8 +67,8 @@ class Floor:
             and F's origin is vertically below or above W's.
         area: Area of the seen part of the floor [m^2].
         rms: Root mean square of the heights of the floor's surfels [m].
-        tilt: Angle between the floor's normal and the mean upright of the
-            cameras [rad].
+        tilt: Angle between the floor's normal and the mean upward direction of
+            the cameras [rad].
         beneath: Fraction of the seen surfaces that are beneath the floor.
         camera_height: Median height of the cameras over the floor [m].
     """
@@ -85,17 +90,18 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
 
     Each hypothesis is the tangent plane of one random surfel. The best one is
     fitted to its surfels by least squares, together with the largest level
-    surface over it, because a near table determines gravity better than a
-    distant floor. A table top is not taken as the floor if the capture shows
-    anything lower. Otherwise it cannot be distinguished from a floor.
+    surface above it, because a near table determines gravity better than a
+    distant floor. A table top is not taken as the floor if the capture shows a
+    lower surface. If it shows none, a table top cannot be distinguished from a
+    floor.
 
     Args:
         capture: Posed RGB-D images.
         config: Thresholds; None takes the defaults.
 
     Raises:
-        RemoSplatError: No plane meets the thresholds; the error states the
-            problem of the best plane.
+        RemoSplatError: No plane meets the thresholds; the error states which
+            threshold the best plane does not meet.
     """
     config = config or FloorConfig()
     surfels = surfels_from_capture(capture, _SAMPLES, stride=4)
@@ -119,7 +125,7 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
 
 
 def _mean_upright(capture: Capture) -> np.ndarray:
-    """Up as the file has it, or the images' mean upper edges, in W."""
+    """The upward direction in W, from the file or from the images."""
     if capture.up_W is not None:
         return np.array(capture.up_W)
     up_W = -capture.X_WC[:, :3, 1].mean(axis=0)
@@ -149,8 +155,8 @@ def _score(
 ) -> float:
     """Scores a plane by its area and by the surfaces beneath it.
 
-    An area beneath the plane counts twenty times an area of the plane: a higher
-    level surface, such as a table top, must not win.
+    An area beneath the plane counts twenty times as much as an area of the
+    plane, so that a table top does not get a better score than the floor.
     """
     if np.median(p_WC @ normal_W + offset) < config.min_camera_height:
         return -np.inf
@@ -190,10 +196,10 @@ def _judged(
     p_WC: np.ndarray,
     config: FloorConfig,
 ) -> Floor:
-    """The floor, if the plane is convincing."""
+    """Returns the floor; raises an error if the plane misses a threshold."""
     inliers = _inliers(surfels, normal_W, offset, config)
     height = surfels.p_WK @ normal_W + offset
-    # Surfels cover a surface with one in the square of their spacing.
+    # A surface has one surfel per square of the surfels' spacing.
     area = float((surfels.spacing[inliers] ** 2).sum())
     beneath = float((height < -config.depth).mean())
     camera_height = float(np.median(p_WC @ normal_W + offset))

@@ -1,10 +1,10 @@
-"""Finds cells of space with measured points, which are not free.
+"""Finds cells of space that contain measured points, so are not free.
 
 A view samples space only along the rays of its pixels. If a rod is thinner than
-the distance between two rays, some pixels hit the rod, and other rays miss it.
+the distance between two rays, some rays hit the rod, and others pass beside it.
 So a cell with a single measured point is not free, even if views have measured
-surfaces behind it. It is free only if a view has pixels so close together that
-no thin thing fits between their rays.
+surfaces behind it. It is free only if the rays of a view are so close together
+that no thin object fits between them.
 """
 
 import dataclasses as dc
@@ -55,12 +55,12 @@ def measured_cells(
 def without_measured(
     coverage: Coverage, cells: np.ndarray, looks: Capture
 ) -> Coverage:
-    """Marks free voxels as unseen if a measured cell is in or beside them.
+    """Marks free voxels in or beside which there is a measured cell as unseen.
 
     Args:
         coverage: The seen space, in W.
         cells: The result of `measured_cells` for the same box.
-        looks: The views that may still mark a voxel as free.
+        looks: Views that may show that a measured cell is free now.
 
     Returns:
         The seen space with these changes.
@@ -80,7 +80,7 @@ def without_measured(
 def seen_finely(
     looks: Capture, lower: np.ndarray, cubes: np.ndarray, edge: float
 ) -> np.ndarray:
-    """Returns which cubes a view with closely spaced pixels shows as free.
+    """Returns a mask of the cubes that closely spaced rays of a view cross.
 
     Args:
         looks: Posed RGB-D images.

@@ -1,7 +1,8 @@
-"""Measured surfaces and free space of a capture's depth images.
+"""Computes measured surfaces and free space from a capture's depth images.
 
 A pixel with a depth shows free space up to that depth. If the true geometry is
-unknown, this is the reference for surfaces, floaters and free space.
+unknown, the depth images are the reference for surfaces, floaters and free
+space.
 """
 
 from functools import partial
@@ -15,20 +16,23 @@ from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.capture.capture import Capture
 
 _MAX_SAMPLES = 4_000_000
-"""Largest number of pixels that are used; more would not improve the means in
-voxels of millimetres."""
+"""Largest number of pixels that are used. More pixels would not improve the
+mean points of voxels, which are some millimetres large.
+"""
 
 _NOISE_DEPTH = 2.0
-"""Depth beyond which margins grow with the square of the depth, like the noise
-of triangulating cameras [m]."""
+"""Depth beyond which a margin grows with the square of the depth [m], like the
+noise of triangulating cameras.
+"""
 
 _BLOCK = 50_000
 """Number of points that a thread processes at a time."""
 
 _GRAZING = 0.3
 """Cosine of the largest angle of incidence (73 degrees) at which a view can
-contradict a surface. At more grazing angles, a leaf or a slat is narrower than
-the distance between two rays, which pass on both sides of it."""
+contradict a surface. At more grazing angles, two neighbouring rays may pass on
+both sides of a leaf or a slat.
+"""
 
 _DRAWS = 20
 """Number of attempts to find free points."""
@@ -37,8 +41,9 @@ _NOISY_VOXEL = 0.01
 """Edge length of voxels that contain enough noisy points for a mean [m]."""
 
 _SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
-"""Radius of the neighbourhood of a point in which surface and noise are
-separated [m], and least number of neighbours."""
+"""Radius of the neighbourhood of a point to which a plane is fitted [m], and
+least number of points in it.
+"""
 
 
 def measured_points(
@@ -52,9 +57,9 @@ def measured_points(
     Each result is the mean of the pixels' points in one voxel. Points are
     removed if two views measured surfaces behind them, since depth cameras
     create false points at silhouettes, between an object and its background. In
-    a noisy capture the points of a wall are a thick layer, and distances would
-    be measured to its outermost points. So such a cloud is thinned, see
-    `thinned`, in voxels of 1 cm.
+    a noisy capture, the points of a wall form a thick layer, and distances
+    would be measured to the outermost points. So `thinned` reduces the points
+    of a noisy capture to a thin layer, in voxels of 1 cm.
 
     If the points of a wall are s apart, the distance d to the nearest point
     exceeds the distance to the wall by at most s^2 / 4d. At a distance of 3 cm,
@@ -87,7 +92,7 @@ def measured_points(
 
 
 def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
-    """Averages the points (n, 3) [m] in each voxel that contains some."""
+    """Returns the mean of the points (n, 3) in each occupied voxel [m]."""
     if not len(p_W):
         return p_W.reshape(0, 3)
     cell = np.floor((p_W - p_W.min(axis=0)) / voxel).astype(np.int64)
@@ -103,8 +108,8 @@ def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
 
     For each of `count` random points, a plane is fitted to the points around
     it, and the standard deviation of their distances from this plane is
-    computed. The result is the median of these deviations; 0 if no point has
-    enough neighbours.
+    computed. The result is the median of these deviations. It is 0 if no point
+    has enough neighbours.
     """
     if len(p_W) < _MIN_NEIGHBORS:
         return 0.0
@@ -131,7 +136,7 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
     """
     for _ in range(passes):
         tree = KDTree(p_W)
-        # In parts, for the sake of memory.
+        # Points are moved in parts, to limit the memory.
         parts = np.array_split(p_W, max(1, len(p_W) // 50_000))
         moved = in_parallel(partial(_onto_mean, tree=tree), parts)
         p_W = np.concatenate(moved)
@@ -159,7 +164,7 @@ def times_looked_through(
     pitch: np.ndarray | None = None,
     normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Counts the views that have measured something behind each point.
+    """Counts the views that have measured a surface behind each point.
 
     Args:
         capture: Posed RGB-D images.
@@ -172,12 +177,12 @@ def times_looked_through(
             (n,) [m]; None for any distance.
         normal_W: Unit normals of the surfaces that contain the points, shape
             (n, 3). The margin is then measured along the normals, so that a
-            camera whose pose is slightly too low does not contradict a floor.
-            A view at a grazing angle, see `_GRAZING`, does not count. None:
+            camera whose pose is slightly too low does not contradict a floor. A
+            view at a grazing angle (beyond 73 degrees) does not count. None:
             the margin is measured along the depth.
 
     Returns:
-        Numbers of views, shape (n,).
+        Number of views for each point, shape (n,).
     """
     fronts = in_parallel(nearest_around, capture.depth)
 
@@ -204,7 +209,7 @@ def is_behind(
     pitch: np.ndarray | None = None,
     normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Returns the points behind which one view has measured a surface.
+    """Returns a mask of the points behind which a view measured a surface.
 
     Args:
         capture: Posed RGB-D images.
@@ -220,7 +225,7 @@ def is_behind(
     """
     behind = np.zeros(len(p_W), bool)
     if normal_W is None:
-        # The direction of the depth itself.
+        # Without normals, the margin is along the depth.
         normal_W = np.tile(capture.X_WC[view, :3, 2], (len(p_W), 1))
     _find_behind(
         front,
@@ -309,7 +314,7 @@ def free_points(
 def _draw_before_surfaces(
     capture: Capture, count: int, farthest: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Points on the rays of `count` random pixels, if they have a depth."""
+    """Draws points on the rays of `count` random pixels that have a depth."""
     height, width = capture.size
     view = np.sort(rng.integers(len(capture), size=count))
     pixel = rng.integers(height * width, size=count)

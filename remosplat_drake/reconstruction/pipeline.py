@@ -52,8 +52,9 @@ if TYPE_CHECKING:
     from remosplat_drake.reconstruction.training.training import Trained
 
 _MARGIN_PER_SCATTER = 4.0
-"""Margin between free space and surfaces, as a multiple of the surfaces'
-scatter."""
+"""Margin between free space and surfaces, as a multiple of the measured points'
+scatter around the surfaces.
+"""
 
 Report = Callable[[str, int, int], None]
 """Type of a callback for progress: it receives the name of the stage, the
@@ -68,11 +69,11 @@ class Reconstruction:
         splat: The splat in the capture's world frame, with the uncertainty of
             its discs if requested.
         method: Description of how the splat was made.
-        seconds: Wall-clock time that it took [s].
+        seconds: Wall-clock time of the reconstruction [s].
         capture: The capture to which the splat was fitted: the given one, or
             the one with refined cameras.
-        undone: Errors of the camera that training corrected, see
-            `camera_errors`, shape (`COUNT`,).
+        undone: Camera errors that training corrected, see `camera_errors`,
+            shape (`COUNT`,).
     """
 
     splat: GaussianSplat
@@ -110,18 +111,20 @@ def reconstruct(
             a single view suffices.
         refinement: Settings of the refinement; None takes the defaults.
         looks: Views that may remove discs: a disc is removed if these views
-            measure surfaces behind it, even if it comes from `surfels`; None
-            for none.
-        bounded: Whether gaps are closed and discs get an uncertainty.
+            measure surfaces behind it, even if it comes from `surfels`. None
+            removes no discs.
+        bounded: Whether gaps between discs are closed and discs get an
+            uncertainty.
         errors: Samples of the errors of the cameras, for the uncertainty; None
             assumes exact poses and depths.
         steps: Largest number of training steps.
         seed: Seed of the order of the images in training.
-        refine_cameras: Whether training takes poses, lens and depth curve of
-            the cameras as unknowns, too; needs a CUDA device.
+        refine_cameras: Whether training also optimises the cameras' poses, lens
+            and depth curve. This needs a CUDA device.
         held_out: Mask of the views that are not used for training, and whose
             loss determines when training stops, shape (n,), bool.
-        checkpoint: File in which training keeps its state; removed at the end.
+        checkpoint: File to which training saves its state, so that it can
+            continue after an interruption. It is removed at the end.
         report: Called with the progress, see `Report`.
 
     Raises:
@@ -173,18 +176,21 @@ def reconstruct(
 
 
 def check_refinable(device: str, refine_cameras: bool):
-    """Checks, before any work starts, that the device can refine cameras.
+    """Checks that the device can refine cameras, if this is requested.
 
     Args:
         device: The result of `choose_device`.
         refine_cameras: Whether the user requested it.
 
     Raises:
-        FieldError: It was requested, and training is not possible on this
-            device.
+        FieldError: Refinement of cameras was requested, and training is not
+            possible on this device.
     """
     if refine_cameras and device != CUDA:
-        problem = f"needs training on a CUDA device; got device {device}"
+        problem = (
+            f"needs training on a CUDA device; the device is {device}: leave"
+            " --refine-cameras out, or use a CUDA device"
+        )
         raise FieldError("reconstruct", "--refine-cameras", problem)
 
 
@@ -198,8 +204,8 @@ def _train(
     checkpoint: Path | None,
     report: Report,
 ) -> "Trained":
-    """The trained splat and its cameras."""
-    # Imported here: torch takes seconds, and need not be installed.
+    """Trains the splat; returns it and its cameras."""
+    # Imported here because torch takes seconds, and may be missing.
     from remosplat_drake.reconstruction.training.training import (
         CAMERA_TRAINING,
         TrainingConfig,

@@ -1,9 +1,9 @@
-"""Chooses the frame of a map: the capture's, or one with the floor at z = 0.
+"""Chooses a map's frame: that of the capture, or one with the floor at z = 0.
 
 The frame of a handheld capture is often that of its first image, whose z axis
-is not vertical. The direction of gravity follows from the floor, or from the
-documentation of the file format; otherwise it is unknown, and the capture's
-frame is kept.
+is not vertical. The direction of gravity is computed from the floor, or the
+capture's file format defines it. If neither is possible, the direction is
+unknown, and the capture's frame is kept.
 """
 
 import dataclasses as dc
@@ -16,12 +16,15 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.floor import FloorConfig, find_floor
 
 AUTO, FLOOR, CAPTURE, NONE = UPS = ("auto", "floor", "capture", "none")
-"""Ways to find the upward direction: from the floor or else from the file
-format; only from the floor; only from the format; not at all."""
+"""Names of the ways to find the upward direction, in this order: from the
+floor, or from the file format if no floor is found; only from the floor; only
+from the format; not at all.
+"""
 
 _LEVEL = np.deg2rad(3.0)
-"""Tilt below which a frame counts as upright: the error of a floor's normal
-from inexact poses [rad]."""
+"""Tilt below which a frame counts as upright [rad]: the usual error of a
+floor's normal due to inexact poses.
+"""
 
 _ON_FLOOR = 0.05
 """A floor is already aligned if its distance from z = 0 is at most this [m]."""
@@ -30,7 +33,8 @@ _FLOOR_TILT = 0.15
 """Largest angle between a floor's normal and the known up [rad]."""
 
 _LOW = 0.7
-"""If cameras are lower than this over a floor, it may be a table [m]."""
+"""Height of the cameras above a floor [m] below which the floor may be a table.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -39,7 +43,7 @@ class Placement:
 
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
-        words: Description of how the frame was found.
+        words: Sentence that describes how the frame was found.
         has_floor: Whether F is known to have z up and the floor at z = 0.
     """
 
@@ -67,7 +71,7 @@ def place(capture: Capture, up: str = AUTO) -> Placement:
         up: One of `UPS`.
 
     Raises:
-        RemoSplatError: The floor was requested, and no plane meets the
+        RemoSplatError: `up` requires a floor, and no plane meets the
             thresholds.
     """
     if up == NONE:
@@ -103,8 +107,8 @@ def _on_floor(capture: Capture) -> Placement:
         config.max_tilt = _FLOOR_TILT
     floor = find_floor(capture, config)
     words = (
-        f"floor: {floor.area:.1f} m², flat to {1e3 * floor.rms:.1f} mm,"
-        f" cameras {floor.camera_height:.2f} m above"
+        f"the floor was found: {floor.area:.1f} m², flat to "
+        f"{1e3 * floor.rms:.1f} mm, cameras {floor.camera_height:.2f} m above"
     )
     if floor.camera_height < _LOW:
         words += "; if that is a table, use --up none"

@@ -1,7 +1,7 @@
-"""Seen space as a file beside the splat, `SPLAT.seen`.
+"""Reads and writes the seen space of a splat, the file `SPLAT.seen`.
 
-The file of arrays (see `array_file`) contains the states of all voxels, with
-two bits each and deflated; the box that they fill, in the splat's frame G; and
+The file of arrays (see `array_file`) contains the deflated states of all
+voxels, two bits each, the box that the voxels fill, in the splat's frame G, and
 the digest of the splat's file. It is not valid for another splat.
 """
 
@@ -40,7 +40,7 @@ def write_seen_space(splat: Path, coverage: Coverage) -> None:
     """Writes seen space beside the splat file, atomically.
 
     Args:
-        splat: The splat file, in its final form.
+        splat: The splat file. It must not change afterwards.
         coverage: The seen space of its capture, in the splat's frame.
 
     Raises:
@@ -72,8 +72,8 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
         The voxels, in the splat's frame.
 
     Raises:
-        FileError: The file is missing, damaged, of another kind or version, or
-            belongs to another splat.
+        FileError: The file is missing or damaged, has another kind or version,
+            or belongs to another splat.
         FieldError: A field of it is missing or unusable.
     """
     file = open_arrays(path, KIND, None)
@@ -81,8 +81,8 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
     if head.text("splat_digest") != file_digest(splat):
         raise FileError(
             path,
-            f"is about another splat than {splat.name}; create both again"
-            " with `remosplat reconstruct`",
+            f"belongs to another splat than {splat.name}; create both again "
+            "with `remosplat reconstruct`",
         )
     lower = np.array(head.numbers("lower", 3))
     if np.abs(lower).max() > _FARTHEST:

@@ -2,11 +2,12 @@
 
 Unseen space counts as solid for the robot. A voxel is seen if views show all of
 it as free. It is also seen if the splat's discs separate its free part from its
-unknown part, because a robot from free space then reaches a disc before unknown
-space. For this test, voxels at surfaces are divided into cells. A cell is a
-frontier (Yamauchi, 1997) if it is not free, is beside a free cell, and has no
-disc. A voxel with a frontier counts as unseen. Space with a measured point is
-not free, even if the object is thin: see `measured_cells`.
+unknown part, because a robot in the free part then reaches a disc before
+unknown space. For this test, voxels at surfaces are divided into cells. A cell
+is a frontier (Yamauchi, 1997) if it is not free, is beside a free cell, and has
+no disc. A voxel that contains a frontier counts as unseen. Space with a
+measured point is not free, even if the measured object is thin; see
+`measured_cells`.
 """
 
 import dataclasses as dc
@@ -38,10 +39,11 @@ VOXEL = 0.04
 """Usual edge length of a voxel [m]."""
 
 _ENOUGH_VIEWS = 2
-"""Number of views that must show a place beside a surface as free."""
+"""Number of views that must show a cell beside a surface as free."""
 
 _OPAQUE = 0.1
-"""Discs with less opacity cover nothing, since oracles ignore them."""
+"""Least opacity of discs that cover a cell; oracles ignore less opaque discs.
+"""
 
 _BEYOND = 0.2
 """Percentage of the surfaces that may be beyond each side of the box."""
@@ -50,10 +52,14 @@ _FARTHEST = 3.0
 """Largest distance of a robot from its workspace [m]."""
 
 _MOST_VOXELS = 4e6
-"""Largest number of voxels; with more, the computation takes over a minute."""
+"""Largest number of voxels; the computation with more voxels takes over a
+minute.
+"""
 
 _MOST_RINGS = 200
-"""Largest number of points on a disc, a limit for unreasonably large discs."""
+"""Largest number of points that represent a disc, so that very large discs do
+not fill the memory.
+"""
 
 _BLOCK = np.ones((3, 3, 3), bool)
 """A voxel and its 26 neighbours."""
@@ -67,11 +73,11 @@ class _Cells:
     """The cells of those voxels that hold discs or border on them.
 
     Attributes:
-        slot: Number of each voxel among the divided ones, -1 for the others,
-            shape (nx, ny, nz), int32.
+        slot: Index of each voxel among the divided voxels, -1 for undivided
+            voxels, shape (nx, ny, nz), int32.
         voxels: Indices of the divided voxels, shape (n, 3).
-        covered: Which of their cells are at discs, shape (n, m, m, m), bool.
-        free: Which of their cells are free, shape (n, m, m, m), bool.
+        covered: Mask of the cells that are at discs, shape (n, m, m, m), bool.
+        free: Mask of the cells that are free, shape (n, m, m, m), bool.
     """
 
     slot: np.ndarray
@@ -90,12 +96,12 @@ def seen_box(
 
     Args:
         capture: Posed RGB-D images.
-        workspace: Space in which the robot works.
+        workspace: Box in which the robot works.
         voxel: Wanted edge length of a voxel [m].
 
     Returns:
         Lower and upper corner, shape (3,) each [m], and the edge length of
-        voxels, which is larger than wanted if there would be too many.
+        voxels [m]. It is larger than `voxel` if there would be too many voxels.
     """
     seen = Workspace.of_capture(capture, beyond=_BEYOND)
     p_WC = capture.X_WC[:, :3, 3]
@@ -117,7 +123,7 @@ def find_seen_space(
 ) -> Coverage:
     """Classifies the voxels of a box as surface, free or unseen.
 
-    A voxel is free if a view shows all of it as free, and surface if discs
+    A voxel is free if a view shows all of it as free. It is surface if discs
     separate its free part from its unseen part. All other voxels are unseen,
     including the inside of objects. Beside surfaces, where depth images have
     most errors, several views must agree. In cells with measured points, only
@@ -129,8 +135,8 @@ def find_seen_space(
         lower: Lower corner of the box, shape (3,) [m].
         upper: Upper corner of the box, shape (3,) [m].
         voxel: Edge length of a voxel [m].
-        measured: Cells in which pixels have measured something, as
-            `measured_cells` returns them; None for those of the capture.
+        measured: Cells that contain measured points, as `measured_cells`
+            returns them; None takes those of the capture.
     """
     lower = np.asarray(lower, float)
     if measured is None:
@@ -161,7 +167,7 @@ def _looks(
     edge: float,
     enough: int,
 ) -> np.ndarray:
-    """Numbers of views that have seen cubes of a grid as free, (n,)."""
+    """Number of views that show each cube of a grid as free, (n,)."""
     corners = lower + edge * cubes
     return count_whole_looks(
         capture, corners, edge, margin=MARGIN, enough=enough
@@ -171,7 +177,7 @@ def _looks(
 def _is_among(
     cells: np.ndarray, others: np.ndarray, shape: np.ndarray
 ) -> np.ndarray:
-    """Which cells (n, 3) of a grid are among others (m, 3), shape (n,)."""
+    """Mask of the cells (n, 3) that are among the cells (m, 3), shape (n,)."""
     return np.isin(
         np.ravel_multi_index(tuple(cells.T), shape),
         np.ravel_multi_index(tuple(others.T), shape),
@@ -179,15 +185,16 @@ def _is_among(
 
 
 def _floats(state: np.ndarray) -> np.ndarray:
-    """Returns unseen voxels without support: all voxels around them are free.
+    """Returns a mask of unseen voxels that only free voxels surround.
 
-    A solid there would float; gaps between views leave such remnants.
+    A solid in such voxels would float in the air, so they are gaps between
+    views.
     """
     pieces = np.zeros(state.shape, np.int32)
     count = int(label(state == UNSEEN, _BLOCK, pieces))  # pyright: ignore
     held = np.zeros(count + 1, bool)
     held[0] = True
-    # A piece is held by the edge of the box and by surfaces beside it.
+    # A connected piece is supported if it is at the box's edge or at a surface.
     held_there = np.pad(state == SURFACE, 1, constant_values=True)
     held_there = np.asarray(binary_dilation(held_there, _BLOCK), bool)
     held_there = held_there[1:-1, 1:-1, 1:-1]
@@ -198,12 +205,12 @@ def _floats(state: np.ndarray) -> np.ndarray:
 def _covered_cells(
     splat_W: GaussianSplat, lower: np.ndarray, cell: float, shape: np.ndarray
 ) -> np.ndarray:
-    """Indices of the cells at discs: in them, or next to one in them."""
+    """Indices of the cells in which discs are, and of their neighbours."""
     opaque = splat_W.select(splat_W.opacities >= _OPAQUE)
     p_W = _points_on(opaque, cell / 2)
     covered = np.zeros(shape, bool)
     index = np.floor((p_W - lower) / cell)
-    # Their neighbours are marked, too, so a cell beyond the edge matters.
+    # Neighbours are marked, too, so cells just outside the box are needed.
     index = index[((index >= -1) & (index <= shape)).all(axis=1)].astype(int)
     flat = np.unique(np.ravel_multi_index(tuple((index + 1).T), shape + 2))
     index = np.stack(np.unravel_index(flat, shape + 2), axis=1) - 1
@@ -235,7 +242,7 @@ def _points_on(splat_W: GaussianSplat, spacing: float) -> np.ndarray:
 
 
 def _divide(covered: np.ndarray, state: np.ndarray) -> _Cells:
-    """Divides the voxels that hold covered cells; nothing is free yet."""
+    """Divides voxels with covered cells into cells, none of which is free."""
     parent = covered // CELLS
     flat = np.ravel_multi_index(tuple(parent.T), state.shape)
     divided, of = np.unique(flat, return_inverse=True)
@@ -253,7 +260,7 @@ def _frontier(cells: _Cells, state: np.ndarray) -> np.ndarray:
     m = CELLS
     inner = np.indices((m, m, m)).reshape(3, -1).T
     for side in _SIDES:
-        # The voxel of each cell's neighbour, and the neighbour's place in it.
+        # The voxel of each cell's neighbour, and the neighbour's index in it.
         at = inner + side
         step, place = at // m, at % m
         neighbour = cells.voxels[:, None] + step

@@ -1,8 +1,8 @@
 """Finds the floor of a splat without its cameras.
 
 `reconstruction.floor` uses the orientation of a capture's cameras. A splat
-without cameras has no known upward direction and no known unit, so lengths here
-are relative to the size of the splat.
+without cameras has no known upward direction and no known unit of length, so
+the lengths in this module are relative to the size of the splat.
 """
 
 import dataclasses as dc
@@ -17,57 +17,67 @@ from remosplat_drake.reconstruction.floor import floor_frame
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _SAMPLES = 20_000
-"""Number of random points on the splats' surfaces; their count measures
-area."""
+"""Number of random points on the splats' surfaces. A number of points measures
+an area.
+"""
 
 _FEW = 2_000
 """Number of points with which hypotheses are first ranked."""
 
 _HYPOTHESES, _DISTINCT = 500, 10
-"""Number of tried planes through three points, and number of distinct planes
-that are then fitted to all points."""
+"""Number of hypotheses (planes through three points), and number of distinct
+planes among the best of them, which are fitted to all points.
+"""
 
 _NEIGHBOURS = 200
 """The second and third point of a plane are drawn from this number of
 neighbours of the first point."""
 
 _INNER, _MARGIN = 0.9, 1.2
-"""Fraction of the splats inside the scene's radius, which is measured from its
-middle; and distance from the middle, in radii, beyond which splats are ignored
-as background."""
+"""Fraction of the splats that are within the scene's radius of its middle, and
+distance from the middle, in such radii, beyond which splats are background and
+are ignored.
+"""
 
 _THICKNESS = 0.01
 """Largest distance of a plane's points from the plane, in radii of the
 scene."""
 
 _DEPTH = 0.04
-"""Splats less than this beneath a plane may be noise or mirror images, in radii
-of the scene."""
+"""Distance beneath a plane, in radii of the scene, up to which splats may be
+noise or reflections.
+"""
 
 _BENEATH = 4.0
 """Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
-"""Largest angle [rad], and largest distance in radii of the scene, between two
-planes that count as one."""
+"""Largest angle [rad], and largest distance in radii of the scene, at which two
+planes count as the same plane.
+"""
 
 _RIVAL = 0.5
-"""The floor is ambiguous if another plane has more than this fraction of its
-score."""
+"""The floor is ambiguous if the score of another plane exceeds this fraction of
+the floor's score.
+"""
 
 _STEEP = np.deg2rad(45.0)
-"""Largest angle between a floor's normal and the given up [rad]."""
+"""Largest angle between a floor's normal and the given upward direction [rad].
+"""
 
 _COLLINEAR = np.deg2rad(1.0)
-"""Three points are on one line if the lines from one of them to the others
-differ by less than this angle [rad]."""
+"""Three points are on one line if the angle at one of them, between the
+directions to the two other points, is less than this [rad].
+"""
 
 _FEWEST = 100
 """Least number of splats for a search for the floor."""
 
 MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
-"""Least fraction of the splats' surface in a floor, if the upward direction is
-unknown, and if it is known. Smaller planes may be flat sides of objects."""
+"""Least fraction of the splats' surface that belongs to a floor: first if the
+upward direction is unknown, then if it is known. Smaller planes may be flat
+sides of objects.
+"""
 
 MAX_BENEATH = 0.05
 """Largest fraction of the splats' surface that lies beneath a floor."""
@@ -126,8 +136,8 @@ def find_splat_floor(
         seed: Seed of the random choice of points.
 
     Raises:
-        RemoSplatError: No plane meets the thresholds; the error states the
-            problem of the best plane.
+        RemoSplatError: No plane meets the thresholds; the error states which
+            threshold the best plane does not meet.
     """
     rng = np.random.default_rng(seed)
     p_G, radius = _surface_points(splat, rng)
@@ -165,7 +175,8 @@ def frame_of_points(
     Args:
         p_GO: Origin of F, shape (3,).
         p_GX: A point on F's x axis, shape (3,).
-        p_GY: A point of the floor where F's y is positive, shape (3,).
+        p_GY: A point on the floor with a positive y coordinate in F, shape
+            (3,).
 
     Raises:
         RemoSplatError: The points lie on one line.
@@ -185,22 +196,22 @@ def frame_of_points(
 def _surface_points(
     splat: GaussianSplat, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
-    """Points that are not background, shape (n, 3), and their radius."""
+    """Points on splats without background, (n, 3), and the scene's radius."""
     if len(splat) < _FEWEST:
         raise RemoSplatError(f"no floor: there are only {len(splat)} splats")
     p_GK = splat.p_GK.astype(float)
     distance = np.linalg.norm(p_GK - np.median(p_GK, axis=0), axis=1)
     radius = float(np.quantile(distance, _INNER))
     if not radius:
-        raise RemoSplatError("no floor: the splats are all in one place")
+        raise RemoSplatError("no floor: all splats are at the same point")
     inner = np.flatnonzero(distance <= _MARGIN * radius)
-    # Larger splats are blobs, and cover no more than this.
+    # Splats above this size are not flat surfaces, and count with this size.
     most = 5 * _THICKNESS * radius
     largest = np.sort(splat.scales[inner], axis=1)[:, :-3:-1].astype(float)
     weight = np.minimum(largest, most).prod(axis=1) * splat.opacities[inner]
     kept = inner[rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())]
-    # Only for the drawn splats, since all rotations of a large splat need much
-    # memory.
+    # Only the rotations of the drawn splats are computed, since those of all
+    # splats may need much memory.
     few = splat.select(kept)
     axes = np.argsort(-few.scales, axis=1)[:, :2]
     scales = np.take_along_axis(few.scales, axes, axis=1).astype(float)
@@ -226,7 +237,7 @@ def _hypotheses(
 
 
 def _distinct(planes: Iterable[_Plane]) -> list[_Plane]:
-    """The planes that are not the same as a better one, best first."""
+    """The planes that differ from all better planes, the best first."""
     kept: list[_Plane] = []
     for plane in sorted(planes, key=lambda plane: -plane.score):
         if not any(plane.is_same(other) for other in kept):
@@ -237,7 +248,7 @@ def _distinct(planes: Iterable[_Plane]) -> list[_Plane]:
 def _fitted(
     p_M: np.ndarray, normal: np.ndarray, offset: float, up: np.ndarray | None
 ) -> _Plane:
-    """The least-squares plane of the points near a plane, repeated once."""
+    """The least-squares plane of the points near a plane, by two iterations."""
     for thickness in (3 * _THICKNESS, 2 * _THICKNESS, *[_THICKNESS] * 3):
         own = p_M[np.abs(p_M @ normal + offset) < thickness]
         if len(own) < 3:

@@ -1,4 +1,4 @@
-"""Finds cubes that are completely free in some views."""
+"""Counts the views in which cubes of space are completely free."""
 
 import math
 
@@ -40,11 +40,12 @@ def count_whole_looks(
         edge: Edge length of the cubes [m].
         margin: Least distance of measurements behind a cube [m]; beyond a depth
             of 2 m it grows with the square of the depth.
-        enough: Number of views at which counting ends.
-        pitch: Largest distance of a view's pixels at a cube [m].
+        enough: Number of views at which counting stops.
+        pitch: Largest distance between neighbouring rays of a view at a cube
+            [m]; views with a larger distance do not count.
 
     Returns:
-        Numbers of views, at most `enough`, shape (n,), int64.
+        Number of views for each cube, at most `enough`, shape (n,), int64.
     """
     count = np.zeros(len(lower_W), np.int64)
     lower_W = np.ascontiguousarray(lower_W, float)
@@ -65,7 +66,7 @@ def count_whole_looks(
 
 @parallel_kernel
 def _count_looks(depth, K, X_WC, lower_W, edge, margin, pitch, enough, count):
-    """Counts one view's whole looks."""
+    """Increases the count of each cube that one view shows as free."""
     for i in prange(len(lower_W)):
         if count[i] < enough and _is_behind_centre(
             depth, K, X_WC, lower_W[i], edge, margin
@@ -77,7 +78,7 @@ def _count_looks(depth, K, X_WC, lower_W, edge, margin, pitch, enough, count):
 
 @helper
 def _is_behind_centre(depth, K, X_WC, lower_W, edge, margin):
-    """Whether the pixel of a cube's centre is deep enough: most are not."""
+    """Whether a view shows free space beyond a cube's centre."""
     x, y, z = _in_camera(X_WC, lower_W, edge, 0.5, 0.5, 0.5)
     if z <= _NEAREST:
         return False
@@ -90,7 +91,7 @@ def _is_behind_centre(depth, K, X_WC, lower_W, edge, margin):
 
 @helper
 def _is_behind_all(depth, K, X_WC, lower_W, edge, margin, pitch):
-    """Whether all pixels whose rays meet a cube are deep and near enough."""
+    """Whether all rays through a cube are close together and end behind it."""
     left = top = np.inf
     right = bottom = deepest = -np.inf
     for corner in range(8):
@@ -125,7 +126,7 @@ def _is_behind_all(depth, K, X_WC, lower_W, edge, margin, pitch):
 
 @helper
 def _in_camera(X_WC, lower_W, edge, a, b, c):
-    """A point of a cube, from its corner in edges, expressed in C."""
+    """A point of a cube in C, given by its offset from the corner in edges."""
     x = lower_W[0] + a * edge - X_WC[0, 3]
     y = lower_W[1] + b * edge - X_WC[1, 3]
     z = lower_W[2] + c * edge - X_WC[2, 3]
@@ -159,5 +160,5 @@ def _leaves(X_WC, x_C, y_C, lower_W, edge, pad):
 
 @helper
 def _noise(z):
-    """By how much the margin grows at a depth."""
+    """Length by which the margin grows at a depth [m]."""
     return max(1.0, z / _NOISE_DEPTH) ** 2

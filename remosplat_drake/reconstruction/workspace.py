@@ -1,4 +1,4 @@
-"""`Workspace`: the box in which a splat's distances must be correct."""
+"""`Workspace`: the box in which the robot uses a splat's distances."""
 
 import dataclasses as dc
 
@@ -22,7 +22,7 @@ class Workspace:
 
     @staticmethod
     def around(focus: np.ndarray, reach: float = 1.0) -> "Workspace":
-        """Makes a cube around a point, such as the target.
+        """Makes a cube around a point, such as the robot's target.
 
         Args:
             focus: Centre of the cube, shape (3,) [m]. If it is above the floor
@@ -41,8 +41,8 @@ class Workspace:
 
         Args:
             capture: Posed RGB-D images.
-            beyond: Percentage of the surfaces that is beyond each side of the
-                box.
+            beyond: Percentage of the measured points that are beyond each side
+                of the box.
 
         Raises:
             RemoSplatError: The capture has no depth.

@@ -95,7 +95,7 @@ def test_without_a_report_the_scenario_counts(splat):
 @pytest.mark.parametrize(
     ("spoil", "problem"),
     [
-        (lambda splat: splat.write_bytes(b"anew"), "about another splat"),
+        (lambda splat: splat.write_bytes(b"anew"), "belongs to another splat"),
         (lambda splat: report_path(splat).write_text("{"), "not JSON"),
         (lambda splat: report_path(splat).write_text("{}"), "is missing"),
         (lambda splat: report_path(splat).write_text("[" * 9999), "not JSON"),

@@ -322,5 +322,5 @@ def test_one_frame_and_no_depth_cannot_be_reconstructed(
     nothing = np.full((90, 120), 65535, np.uint16)
     for i in range(2):
         writers.save_image(tmp_path / f"frame-{i:06d}.depth.png", nothing)
-    with pytest.raises(RemoSplatError, match="needs depth"):
+    with pytest.raises(RemoSplatError, match="too few for"):
         check_reconstructible(read_capture(tmp_path))

@@ -141,7 +141,9 @@ def test_options_bound_depth_and_size(capture, tmp_path):
 
 
 def test_names_what_it_looks_for(tmp_path):
-    with pytest.raises(FileError, match=r"no known capture.*transforms\.json"):
+    with pytest.raises(
+        FileError, match=r"no capture of a known format.*transforms\.json"
+    ):
         read_capture(tmp_path)
     with pytest.raises(FileError, match="no such file or folder"):
         read_capture(tmp_path / "absent")

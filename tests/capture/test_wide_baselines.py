@@ -88,7 +88,7 @@ def test_an_error_of_the_scale_is_told_from_one_of_the_poses(
     assert wide.scale == pytest.approx(factor - 1, abs=1e-3)
     (finding,) = judge_exactness(bad, wide)
     too = "long" if factor > 1 else "short"
-    assert f"% too {too} for the poses" in finding.problem
+    assert f"% too {too}; without" in finding.problem
 
 
 def test_a_smooth_drift_is_told(capture):

@@ -96,7 +96,7 @@ def test_every_nth_frame(folder, capsys):
         (["nowhere"], "nowhere: no such file"),
         (["{folder}", "--format", "tmu"], "did you mean 'tum'"),
         (["{folder}", "--stride", "0"], "stride: must be positive"),
-        (["{folder}/images"], "no known capture"),
+        (["{folder}/images"], "no capture of a known format"),
     ],
 )
 def test_what_cannot_be_read_is_told_in_one_line(

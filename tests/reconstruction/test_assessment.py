@@ -182,7 +182,7 @@ def test_a_damaged_report_is_refused(splat_file, change, message):
 
 def test_a_report_of_another_splat_is_refused(splat_file):
     splat_file.write_bytes(b"another splat")
-    with pytest.raises(FileError, match="about another splat"):
+    with pytest.raises(FileError, match="belongs to another splat"):
         read_report(splat_file)
     report_path(splat_file).write_text("{")
     with pytest.raises(FileError, match="not JSON"):

@@ -157,7 +157,7 @@ def test_a_ball_has_no_floor(up_G):
 
 def test_a_point_has_no_floor():
     splat = blob(np.random.default_rng(0)).transformed(RigidTransform(), 1e-4)
-    with pytest.raises(RemoSplatError, match="all in one place"):
+    with pytest.raises(RemoSplatError, match="at the same point"):
         find_splat_floor(splat.select(np.zeros(200, int)))
 
 

@@ -1,4 +1,4 @@
-"""Finds wrong frames and motion: surfaces in other views' free space."""
+"""Finds wrong poses and motion from surfaces in other views' free space."""
 
 import dataclasses as dc
 
@@ -15,13 +15,15 @@ from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 
 _WRONG = 0.5
 """A frame is wrong if other frames show free space at this fraction of its
-points, or more."""
+points or at more of them.
+"""
 
 _MOVING = 0.08
-"""Least fraction of points in free space with which a frame shows motion: the
-fraction of its points in other frames' free space, or of other frames' points
-in its own free space. In rendered captures of static rooms, noisy or with pose
-errors up to 30 mm, the fraction is at most 0.03."""
+"""A frame shows motion if at least this fraction of its points is in other
+frames' free space, or if at least this fraction of other frames' points is in
+its own free space. In rendered captures of static rooms, with noise or with
+pose errors of up to 30 mm, these fractions are at most 0.03.
+"""
 
 _MOVED = 0.005
 """An object has moved in the capture if at least this fraction of all points is
@@ -35,8 +37,8 @@ def contradicting_frames(wide: WideBaselines) -> np.ndarray:
     """Finds frames with most of their points in other frames' free space.
 
     If two frames contradict each other, either may be wrong. So the frame that
-    contradicts the most others is removed first, its contradictions no longer
-    count, and the search is repeated.
+    contradicts the most other frames is removed first. The search is then
+    repeated without the contradictions of this frame.
 
     Returns:
         Indices of these frames, ascending.
@@ -55,9 +57,10 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """Judges whether something in front of the cameras has moved.
 
     It reports frames with surfaces in other frames' free space. If there are
-    none, it reports frames with other frames' surfaces in their own free space.
-    The second test finds a mirror or a pane of glass that few frames see
-    through: in each of the other frames, it is only a small part of the image.
+    none, it reports frames whose own free space contains other frames'
+    surfaces. The second test finds a mirror or a pane of glass through which
+    few frames show free space: in each of the other frames, the mirror or pane
+    is only a small part of the image.
 
     Args:
         capture: The capture.
@@ -95,7 +98,7 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
 def _counts(
     wide: WideBaselines, without: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Judged points of each frame, and those in free space, both (n,)."""
+    """Numbers of compared points, and of those in free space, both (n,)."""
     kept = ~np.isin(wide.pairs, without).any(axis=1)
     judged, through = np.zeros((2, wide.frames), int)
     np.add.at(judged, wide.pairs[kept], wide.judged[kept])
@@ -104,7 +107,7 @@ def _counts(
 
 
 def _contradicted(wide: WideBaselines, without: list[int]) -> np.ndarray:
-    """Number of others that contradict each frame, shape (n,)."""
+    """Number of other frames that contradict each frame, shape (n,)."""
     kept = ~np.isin(wide.pairs, without).any(axis=1)
     rate = _rates(wide.judged[kept], wide.through[kept])
     contradicts = (rate > _WRONG).any(axis=1)

@@ -1,4 +1,4 @@
-"""Judges the disagreement of views in millimetres, and finds its cause."""
+"""Judges the disagreement of views on shared surfaces, and finds its cause."""
 
 import dataclasses as dc
 
@@ -27,15 +27,17 @@ _MIN_PAIRS = 3
 """Least number of pairs of views for a decision."""
 
 _FEWER_PAIRS = 60
-"""Largest number of pairs of views in the test of a possible cause."""
+"""Largest number of pairs of views with which a possible cause is tested."""
 
 _UNEQUAL = 0.03
-"""Relative difference of focal lengths from which on an exchange would be a
-serious error."""
+"""Least relative difference of the focal lengths at which their exchange would
+be a serious error.
+"""
 
 _LEAST_OFFSET = 5e-4
-"""Disagreement below this is within the resolution of depth files, which store
-whole millimetres [m]."""
+"""Disagreement that the resolution of depth files explains, which contain whole
+millimetres [m].
+"""
 
 _TIMES_NOISE = 3.0
 """Views disagree by more than noise explains if the ratio of disagreement to
@@ -43,30 +45,34 @@ noise exceeds this. In 60 rendered captures with and without noise, the ratio is
 at most 1.5 for disagreements above `_LEAST_OFFSET`."""
 
 _FRAME_OFF = 3e-3
-"""A frame that disagrees with all others by more than this has a wrong pose
-[m]."""
+"""Disagreement with all other frames above which a pose is wrong [m]."""
 
 _EXPLAINED = 0.5
-"""A cause explains a disagreement if at most this fraction of it remains after
-the correction."""
+"""A cause explains a disagreement if, after its correction, at most this
+fraction of the disagreement remains.
+"""
 
 _LEAST_SCALE = 0.002
-"""Least detectable error of the depth's scale, as a fraction; smaller ones
-cannot be distinguished from errors of poses."""
+"""Least detectable error of the depth's scale, as a fraction. A smaller error
+cannot be distinguished from errors of poses.
+"""
 
 
 @dc.dataclass(frozen=True)
 class Disagreement:
-    """Disagreement of views about shared surfaces, for near and distant pairs.
+    """Disagreement of pairs of near and of distant views on shared surfaces.
 
     Attributes:
-        near: Median baseline of the nearer half of the pairs [m].
-        far: Median baseline of the farther half [m].
+        near: Median baseline of the half of the pairs with the shorter
+            baselines (the nearer half) [m].
+        far: Median baseline of the other, farther half [m].
         near_offset: Median offset of the nearer half [m].
         far_offset: Median offset of the farther half [m].
         worst: Largest offset of a pair [m].
-        near_noise: Median noise-induced offset of the nearer half [m].
-        far_noise: Median noise-induced offset of the farther half [m].
+        near_noise: Median offset that noise alone would cause in the nearer
+            half [m].
+        far_noise: Median offset that noise alone would cause in the farther
+            half [m].
         pairs: Number of pairs.
     """
 
@@ -95,13 +101,13 @@ class Disagreement:
             f"views {self.near:.1f} m apart disagree by"
             f" {1e3 * self.near_offset:.1f} mm, views {self.far:.1f} m apart by"
             f" {1e3 * self.far_offset:.1f} mm (medians of {self.pairs} pairs;"
-            f" at worst {1e3 * self.worst:.0f} mm), where noise explains"
+            f" at worst {1e3 * self.worst:.0f} mm); noise explains only"
             f" {max(1e3 * self.far_noise, 0.1):.1f} mm"
         )
 
 
 def disagreement(wide: WideBaselines) -> Disagreement | None:
-    """Summarises the views' disagreement; None if too few can be compared."""
+    """Summarises the disagreement; None if too few pairs share surfaces."""
     compared = np.flatnonzero(wide.compared)
     if len(compared) < _MIN_PAIRS:
         return None
@@ -135,8 +141,8 @@ def judge_exchange(capture: Capture, wide: WideBaselines) -> list[Finding]:
         return []
     problem = (
         f"the focal lengths f_x = {f_x:.0f} and f_y = {f_y:.0f} look"
-        f" exchanged: views disagree by {1e3 * before:.1f} mm (median), but by"
-        f" {1e3 * after:.1f} mm with the other order"
+        f" exchanged: views disagree by {1e3 * before:.1f} mm (median), but by "
+        f"{1e3 * after:.1f} mm if they are exchanged"
     )
     remedy = "exchanged f_x and f_y"
     return [Finding(INTRINSICS, problem, remedy=remedy, repair=_exchanged)]
@@ -177,14 +183,14 @@ def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
     if left < _EXPLAINED * before and abs(wide.scale) > _LEAST_SCALE:
         too = "long" if wide.scale > 0 else "short"
         problem += (
-            f"; depths look {100 * abs(wide.scale):.2f} % too {too} for the"
-            f" poses; without this error, {1e3 * left:.1f} mm remain"
+            f"; relative to the poses, depths look {100 * abs(wide.scale):.2f} "
+            f"% too {too}; without this error, {1e3 * left:.1f} mm remain"
         )
     return [Finding(INEXACT, problem, WARNING)]
 
 
 def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
-    """Finds single frames with pose errors while most are exact."""
+    """Finds single frames with pose errors in a capture of exact poses."""
     compared = wide.compared
     offset = np.full(len(capture), np.inf)
     limit = np.zeros(len(capture))
@@ -208,14 +214,14 @@ def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
             problem,
             WARNING,
             frames=tuple(frames.tolist()),
-            remedy=f"left out {len(frames)} frames whose poses are off",
+            remedy=f"removed {len(frames)} frames whose poses are off",
             repair=lambda capture: without(capture, frames),
         )
     ]
 
 
 def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
-    """Returns the shift by a frame that explains most of the disagreement."""
+    """Returns the wrong pairing of images that explains most disagreement."""
     before = float(np.median(wide.offset[wide.compared]))
     best, least = None, _EXPLAINED * before
     for shift in SHIFTS:

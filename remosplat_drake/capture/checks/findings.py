@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable
 from remosplat_drake.capture.capture import Capture
 
 DEFECT, WARNING = "defect", "warning"
-"""A defect causes a wrong map. After a warning, the map may be less complete or
-less exact than the capture suggests."""
+"""Severities of a finding. A defect causes a wrong map. With a warning, the map
+may be less complete or less exact than the capture suggests.
+"""
 
 INTRINSICS = "intrinsics"
 NO_DEPTH = "no-depth"
@@ -29,19 +30,19 @@ ONE_PLANE = "one-plane"
 READING = "reading"
 
 DEFECTS = {
-    INTRINSICS: "the intrinsics belong to other images",
+    INTRINSICS: "the intrinsics do not fit the images",
     NO_DEPTH: "there is almost no depth",
-    DEPTH_UNIT: "depths are in a wrong unit",
+    DEPTH_UNIT: "depths have the wrong unit",
     ONE_SIDE: "everything was seen from one side only",
     COLOURS: "colours and depths do not match",
-    POSES: "a common mistake about poses explains the contradictions:"
-    " inverted, wrong axes or unit,"
-    " another order of quaternions, other frames' poses",
+    POSES: "poses contradict each other because of a common mistake: they are "
+    "inverted, have wrong axes or a wrong unit, quaternions are in another "
+    "order, or poses belong to other frames",
     WRONG_FRAMES: "frames contradict all of their neighbours",
     NO_OVERLAP: "frames share no surface that could confirm their poses",
-    CONTRADICTION: "frames contradict each other for an unknown reason",
+    CONTRADICTION: "frames contradict each other; the cause is unknown",
 }
-"""Names of the defects that a user may accept, and their meaning."""
+"""Names of the defects that a user may accept, with their meanings."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -51,11 +52,13 @@ class Finding:
     Attributes:
         name: Short name; for a defect, a key of `DEFECTS`.
         problem: Description with numbers.
-        severity: `DEFECT` or `WARNING`.
-        frames: Indices of the affected frames; empty: the whole capture.
-        remedy: Description of `repair`; empty if there is no remedy.
-        repair: Function that returns the capture without the fault; None if
-            only a better capture helps.
+        severity: `DEFECT` or `WARNING`; a defect causes a wrong map.
+        frames: Indices of the affected frames; empty if the problem affects the
+            whole capture.
+        remedy: Description of the correction that `repair` makes; empty if
+            there is none.
+        repair: Function that returns the capture without the problem; None if
+            the problem cannot be corrected.
     """
 
     name: str

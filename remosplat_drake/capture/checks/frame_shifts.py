@@ -1,7 +1,8 @@
-"""Finds images that are paired with data of another frame.
+"""Corrects captures whose images are paired with data of another frame.
 
-A recorder pairs all images with data of the next frame if it drops its first
-depth image, or if it numbers depths from one but colours or poses from zero.
+A recorder pairs images with data of the next frame if it drops its first depth
+image. It also does so if it numbers depths from one, but colours or poses from
+zero.
 """
 
 import dataclasses as dc
@@ -14,12 +15,13 @@ from remosplat_drake.capture.checks.registration import edge_correlation
 
 @dc.dataclass(frozen=True)
 class FrameShift:
-    """A shift of images against poses by one frame, with its correction.
+    """A shift of images relative to poses by one frame, with its correction.
 
     Attributes:
-        step: Frame i has data that belong to frame i - step.
-        moves_depth: Whether depths are shifted against poses.
-        moves_colour: Whether colours are shifted against poses.
+        step: Offset of the shifted data: frame i has the data of frame i -
+            step.
+        moves_depth: Whether depths are shifted relative to poses.
+        moves_colour: Whether colours are shifted relative to poses.
     """
 
     step: int
@@ -28,13 +30,11 @@ class FrameShift:
 
     @property
     def words(self) -> str:
-        """Description of the wrong pairing, as part of a warning."""
+        """Description of the wrong pairs, as part of a warning."""
         what = {
-            (True, True): "images look as if paired with the poses",
-            (True, False): "depth images look as if paired with colours and"
-            " poses",
-            (False, True): "colour images look as if paired with depths and"
-            " poses",
+            (True, True): "images seem to be paired with the poses",
+            (True, False): "depths seem to be paired with colours and poses",
+            (False, True): "colours seem to be paired with depths and poses",
         }[self.moves_depth, self.moves_colour]
         where = "next" if self.step > 0 else "previous"
         return f"{what} of the {where} frame"
@@ -51,7 +51,7 @@ class FrameShift:
         return f"moved the {what} to the {where} frame"
 
     def undo(self, capture: Capture) -> Capture:
-        """Returns the capture, one frame shorter, with the right pairs."""
+        """Returns the capture with correct pairs, which has one frame less."""
         n = len(capture)
         late, early = np.arange(1, n), np.arange(n - 1)
         if self.step < 0:
@@ -79,8 +79,8 @@ def as_colours_tell(shift: FrameShift, capture: Capture) -> FrameShift:
     """Adds a colour shift to a depth shift if the edges then match better.
 
     Args:
-        shift: A shift of depths against poses.
-        capture: The capture that has it.
+        shift: A shift of depths relative to poses.
+        capture: The capture with this shift.
     """
     alone = edge_correlation(capture, -shift.step)
     if edge_correlation(capture) <= alone:

@@ -1,4 +1,4 @@
-"""Checks of a capture's images: their camera, their depth, their colours."""
+"""Checks a capture's images: their intrinsics, depths and colours."""
 
 import dataclasses as dc
 
@@ -25,7 +25,9 @@ from remosplat_drake.capture.checks.registration import (
 )
 
 _FOV_RANGE = (20.0, 130.0)
-"""Fields of view of RGB-D cameras and phones, with some margin [deg]."""
+"""Least and largest field of view of RGB-D cameras and phones, with a margin
+[deg].
+"""
 
 _MAX_OFF_CENTRE = 0.15
 """Largest distance of a principal point from the image's centre, as a
@@ -45,13 +47,15 @@ _GOOD_CORRELATION = 0.3
 one frame."""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
-"""Ratio r and difference d: colours belong to another frame if their
-correlation with that frame's depths exceeds r c + d, where c is their
-correlation with the depths of their own frame."""
+"""Ratio r and difference d of correlations. Let c be the correlation of colours
+with the depths of their own frame. The colours belong to another frame if their
+correlation with the depths of that frame exceeds r c + d.
+"""
 
 _PLANE, _ON_PLANE = 0.02, 0.95
-"""Distance from a plane [m], and least fraction of a capture's points within
-this distance, if the capture shows only one plane."""
+"""A capture shows only one plane if at least this fraction of its points (the
+second number) is within this distance of a plane (the first number) [m].
+"""
 
 _MAX_EMPTY = 0.2
 """Largest fraction of empty depth images without a warning. A few are normal,
@@ -63,7 +67,8 @@ _UNITS = (
     (5.0, "1 / 5000 m read as millimetres"),
     (0.2, "millimetres read as 1 / 5000 m"),
 )
-"""Factors by which depths are too large, and the mistakes that cause them."""
+"""Factors by which depths may be too large, and the mistakes that cause them.
+"""
 
 
 def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
@@ -85,8 +90,8 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
     if not (low < fov_deg.min() and fov_deg.max() < high):
         problem = (
             f"fields of view of {fov_deg[0]:.0f} x {fov_deg[1]:.0f} degrees"
-            f" are implausible ({low:.0f} to {high:.0f} are usual): are the"
-            " focal lengths those of images of another size?"
+            f" are implausible ({low:.0f} to {high:.0f} are usual); check that "
+            "the focal lengths belong to images of this size"
         )
         findings.append(Finding(INTRINSICS, problem))
     stretch, aspect = focal[0] / focal[1], width / height
@@ -105,12 +110,13 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
 
 
 def _judge_centre(center: np.ndarray, size: np.ndarray, off: float) -> Finding:
-    """Finds the cause of a principal point far from the images' centre."""
+    """Judges a principal point that is far from the images' centre."""
     problem = (
-        f"the principal point lies {100 * off:.0f} % of the image's size off"
-        " its centre"
+        f"the principal point lies {100 * off:.0f} % of the image's size away "
+        "from its centre"
     )
-    # Principal points have errors of some per cent, so the size is only a hint.
+    # Principal points have errors of some per cent, so the scale is
+    # approximate.
     scales = 2 * center / size
     scale = float(scales.mean())
     if np.abs(scales - scale).max() < _ALIKE * abs(scale):
@@ -153,7 +159,7 @@ def _judge_empty(capture: Capture, known: np.ndarray) -> list[Finding]:
             problem,
             WARNING,
             frames=tuple(empty.tolist()),
-            remedy="left out the frames without depth",
+            remedy="removed the frames without depth",
             repair=lambda capture: without(capture, empty),
         )
     ]

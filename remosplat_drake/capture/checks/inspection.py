@@ -1,4 +1,4 @@
-"""Inspection of a capture: measurements and findings."""
+"""`inspect_capture`: measures a capture, and finds its problems."""
 
 import dataclasses as dc
 
@@ -52,7 +52,8 @@ class CaptureInspection:
     Attributes:
         frames: Number of frames n.
         size: Height and width of the images [pixels].
-        focal: Smallest and largest focal length, x and y alike [pixels].
+        focal: Smallest and largest focal length along x or y of any frame
+            [pixels].
         fov_deg: Median horizontal and vertical field of view [deg].
         depth: Percentiles 1, 50 and 99 of the known depths [m]; NaN if there
             are none.
@@ -63,9 +64,9 @@ class CaptureInspection:
         registration: Registration of colour and depth; None if there is too
             little data.
         overlap: Agreement between the depths of neighbouring frames.
-        wide: Disagreement of near and distant frames about shared surfaces.
-        wrong_frames: Indices of the frames that disagree with all of their
-            neighbours.
+        wide: Disagreement of near and of distant frames on shared surfaces.
+        wrong_frames: Indices of the frames that disagree with all frames that
+            have a large overlap with them.
         findings: All problems, defects first.
     """
 
@@ -91,7 +92,7 @@ class CaptureInspection:
 
 
 def inspect_capture(capture: Capture) -> CaptureInspection:
-    """Measures and judges a capture.
+    """Measures a capture, and finds its problems.
 
     Args:
         capture: A capture of at least one frame.
@@ -114,7 +115,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     exchanged = [] if camera_findings else judge_exchange(capture, wide)
     pose_findings = exchanged or judge_overlap(capture, overlap, wrong)
     if not pose_findings:
-        # With wrong poses, the checks below could only report the same problem
+        # If poses are wrong, the checks below would only report this problem
         # again.
         pose_findings = _judge_shared_surfaces(capture, overlap, wide)
     mended = any(finding.repair for finding in pose_findings)
@@ -124,7 +125,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
         *judge_depth(capture, float(percentiles[1])),
         *judge_path(float(np.ptp(p_WC, axis=0).max())),
         *pose_findings,
-        # Depth of another frame does not match colours, either.
+        # Depths of another frame do not match the colours, either.
         *(() if mended else judge_registration(capture, registration)),
     )
     return CaptureInspection(
@@ -148,7 +149,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
 def _judge_shared_surfaces(
     capture: Capture, overlap: Overlap, wide: WideBaselines
 ) -> list[Finding]:
-    """Compares views whose poses seem right."""
+    """Compares the surfaces of views whose poses seem right."""
     agreeing = overlap.pairs[overlap.agreements >= MIN_AGREEMENT]
     pairs = np.concatenate([agreeing, wide.pairs[wide.compared]])
     return [

@@ -2,7 +2,7 @@
 
 Points of one view are projected into another view and compared with its depth
 image. A point behind the measured surface may be occluded. A point in front of
-it is a contradiction, since the other view measured free space there.
+the surface is a contradiction, since the other view measured free space at it.
 """
 
 import dataclasses as dc
@@ -17,18 +17,21 @@ TOLERANCE = 0.02
 
 _SAMPLES = 400
 _COARSE = 40
-"""Number of points of a view that are compared, and number of points that the
-search for neighbouring views uses."""
+"""Number of points of a view that are compared with other views, and number of
+points that the search for neighbouring views uses.
+"""
 
 _NEIGHBOURS = 4
 _MIN_OVERLAP = 0.3
-"""A view's neighbours see at least this fraction of its points."""
+"""Views are neighbours if each sees at least this fraction of the other's
+points.
+"""
 
 _MIN_JUDGED = 20
-"""Least number of points for a decision about a pair of views."""
+"""Least number of points from which a pair of views is judged."""
 
 MIN_AGREEMENT = 0.5
-"""Least agreement about shared points of views with correct poses."""
+"""Least fraction of agreeing points of views with correct poses."""
 
 _MAX_JUMP = 0.05
 """Neighbouring pixels are at an edge if their depths differ by more than this
@@ -41,14 +44,15 @@ class Overlap:
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Number of points of both views that agree with the other
-            view's depth within the tolerance, shape (m,).
-        contradicting: Number of points in front of the other view's surface,
-            shape (m,).
-        differences: Absolute differences between the depths of all compared
-            points and the other view's surface, over all pairs [m].
-        supported: Fraction of all the views' points that agree with some
-            neighbour's depth.
+        agreeing: Number of points of both views that agree with the depth of
+            the pair's other view, shape (m,).
+        contradicting: Number of points of both views in front of the surface of
+            the pair's other view, shape (m,).
+        differences: Absolute differences between the depth of a point and that
+            of the other view's surface, for all compared points of all pairs
+            [m].
+        supported: Fraction of all views' points that agree with the depth of at
+            least one neighbouring view.
     """
 
     pairs: np.ndarray
@@ -62,7 +66,7 @@ class Overlap:
 
     @property
     def agreement(self) -> float:
-        """Fraction of compared points that agree; NaN if none was compared."""
+        """Fraction of compared points that agree; NaN if there is none."""
         judged = int(self.agreeing.sum() + self.contradicting.sum())
         return int(self.agreeing.sum()) / judged if judged else np.nan
 
@@ -125,7 +129,7 @@ def measure_overlap(
 def supported_fractions(
     capture: Capture, seed: int = 0, tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """Computes the fraction of each view's points that another view shows, too.
+    """Computes the fraction of each view's points that another view confirms.
 
     Args:
         capture: The n views.
@@ -133,7 +137,8 @@ def supported_fractions(
         tolerance: Fraction of a depth by which agreeing depths may differ.
 
     Returns:
-        Fractions of the views' points, shape (n,); 0 for a view without depth.
+        Fractions of the views' points, shape (n,); 0 for a view without
+        depth.
     """
     p_C = sample_points(capture, _SAMPLES, np.random.default_rng(seed))
     supported = np.zeros(p_C.shape[:2], bool)
@@ -162,7 +167,7 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
 
     Args:
         capture: The n views.
-        p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
+        p_C: Some points of each view in its camera frame, (n, k, 3) [m] or NaN.
 
     Returns:
         Indices of the views, shape (m, 2).
@@ -182,7 +187,7 @@ def shared_fractions(capture: Capture, p_C: np.ndarray) -> np.ndarray:
 
     Args:
         capture: The n views.
-        p_C: Some points of each view in its camera, (n, k, 3) [m] or NaN.
+        p_C: Some points of each view in its camera frame, (n, k, 3) [m] or NaN.
 
     Returns:
         For each pair of views, the fraction of one view's points that project
@@ -235,13 +240,14 @@ def compare(
 
     Args:
         capture: The views.
-        p_C: Points in a's camera, shape (k, 3) [m].
+        p_C: Points in the camera frame of a, shape (k, 3) [m].
         a: Index of the points' view.
         b: Index of the view that they are projected into.
 
     Returns:
-        Depths of the points in b's camera, and b's measured depths, both of
-        shape (k,) [m]; NaN where b has no surface there.
+        Depths of the points in b's camera frame, and b's measured depths at
+        their pixels, both of shape (k,) [m]; NaN where b has measured no
+        surface.
     """
     K, image = capture.K[b], capture.depth[b]
     height, width = capture.size

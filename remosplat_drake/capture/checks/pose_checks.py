@@ -34,15 +34,17 @@ from remosplat_drake.capture.checks.pose_conventions import (
 )
 
 _ROUGHLY = 0.08
-"""Tolerance of depths, as a fraction: if views agree within it, refinement of
-poses may correct the remaining errors."""
+"""Fraction of a depth by which agreeing depths may differ. If views agree
+within this tolerance, the refinement of poses may correct the remaining errors.
+"""
 
 _MIN_SUPPORTED = 0.05
-"""If less than this fraction of points is confirmed by another view, the views
-show different places."""
+"""Least fraction of points that another view confirms. If it is less, the views
+show different places.
+"""
 
 _MIN_PATH = 0.05
-"""Least motion of a camera that shows things from different sides [m]."""
+"""Least motion with which a camera sees objects from different sides [m]."""
 
 
 def judge_path(extent: float) -> list[Finding]:
@@ -77,7 +79,8 @@ def judge_overlap(
     if (capture.depth > 0).mean() < MIN_DEPTH_FRACTION or len(capture) < 2:
         return []
     facts = (
-        f"neighbouring frames agree on {100 * agreement:.0f} % of their overlap"
+        f"neighbouring frames agree at {100 * agreement:.0f} % of their common "
+        "points"
         if np.isfinite(agreement)
         else "no two frames show the same surface"
     )
@@ -85,8 +88,8 @@ def judge_overlap(
     if found is not None:
         mistake, mended = found
         problem = (
-            f"{mistake.words}: {facts}, but {100 * mended.agreement:.0f} %"
-            " after its correction"
+            f"{mistake.words}: {facts}, but at {100 * mended.agreement:.0f} % "
+            "after its correction"
         )
         return [
             Finding(POSES, problem, remedy=mistake.remedy, repair=mistake.undo)
@@ -102,7 +105,7 @@ def judge_overlap(
 def _find_mistake(
     capture: Capture, overlap: Overlap
 ) -> tuple[Mistake | FrameShift, Overlap] | None:
-    """Returns the cause of the disagreement, and the overlap without it."""
+    """Returns the cause of the disagreement, and the corrected overlap."""
     found = find_mistake(capture, overlap)
     for shift in SHIFTS if found is None else ():
         if shift.moves_depth and len(capture) > MIN_VIEWS:
@@ -118,6 +121,6 @@ def _wrong_frames(capture: Capture, wrong: np.ndarray) -> Finding:
         f"the poses of {len(wrong)} of {len(capture)} frames disagree with"
         f" all of their neighbours': {list_frames(wrong, capture)}",
         frames=tuple(wrong.tolist()),
-        remedy=f"left out {len(wrong)} frames that contradict all others",
+        remedy=f"removed {len(wrong)} frames that contradict all others",
         repair=lambda capture: without(capture, wrong),
     )

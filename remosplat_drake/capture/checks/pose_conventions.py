@@ -1,9 +1,10 @@
 """Finds common mistakes about camera poses in a capture.
 
-A reader of captures must assume whether poses are camera-to-world, the
-directions of the camera's axes (OpenCV or OpenGL), the order of a quaternion's
-numbers (xyzw or wxyz) and the unit of lengths. If one assumption is wrong, the
-views contradict each other. They agree after its correction.
+A reader of captures must assume the direction of poses (camera-to-world or
+world-to-camera), the directions of the camera's axes (OpenCV or OpenGL), the
+order of a quaternion's numbers (xyzw or wxyz) and the unit of lengths. If one
+assumption is wrong, the views contradict each other. After its correction, they
+agree.
 """
 
 import dataclasses as dc
@@ -21,8 +22,9 @@ GOOD_AGREEMENT = 0.8
 """Least agreement of neighbouring views whose poses are right."""
 
 _LEFT = 0.5
-"""A mistake explains a disagreement if less than this fraction of it remains
-after the correction."""
+"""A mistake explains a disagreement if, after its correction, less than this
+fraction of the disagreement remains.
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -79,9 +81,9 @@ def _reorder(shift: int, flip: bool) -> Callable[[np.ndarray], np.ndarray]:
     """Rotates a quaternion's four numbers by `shift` places.
 
     Args:
-        shift: 1 if the file has xyzw and was read as wxyz; -1 if the other
-            way round.
-        flip: Whether the reader turned the axes afterwards.
+        shift: 1 if the file has xyzw and was read as wxyz; -1 if it has wxyz
+            and was read as xyzw.
+        flip: Whether the reader converted the camera's axes afterwards.
     """
 
     def undo(X_WC: np.ndarray) -> np.ndarray:
@@ -148,6 +150,6 @@ MISTAKES = (
 )
 """All mistakes that are tried.
 
-There is no correction that turns the axes before it inverts the poses: it would
-only turn the world frame W.
+No correction turns the axes before it inverts the poses, because it would only
+rotate the world frame W.
 """

@@ -1,7 +1,7 @@
-"""Registration of colour to depth: checks whether their edges coincide.
+"""Measures the registration of colour to depth from their edges.
 
-At the outline of a surface depth changes, and often colour, too. So the edges
-of correctly registered images match best without a shift.
+At the outline of a surface, the depth changes, and often the colour, too. So
+the edges of correctly registered images match best without a shift.
 """
 
 import dataclasses as dc
@@ -11,11 +11,14 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
-"""Number of views in the search for an unknown shift; number of views, and
-width of their images [pixels], for the correlation at a given shift."""
+"""Number of views with which an unknown shift is searched for. Number of views,
+and width of their images [pixels], with which the correlation at a given shift
+is computed.
+"""
 _MIN_JUMP = 0.05
-"""There is an edge between neighbouring pixels whose depths differ by more than
-this fraction."""
+"""Relative difference of the depths of neighbouring pixels above which there is
+an edge between them.
+"""
 
 _MIN_EDGES = 0.0005
 """An image is usable if at least this fraction of its pixels is at an edge."""
@@ -30,16 +33,18 @@ _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
 _TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
-"""Largest shift that is not significant: a fraction of the image's width, but
-not less than the second value [pixels]."""
+"""Largest shift that is not significant: the first number is a fraction of the
+image's width, the second one a lower limit [pixels].
+"""
 
 _MUCH_WORSE = 0.8
 """Colours are shifted if their correlation without a shift is below this
 multiple of the best correlation."""
 
 _WIDTH = 2.0
-"""Standard deviation by which edges are blurred, as they are never sharp
-[pixels]."""
+"""Standard deviation of the blur that is applied to edges, so that edges that
+are slightly displaced still match [pixels].
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -69,10 +74,13 @@ class Registration:
 
 
 def measure_registration(capture: Capture) -> Registration | None:
-    """Finds the shift at which edges match best; None if it is undetermined.
+    """Finds the shift of colours at which their edges match those of depths.
 
     Args:
-        capture: The views; at most two dozen are used.
+        capture: The views; at most two dozen of them are used.
+
+    Returns:
+        The shift; None if too few edges match to determine it.
     """
     width = capture.size[1]
     reach = max(2, round(_MAX_SHIFT * width))
@@ -92,11 +100,12 @@ def measure_registration(capture: Capture) -> Registration | None:
 
 
 def edge_correlation(capture: Capture, step: int = 0) -> float:
-    """Computes the correlation of the edges of depths and colours, unshifted.
+    """Computes the correlation of the edges of depths and colours.
 
     Args:
         capture: The views; at most a dozen are used.
-        step: Depths of frame i are compared with the colours of frame i + step.
+        step: Offset of frames: depths of frame i are compared with the colours
+            of frame i + step.
 
     Returns:
         The mean correlation; 0 if there are too few edges.
@@ -115,7 +124,7 @@ def edge_correlation(capture: Capture, step: int = 0) -> float:
 
 
 def _edge_correlations(capture: Capture, reach: int) -> list[np.ndarray]:
-    """Correlations of some views' edges at all shifts up to `reach`."""
+    """Mean correlation of the edges of some views, for all shifts."""
     found = []
     for view in _spread(len(capture), _MAX_FRAMES):
         jumps = depth_edges(capture.depth[view])
@@ -144,8 +153,8 @@ def color_edges(rgb: np.ndarray) -> np.ndarray:
 def depth_edges(depth: np.ndarray) -> np.ndarray:
     """Marks pixels at a surface's outline with 1, others with 0, shape (h, w).
 
-    Of two neighbouring pixels with a jump of known depth, only the nearer one
-    is marked, since the outline belongs to the nearer surface.
+    If the depths of two neighbouring pixels differ, only the pixel of the
+    nearer surface is marked, since the outline belongs to this surface.
     """
     edges = np.zeros(depth.shape)
     for axis in (0, 1):
@@ -158,7 +167,7 @@ def depth_edges(depth: np.ndarray) -> np.ndarray:
 
 
 def _correlations(a: np.ndarray, b: np.ndarray, reach: int) -> np.ndarray:
-    """Correlation of b with a moved by -reach .. reach rows and columns."""
+    """Correlation of b with a, moved by -reach .. reach rows and columns."""
     a, b = _blur_spectrum(a), _blur_spectrum(b)
     norm = np.sqrt((np.abs(a) ** 2).sum() * (np.abs(b) ** 2).sum())
     product = np.fft.ifft2(b * a.conj()).real * a.size / max(norm, 1e-30)

@@ -1,4 +1,4 @@
-"""Corrects problems that an inspection found in a capture."""
+"""Corrects the problems of a capture that an inspection found."""
 
 import dataclasses as dc
 
@@ -26,11 +26,11 @@ class Repair:
 
 
 def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
-    """Corrects all findings that have a remedy, one after the other.
+    """Corrects all findings that have a remedy, one after another.
 
-    After each correction the capture is inspected again, since one mistake may
-    cause several findings: if depths are in a wrong unit, poses seem wrong,
-    too. Each remedy is tried once.
+    After each correction, the capture is inspected again, since one mistake may
+    cause several findings. For example, if depths have a wrong unit, poses seem
+    to be wrong, too. Each remedy is tried once.
 
     Args:
         capture: A capture.

@@ -1,4 +1,4 @@
-"""`SeenSpaceField`: distance to the surfaces in depth images.
+"""`SeenSpaceField`: distances to the surfaces that depth images show.
 
 Scenes from mesh files have no signed distance, since the inside of an open mesh
 is undefined. Depth images determine free space: everything between a camera and
@@ -22,19 +22,18 @@ _SIZE = 120
 """Width and height of the depth images that `look_round` renders [pixels]."""
 
 _WIDE = np.pi / 2
-"""Field of view of these images, so that six of them show all directions
-[rad]."""
+"""Field of view of these images [rad], with which six show all directions."""
 
 _ELEVATIONS = (0.15, 0.8)
 _AZIMUTHS = np.arange(8) * np.pi / 4
 
 
 class SeenSpaceField(DistanceField):
-    """Distances to the points of depth images; negative in unobserved space.
+    """Distances to the points of depth images; negative in unseen space.
 
     Args:
         K: Intrinsic matrix that all images share, shape (3, 3) [pixels].
-        depth: Depth z in C, shape (n, h, w) [m]; 0 where there is nothing.
+        depth: Depth z in C, shape (n, h, w) [m]; 0 where there is no surface.
         X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
 
     Raises:
@@ -56,7 +55,7 @@ class SeenSpaceField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures the clearances of all spheres; see `DistanceField`."""
+        """Measures the clearances of spheres; see `DistanceField`."""
         answer = self._cloud.clearances(spheres)
         radius = spheres.radius[answer.sphere]
         side = np.where(self.is_seen(spheres.p_WS[answer.sphere]), 1.0, -1.0)
@@ -69,7 +68,7 @@ class SeenSpaceField(DistanceField):
         ).within(max_distance)
 
     def is_seen(self, p_WS: np.ndarray) -> np.ndarray:
-        """Returns which points are in front of the surfaces of some image.
+        """Returns a mask of the points that any image shows as free.
 
         Args:
             p_WS: Points in W, shape (n, 3) [m].
@@ -98,15 +97,15 @@ def look_round(
     upper: np.ndarray,
     around: np.ndarray | None = None,
 ) -> SeenSpaceField:
-    """Renders depth images of a scene from outside and from within.
+    """Makes the field of a scene from depth images from outside and inside.
 
     Args:
         solids: The solids of the scene.
         lower: Lower corner of a box around the relevant space, shape (3,) [m].
         upper: Upper corner of that box, shape (3,) [m].
         around: A point of free space from which images in all directions are
-            rendered, shape (3,) [m], for scenes that enclose the camera; None:
-            no such images.
+            rendered, shape (3,) [m]. Scenes that enclose the workspace, such as
+            rooms, need it. None renders no such images.
 
     Raises:
         RemoSplatError: No image shows a surface.

@@ -1,4 +1,4 @@
-"""Planes fitted to small windows of depth images: smooth depth, and normals.
+"""Fits planes to small windows of depth images, for smooth depth and normals.
 
 In the image of a plane a X + b Y + c Z = 1, the inverse depth is linear: 1 / Z
 = a x + b y + c, with x = X / Z and y = Y / Z. The plane's normal (a, b, c)
@@ -12,25 +12,27 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _WINDOW, _HALF_SIDE = 0.012, 3
-"""Half the side of a window, as a fraction of the image's width, and the number
-of pixels that are used in this half side."""
+"""Half the side of a window, as a fraction of the image's width, and number of
+pixels along this half side that are used.
+"""
 
 _MIN_COSINE = 0.35
 """Least cosine of the angle of incidence."""
 
 _LEAST_ROUGHNESS = 1e-3
-"""A window contains no edge if the residual of its plane, relative to the
-depth, is below this."""
+"""Largest residual of a plane, relative to the depth, in a window without an
+edge.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class TangentPlanes:
-    """Planes under n pixels of a view, in its camera frame C.
+    """Planes of surfaces at n pixels of a view, in its camera frame C.
 
     Attributes:
-        plane: The planes (a, b, c), shape (n, 3) [1/m]; NaN where a window
-            leaves the image, has unknown pixels, contains an edge, or is seen
-            at a grazing angle.
+        plane: The planes (a, b, c), shape (n, 3) [1/m]. They are NaN if the
+            window is partly outside the image, has unknown pixels, contains an
+            edge, or shows a surface at a grazing angle.
         p_C: Points of the planes at the pixels' centres, shape (n, 3) [m]; NaN
             where the plane is NaN.
     """
@@ -93,7 +95,8 @@ def fit_planes(
     """Fits planes by least squares to the windows around some pixels.
 
     A plane goes through the centre of the paraboloid that fits the window best.
-    A plane through the mean of the window would lie inside a curved surface.
+    A plane through the mean of the window's points would lie inside a curved
+    object.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -102,9 +105,9 @@ def fit_planes(
         column: Columns of the windows' centres, shape (n,).
 
     Returns:
-        The planes (a, b, c), shape (n, 3) [1/m], NaN where a window leaves the
-        image or has unknown pixels; and the root mean square residual of the
-        fit, as a fraction of the depth, shape (n,).
+        The planes (a, b, c), shape (n, 3) [1/m], and the root mean square
+        residuals of the fits, as fractions of the depth, shape (n,). A plane is
+        NaN if its window is partly outside the image or has unknown pixels.
     """
     height, width = depth.shape
     stride = max(1, round(_WINDOW * width / _HALF_SIDE))

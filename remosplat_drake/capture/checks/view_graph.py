@@ -20,7 +20,8 @@ from remosplat_drake.capture.checks.wide_baselines import share_surfaces
 
 _GROUP, _PART = 5, 0.2
 """Least size of a group: number of frames, and fraction of all frames that
-share surfaces."""
+share surfaces with others.
+"""
 
 _COARSE, _MIN_SHARED = 40, 0.1
 """Number of points of a view that are projected into other views, and the
@@ -28,11 +29,11 @@ fraction of them that must project into a view's image before the two views are
 compared."""
 
 _TRIED = 60
-"""Largest number of pairs that are tried to join two groups."""
+"""Largest number of pairs of views that are compared to join two groups."""
 
 
 def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
-    """Judges whether all views are connected, and by more than one view.
+    """Judges whether shared surfaces connect all views redundantly.
 
     Args:
         capture: The capture of n views.
@@ -60,22 +61,22 @@ def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
     if not joints:
         return []
     problem = (
-        "single frames connect parts of the capture; a wrong pose of one"
-        f" displaces a whole part: {list_frames(joints, capture)}"
+        "single frames connect parts of the capture, so a pose error of such "
+        f"a frame displaces a whole part: {list_frames(joints, capture)}"
     )
     return [Finding(ONE_JOINT, problem, WARNING, frames=tuple(joints))]
 
 
 def view_groups(pairs: np.ndarray, n: int) -> list[np.ndarray]:
-    """Finds the large connected components of the graph of views and pairs.
+    """Finds the groups of views that shared surfaces connect.
 
     Args:
         pairs: Indices of views that share surfaces, shape (m, 2).
         n: Number of views.
 
     Returns:
-        Indices of each group's views, ascending, the largest group first;
-        small groups are left out.
+        Indices of each group's views, ascending, the largest group first. Small
+        groups are omitted.
     """
     graph = coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n))
     _, label = connected_components(graph, directed=False)
@@ -97,7 +98,7 @@ def _joined(
     Args:
         capture: The views.
         pairs: Indices of views that share surfaces, shape (m, 2).
-        without: Indices of views that must not join groups.
+        without: Indices of views whose shared surfaces are ignored.
     """
     groups = view_groups(pairs, len(capture))
     if len(groups) < 2:

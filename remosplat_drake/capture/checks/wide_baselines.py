@@ -1,14 +1,14 @@
-"""Measures the disagreement of distant views about shared surfaces.
+"""Measures the disagreement of distant views on shared surfaces.
 
 Noise differs from pixel to pixel, but an error of a pose or of the depth's
-scale moves all points of a view. So for each pair of views, the rigid motion is
-fitted that aligns one view's points with the other's surfaces (point to plane).
-The displacement by this motion is compared with the displacement that the
-remaining scatter would cause.
+scale moves all points of a view. So for each pair of views, a rigid motion is
+fitted that aligns the points of one view with the surfaces of the other view
+(point to plane). The displacement by this motion is compared with the
+displacement that noise alone would cause.
 
-If every depth is too long by a fraction s, views at p_WA and p_WB are displaced
-against each other by s (p_WB - p_WA). This distinguishes an error of the scale
-from errors of poses.
+If every depth is too large by a fraction s, the surfaces of views at p_WA and
+p_WB are displaced relative to each other by s (p_WB - p_WA). This distinguishes
+an error of the scale from errors of poses.
 """
 
 import dataclasses as dc
@@ -28,8 +28,9 @@ from remosplat_drake.capture.checks.tangent_planes import (
 )
 
 _SAMPLES, _COARSE = 300, 40
-"""Number of points of a view that are compared, and number of points that the
-search for overlapping views uses."""
+"""Number of points of a view that are compared with another view, and number of
+points that the search for overlapping views uses.
+"""
 
 _PAIRS = 300
 """Default for the greatest number of pairs of views that are compared."""
@@ -42,22 +43,26 @@ _MIN_POINTS = 40
 """Least number of shared points for a fit of six degrees of freedom."""
 
 _REACH = 0.1
-"""Surfaces farther apart than this are two surfaces [m]."""
+"""Largest distance between points of the same surface in two views [m]."""
 
 _THROUGH, _THROUGH_FAR = 0.05, 0.03
-"""Length [m], and added fraction of the depth, that define free space. A view
-shows free space at a point if the depth that it measured in the direction of
-the point exceeds the point's depth by more than their sum."""
+"""Length [m], and fraction of the depth, whose sum is the margin of free space.
+A view shows free space at a point if the depth that it measured at the point's
+pixel exceeds the point's depth by more than this margin.
+"""
 
 _TIMES_OFFSET = 5.0
-"""The margin `_THROUGH` is at least this multiple of the median disagreement of
-views."""
+"""The length `_THROUGH` is increased to this multiple of the median
+disagreement of views.
+"""
 
 _SAME_NORMAL = 0.85
-"""Least cosine between the normals that two views have for the same surface."""
+"""Least cosine between the normals of the same surface in two views."""
 
 _ITERATIONS = 6
-"""Number of iterations of the reweighted fit; fits converge after four."""
+"""Number of iterations of a reweighted fit. Fits converge after four
+iterations.
+"""
 
 _LEAST_SCATTER = 1e-5
 """Least assumed residual of a fit [m]."""
@@ -72,14 +77,14 @@ class WideBaselines:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
         baseline: Distance between the cameras, shape (m,) [m].
         offset: Root mean square displacement, along the normals, of shared
-            points by the fitted motion, shape (m,) [m]; NaN if they share too
-            little.
+            points by the fitted motion, shape (m,) [m]; NaN if the views share
+            too few points.
         noise: Displacement that noise alone would have caused, shape (m,) [m].
-        scale: Fraction by which depths are too long for the poses.
+        scale: Fraction by which depths are too large relative to the poses.
         unscaled: Offsets that remain after a correction of the scale, shape
             (m,) [m].
-        judged: Number of points of a, and of b, that the other view confirms or
-            contradicts, shape (m, 2).
+        judged: Number of points of a, and of b, that the pair's other view
+            confirms or contradicts, shape (m, 2).
         through: Number of these points that are in the other view's free space,
             shape (m, 2).
     """
@@ -96,7 +101,7 @@ class WideBaselines:
 
     @property
     def compared(self) -> np.ndarray:
-        """Which pairs share enough to be compared, shape (m,), bool."""
+        """Mask of the pairs that share enough points, shape (m,), bool."""
         return np.isfinite(self.offset)
 
 
@@ -107,8 +112,9 @@ class _Matches:
     Attributes:
         p_W: The points, shape (k, 3) [m].
         normal_W: Normals of the surfaces, shape (k, 3).
-        gap: Distance from b's to a's surface along them, shape (k,) [m].
-        found: Number of points of a, and of b, that are among them.
+        gap: Distance from b's to a's surface along these normals, shape (k,)
+            [m].
+        found: Numbers of these points that a, and that b, measured.
         beyond: Distances of the other view's surface behind other points of a,
             and of b, minus `_THROUGH_FAR` of their depth, shape (k',) each [m].
     """
@@ -120,11 +126,11 @@ class _Matches:
     beyond: tuple[np.ndarray, ...]
 
     def through(self, margin: float) -> list[int]:
-        """Counts points of a, and of b, that are in the other's free space."""
+        """Counts points of each view that are in the other's free space."""
         return [int((beyond > margin).sum()) for beyond in self.beyond]
 
     def judged(self, margin: float) -> list[int]:
-        """Counts points of a, and of b, that the other confirms or refutes."""
+        """Counts points of each view that the other confirms or refutes."""
         through = self.through(margin)
         return [a + b for a, b in zip(self.found, through, strict=True)]
 
@@ -132,7 +138,7 @@ class _Matches:
 def measure_wide_baselines(
     capture: Capture, seed: int = 0, most: int = _PAIRS
 ) -> WideBaselines:
-    """Measures how much near and distant views disagree on shared surfaces.
+    """Measures the disagreement of near and distant views on surfaces.
 
     Args:
         capture: Posed RGB-D images, in any order.
@@ -182,8 +188,8 @@ def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
 
     Args:
         capture: The views.
-        a: Index of one of them.
-        b: Index of the other one.
+        a: Index of one of the views.
+        b: Index of the other view.
         seed: Seed of the random choice of points.
     """
     two = capture.select(np.array([a, b]))
@@ -195,7 +201,7 @@ def share_surfaces(capture: Capture, a: int, b: int, seed: int = 0) -> bool:
 def _choose_pairs(
     capture: Capture, p_C: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of all baselines (m, 2), and these (m,) [m], ascending."""
+    """Pairs of views (m, 2), and their ascending baselines (m,) [m]."""
     a, b = np.nonzero(np.triu(shared_fractions(capture, p_C) >= _MIN_SHARED))
     p_WC = capture.X_WC[:, :3, 3]
     baseline = np.linalg.norm(p_WC[b] - p_WC[a], axis=1)
@@ -208,7 +214,7 @@ def _choose_pairs(
 def _match(
     capture: Capture, planes: dict[int, TangentPlanes], a: int, b: int
 ) -> _Matches:
-    """Points of either view that lie on the other's surfaces as well."""
+    """Finds the points of each view that lie on the other view's surfaces."""
     parts, found, beyond = [], [], []
     for this, other, sign in ((a, b, 1.0), (b, a, -1.0)):
         own = planes[this].select(np.isfinite(planes[this].p_C[:, 0]))
@@ -217,7 +223,7 @@ def _match(
         seen = planes_under(capture, other, p_D)
         normal_W = seen.normal_C @ capture.X_WC[other, :3, :3].T
         own_W = own.normal_C @ capture.X_WC[this, :3, :3].T
-        # The plane's nearness on the point's ray, times the point's depth.
+        # The plane's inverse depth on the point's ray, times the point's depth.
         ratio = (seen.plane * p_D).sum(axis=1)
         with np.errstate(invalid="ignore", divide="ignore"):
             gap = (ratio - 1) / np.linalg.norm(seen.plane, axis=1)
@@ -236,7 +242,7 @@ def _match(
 
 
 def _motion(matches: _Matches, gap: np.ndarray) -> tuple[float, float]:
-    """The displacement by the motion that closes gaps best, and its noise [m].
+    """The displacement by the motion that closes gaps, and its noise [m].
 
     Robust least squares with the weights of Geman and McClure. Degrees of
     freedom that the surfaces do not constrain are ignored. NaN if there are too
@@ -262,7 +268,7 @@ def _motion(matches: _Matches, gap: np.ndarray) -> tuple[float, float]:
 
 
 def _fit_scale(along: np.ndarray, gap: np.ndarray) -> float:
-    """The slope of gaps over baselines along the normals, robustly."""
+    """Robust slope of the gaps over the baselines along the normals."""
     if not len(gap):
         return 0.0
     scale, weight = 0.0, np.ones(len(gap))
@@ -280,6 +286,6 @@ def _robust(left: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _median(offsets: np.ndarray) -> float:
-    """Median of the known offsets [m]; 0 without any."""
+    """Median of the known offsets [m]; 0 if none is known."""
     known = offsets[np.isfinite(offsets)]
     return float(np.median(known)) if len(known) else 0.0

@@ -1,4 +1,4 @@
-"""Common code for apps that record with Apple's ARKit."""
+"""Confidence of depths in the captures of apps that use Apple's ARKit."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.images import Source
 
 MIN_CONFIDENCE = 2
-"""Least ARKit confidence of a depth that is kept: 0 low, 1 medium, 2 high.
+"""Least ARKit confidence of a depth that is used: 0 is low, 1 medium, 2 high.
 
 At edges, depths of medium confidence are between two surfaces.
 """
@@ -18,9 +18,9 @@ def keep_confident(
     """Sets depths of low confidence to 0, unknown.
 
     Args:
-        source: The file with the confidence levels, for errors.
+        source: The file with the confidence levels, which errors contain.
         depth: Depth, shape (h, w) [m].
-        levels: Confidence of each pixel, 0 to 2, as many as `depth` has.
+        levels: Confidence of each pixel, 0 to 2, as many values as in `depth`.
 
     Raises:
         FileError: The sizes differ.

@@ -1,11 +1,11 @@
-"""Lists of image files: their order, and images without a pose."""
+"""Lists image files in order, and notes images that are not used."""
 
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
 _MOST_LEFT_OUT = 0.2
-"""A note is made if more than this fraction of the images is not used."""
+"""Fraction of unused images above which a note is made."""
 
 IMAGES = {".png", ".jpg", ".jpeg"}
 """Suffixes of image files."""
@@ -17,7 +17,7 @@ def in_natural_order(paths: Collection[Path]) -> list[Path]:
 
 
 def images_in(folder: Path) -> list[Path]:
-    """Lists a folder's images in natural order; [] for a missing folder."""
+    """Lists a folder's images in natural order; [] if it does not exist."""
     if not folder.is_dir():
         return []
     files = [f for f in folder.iterdir() if f.suffix.lower() in IMAGES]
@@ -31,9 +31,8 @@ def note_left_out(
 
     Args:
         images: Names of all images.
-        used: Names of those that are used.
-        lacking: Reason why images are not used: the missing part, such as "a
-            pose".
+        used: Names of the images that are used.
+        lacking: Data that the unused images do not have, such as "a pose".
 
     Returns:
         One sentence, or nothing.
@@ -42,13 +41,13 @@ def note_left_out(
     if len(rest) <= _MOST_LEFT_OUT * len(images):
         return []
     return [
-        f"{len(rest)} of {len(images)} images lack {lacking}, the first of"
-        f" them {rest[0]}"
+        f"{len(rest)} of {len(images)} images lack {lacking} and are not used, "
+        f"the first of them {rest[0]}"
     ]
 
 
 def _natural_key(path: Path) -> list[tuple[int, str, int]]:
-    """Words and numbers of a file's name, so that both can be compared."""
+    """Words and numbers of a file's name, as a key for sorting."""
     return [
         (0, "", int(part)) if part.isdecimal() else (1, part, 0)
         for part in re.split(r"(\d+)", path.name)

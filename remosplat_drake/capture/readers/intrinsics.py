@@ -1,7 +1,7 @@
 """Reads the camera files that are beside the images of a capture.
 
-Such files follow OpenCV: the centre of the first pixel is (0, 0). Here it is
-(0.5, 0.5), so half a pixel is added to the principal point.
+Such files follow OpenCV: the centre of the first pixel is (0, 0). In a
+`Capture` it is (0.5, 0.5), so half a pixel is added to the principal point.
 """
 
 from pathlib import Path
@@ -19,11 +19,11 @@ _MATRIX_FILES = ("camera-intrinsics.txt", "intrinsics.txt", "intrinsic.txt")
 _JSON_PATTERNS = ("camera*.json", "intrinsic*.json")
 
 EXPECTED = f"{', '.join(_MATRIX_FILES)} (3x3) or camera*.json (Open3D)"
-"""Names of the files that `find_intrinsics` looks for, in words."""
+"""Description of the files that `find_intrinsics` reads."""
 
 
 def find_intrinsics(*folders: Path) -> np.ndarray:
-    """Reads the intrinsic matrix from the first camera file in some folders.
+    """Reads the intrinsic matrix from the first camera file in the folders.
 
     Returns:
         K, shape (3, 3) [pixels].

@@ -1,4 +1,4 @@
-"""Unpacking of LZFSE data (Apple's compression) with a bound on its size.
+"""Unpacks LZFSE data (Apple's compression) with a limit of the size.
 
 A block of a few bytes can unpack to megabytes. Each block's header contains its
 packed and unpacked size, so the whole size is checked before anything is
@@ -16,7 +16,9 @@ MAX_BYTES = 4 * MAX_PIXELS
 
 
 _MIN_HEADER = 32
-"""Least size of a block of kind 2; with it, reading always advances [bytes]."""
+"""Least size of a block of kind 2 [bytes]. Smaller sizes are invalid, so
+reading always advances.
+"""
 
 
 def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
@@ -45,7 +47,7 @@ def unpack(source: Source, max_bytes: int = MAX_BYTES) -> bytes:
                 str(source), f"unpacks to more than {max_bytes} bytes"
             )
         return lzfse.decompress(packed)
-    # On damaged data the decoder asks for ever more memory.
+    # With damaged data, the decoder allocates more and more memory.
     except (ValueError, struct.error, lzfse.error, MemoryError) as error:
         raise FileError(
             str(source), f"damaged LZFSE data {error}".strip()
@@ -68,7 +70,7 @@ def unpacked_size(packed: bytes) -> int:
 
 
 def _block(packed: bytes, start: int) -> tuple[int, int]:
-    """Unpacked and packed length of the block at `start` [bytes]."""
+    """Unpacked and packed size of the block at `start` [bytes]."""
     kind = packed[start : start + 4]
     if kind == b"bvx-":
         (raw,) = struct.unpack_from("<I", packed, start + 4)

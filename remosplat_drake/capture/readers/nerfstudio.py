@@ -1,18 +1,19 @@
-"""Captures in the format of nerfstudio, instant-ngp and NeRFCapture.
+"""Reads and writes captures of nerfstudio, instant-ngp and NeRFCapture.
 
-A folder holds `transforms.json` and images. Its cameras look along their -z
-axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the first
-pixel at (0.5, 0.5). Camera fields of a frame override those of the document.
-Paths in the document may point outside the folder, since files are only read.
+A folder contains `transforms.json` and images. The cameras in the file look
+along their -z axis (OpenGL), those of a `Capture` along +z (OpenCV). In both,
+the centre of the first pixel is (0.5, 0.5). Camera fields of a frame override
+those of the document. Paths in the document may point outside the folder, since
+files are only read.
 
 Depth images are 16-bit or float. In nerfstudio's documents, `depth_file_path`
 is their path, and `depth_unit_scale_factor` their unit (by default a
 millimetre). Documents of instant-ngp call them `depth_path` and
 `integer_depth_scale`.
 
-The world frame is the file's. Positions are divided by `applied_scale`, so that
-they are in metres. `applied_transform` is not undone, since it only turned the
-world frame.
+The world frame is that of the file. Positions are divided by `applied_scale`,
+so that they are in metres. `applied_transform` is not undone, since it only
+rotates the world frame.
 """
 
 import dataclasses as dc
@@ -50,9 +51,9 @@ from remosplat_drake.capture.recording import DepthImage, Recording
 from remosplat_drake.capture.undistortion import Distortion
 
 DEPTH_UNIT = 1e-3
-"""Length of one step of the depth images that we write [m].
+"""Length of one step of the depth images that `write_capture` writes [m].
 
-It is a millimetre, the default of Nerfstudio, which reads the unit from its
+It is a millimetre, the default of nerfstudio, which reads the unit from its
 command line and not from the file.
 """
 
@@ -62,7 +63,7 @@ fast, and files are a sixth larger.
 """
 
 TRANSFORMS = "transforms.json"
-"""Name of the document that describes a capture."""
+"""Name of the file that describes a capture."""
 EXPECTED_FILES = f"a folder with {TRANSFORMS}, or that file"
 """Description of the files that `recognises` accepts."""
 
@@ -92,7 +93,7 @@ def open_recording(path: Path) -> Recording:
 
     Raises:
         FileError: The document is missing or unreadable.
-        FieldError: It holds no list of frames.
+        FieldError: The document has no list of frames.
     """
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
@@ -122,7 +123,7 @@ def open_recording(path: Path) -> Recording:
 def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
     """Pose and time of a frame; NaN for missing or unusable values.
 
-    Frames that are not read may hold anything.
+    An invalid frame is reported only when it is read.
     """
     try:
         fields = _fields(path, document, i)
@@ -144,7 +145,7 @@ def notes(path: Path) -> list[str]:
     files = [path.parent / name for name in names if isinstance(name, str)]
     folders = dict.fromkeys(file.parent for file in files)
     if path.parent in folders:
-        # Anything may lie beside the document.
+        # The folder may contain any other files, too.
         return []
     stems = {str(file.with_suffix("")) for file in files}
     images = [image for folder in folders for image in images_in(folder)]
@@ -172,7 +173,7 @@ def read_frame(path: Path, document: dict, i: int) -> Frame:
 
 @dc.dataclass(frozen=True)
 class _Fields:
-    """The fields of one frame, before those of the whole document."""
+    """The fields of one frame; the document's fields are the defaults."""
 
     path: Path
     document: dict
@@ -187,13 +188,13 @@ class _Fields:
         return as_number(self.path, self.field(key), fields.get(key, default))
 
     def field(self, key: str) -> str:
-        """Place of a field, such as "frames[3].cx"."""
+        """Path of a field, such as "frames[3].cx"."""
         return f"{self.name}.{key}" if key in self.frame else key
 
     def within(
         self, key: str, default: float | None, least: float, most: float
     ) -> float:
-        """A number that must lie within bounds."""
+        """Reads a number that must lie within bounds."""
         value = self.number(key, default)
         if not least <= value <= most:
             raise FieldError(
@@ -204,7 +205,7 @@ class _Fields:
         return value
 
     def file(self, key: str) -> Path:
-        """The existing file that a field names, perhaps without its suffix."""
+        """Returns the file that a field names, with or without suffix."""
         name = self.frame.get(key)
         if not isinstance(name, str) or not name:
             raise self.error(key, f"expected a file, got {shown(name)}")
@@ -246,7 +247,7 @@ def _read_frame(fields: _Fields) -> Frame:
 
 
 def _read_depth_image(fields: _Fields) -> DepthImage:
-    """The depth of a frame, not undistorted."""
+    """Reads the depth of a frame, without undistortion."""
     _check_camera_model(fields)
     color_size = read_size(fields.file("file_path"))
     depth, hidden = _read_depth(fields), _read_hidden(fields)
@@ -354,7 +355,7 @@ def _pose(fields: _Fields) -> np.ndarray:
 def _finite_matrix(
     value: object, *shapes: tuple[int, int]
 ) -> np.ndarray | None:
-    """A matrix of one of the shapes, or None for anything else."""
+    """A matrix of one of the shapes; None if the value is no such matrix."""
     try:
         matrix = np.array(value, float)
     except (TypeError, ValueError):
@@ -364,11 +365,11 @@ def _finite_matrix(
 
 
 def write_capture(folder: str | Path, capture: Capture):
-    """Writes a capture as a nerfstudio folder; `transforms.json` comes last.
+    """Writes a capture as a nerfstudio folder.
 
-    An older document is removed first, since it would not match partly replaced
-    images. Depth is rounded to whole millimetres; beyond 65.535 m it is
-    unknown. All other data are preserved.
+    An existing `transforms.json` is removed first, since it would not match
+    partly replaced images. The new one is written last. Depth is rounded to
+    millimetres, and is unknown beyond 65.535 m. All other data are preserved.
 
     Args:
         folder: The folder to write.

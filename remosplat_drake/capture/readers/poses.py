@@ -1,17 +1,17 @@
-"""Converts camera poses of files: quaternions, and OpenGL or OpenCV axes."""
+"""Converts the quaternions and camera axes of poses in files."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 OPENGL_FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
-"""Turns the axes of an OpenGL camera (looks along -z, y up) to OpenCV's.
+"""Rotation from an OpenGL camera (looks along -z, y up) to an OpenCV camera.
 
 X_WC = X_WC_gl @ OPENGL_FROM_OPENCV.
 """
 
 
 def shortened(quaternions: np.ndarray) -> np.ndarray:
-    """Scales finite quaternions (n, 4) so that their squares do not overflow.
+    """Scales finite quaternions (n, 4), so that their norms do not overflow.
 
     Raises:
         ValueError: A quaternion is zero.
@@ -27,7 +27,8 @@ def poses_from_quaternions(
 ) -> np.ndarray:
     """Makes poses, shape (n, 4, 4), from quaternions and translations.
 
-    Values that are not finite stay so, and a later check reports them.
+    Poses of values that are not finite are not finite, either. A later check
+    reports them.
 
     Args:
         quaternions_xyzw: Quaternions of any nonzero norm, shape (n, 4).

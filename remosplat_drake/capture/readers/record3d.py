@@ -1,18 +1,19 @@
-"""Captures of the Record3D app: .r3d archives and EXR exports.
+"""Reads captures of the Record3D app: .r3d archives and EXR exports.
 
-`metadata` (JSON) holds the camera of the colour images, column by column in `K`
-or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy, cx,
-cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is the
-colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
-confidence, both packed with LZFSE. Files are read from the archive one by one,
-and not unpacked to disk. The reader also accepts a folder with the unpacked
-files.
+`metadata` (JSON) contains the intrinsics of the colour images: column by column
+in `K` or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy,
+cx, cy). It also contains poses `qx qy qz qw tx ty tz` of OpenGL cameras.
+`rgbd/N.jpg` is the colour image. `rgbd/N.depth` contains float32 metres, and
+`rgbd/N.conf` ARKit's confidence; both are packed with LZFSE. Files are read
+from the archive one by one, and are not unpacked to disk. The reader also
+accepts a folder with the unpacked files.
 
 The app's "EXR + JPG" export is a folder with the same metadata in
-`metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
+`metadata.json`, with colour images `rgb/N.jpg`, and with depths in metres in
+`depth/N.exr`.
 
-According to the app's author, the world is the frame of the first camera, in
-any orientation. Unlike ARKit's world, it is not aligned with gravity.
+According to the app's author, the world frame is that of the first camera, in
+any orientation. Unlike ARKit's world frame, it is not aligned with gravity.
 """
 
 import dataclasses as dc
@@ -49,7 +50,7 @@ MAX_MEMBER_BYTES = 64_000_000
 """Largest size of a file in an archive [bytes]."""
 
 MAX_RATE = 1000.0
-"""Largest frame rate that a capture may declare [1/s]."""
+"""Largest valid frame rate of a capture [1/s]."""
 
 EXPECTED_FILES = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
@@ -60,7 +61,7 @@ EXPECTED_FILES = (
 
 @dc.dataclass(frozen=True)
 class _Layout:
-    """Paths of the files; {} is the frame's number."""
+    """Paths of the files; {} stands for the frame's number."""
 
     metadata: str
     color: str
@@ -132,7 +133,7 @@ def open_recording(path: Path) -> Recording:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
-    """Paths of a capture's files, and their layout."""
+    """Opens a capture; returns the root of its files, and their layout."""
     if path.is_dir():
         yield path, _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
         return
@@ -167,13 +168,13 @@ def notes(path: Path) -> list[str]:
 
 
 def _check_members(path: Path, archive: zipfile.ZipFile):
-    """Rejects files of huge declared size, at which reading stops."""
+    """Rejects an archive whose header declares a file as too large."""
     for member in archive.infolist():
         if member.file_size > MAX_MEMBER_BYTES:
             raise FileError(
                 path,
-                f"{member.filename} claims {member.file_size / 1e6:.0f} MB;"
-                f" at most {MAX_MEMBER_BYTES / 1e6:.0f} MB are read",
+                f"{member.filename} has {member.file_size / 1e6:.0f} MB; at "
+                f"most {MAX_MEMBER_BYTES / 1e6:.0f} MB are read",
             )
         if member.flag_bits & 1:
             raise FileError(path, f"{member.filename} is encrypted")
@@ -193,7 +194,7 @@ def _poses(where: str, metadata: dict) -> np.ndarray:
         X_WC_gl = poses_from_quaternions(rows[:, :4], rows[:, 4:])
     except ValueError as error:
         raise FieldError(where, "poses", str(error)) from error
-    # Column by column, so that values that are not finite do not spread.
+    # By columns, so that values that are not finite do not affect others.
     return X_WC_gl * OPENGL_FROM_OPENCV.diagonal()
 
 
@@ -247,7 +248,7 @@ def _table(where: str, metadata: dict, key: str, width: int) -> np.ndarray:
 def _read_depth(
     root: Source, layout: _Layout, frame: int, metadata: dict
 ) -> np.ndarray:
-    """Metres, (h, w); 0 where unknown or in doubt."""
+    """Depth [m], (h, w); 0 where unknown or of low confidence."""
     source = root / layout.depth.format(frame)
     if layout.confidence is None:
         return read_depth(source, unit=1.0)
@@ -270,7 +271,8 @@ def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
     if size is not None:
         height, width = size
     else:
-        # Older files do not say; depth has the shape of colour.
+        # Older files do not contain the depth's size; its aspect ratio is the
+        # colour's.
         color_height, color_width = _size(where, metadata, "h", "w")
         height = round((count * color_height / color_width) ** 0.5)
         width = count // max(height, 1)

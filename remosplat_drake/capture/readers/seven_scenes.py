@@ -1,10 +1,10 @@
-"""Captures in the layout of Microsoft's 7-Scenes and of 3DMatch.
+"""Reads captures in the layout of Microsoft's 7-Scenes and of 3DMatch.
 
-Files `frame-XXXXXX.color.png` (or .jpg), `.depth.png` and `.pose.txt` lie in
-one folder; `camera-intrinsics.txt` in the same folder or in its parent. Poses
-are camera-to-world (OpenCV axes). Depth is in millimetres, and 0 or 65535 where
-unknown. Depth must be registered to colour, since the file describes only one
-camera for both images.
+The files `frame-XXXXXX.color.png` (or .jpg), `.depth.png` and `.pose.txt` are
+in one folder, and `camera-intrinsics.txt` is in the same folder or its parent.
+Poses are camera-to-world (OpenCV axes). Depth is in millimetres, and is 0 or
+65535 where unknown. Depth must be registered to colour, since the file
+describes only one camera for both images.
 """
 
 from collections.abc import Iterator, Sequence
@@ -97,4 +97,4 @@ def _color_file(path: Path, name: str) -> Path:
         candidate = path / f"{name}.color.{suffix}"
         if candidate.is_file():
             return candidate
-    raise FileError(path / f"{name}.color.png", "no such file (nor .jpg)")
+    raise FileError(path / f"{name}.color.png", "no such file, nor .jpg file")

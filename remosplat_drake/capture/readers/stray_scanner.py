@@ -1,11 +1,11 @@
-"""Captures of the Stray Scanner app.
+"""Reads captures of the Stray Scanner app.
 
-`rgb.mp4` is the colour video, `depth/NNNNNN.png` contain depths in millimetres,
+`rgb.mp4` is the colour video. `depth/NNNNNN.png` contain depths in millimetres,
 and `confidence/NNNNNN.png` ARKit's levels of confidence. `odometry.csv` has a
 row for each frame: time, number, position, quaternion and, in newer versions,
-the camera at the video's size (`fx, fy, cx, cy`); older ones have one
-`camera_matrix.csv`. The app writes poses with OpenCV axes into ARKit's world,
-whose y axis points up.
+the intrinsics for images of the video's size (`fx, fy, cx, cy`). In older
+versions, `camera_matrix.csv` contains the intrinsics of all frames. Poses have
+OpenCV axes and are in ARKit's world frame, whose y axis points up.
 """
 
 import csv
@@ -40,7 +40,7 @@ VIDEO = "rgb.mp4"
 ODOMETRY = "odometry.csv"
 """Name of the table of camera poses."""
 UP_W = (0.0, 1.0, 0.0)
-"""Unit vector against gravity: the y axis of ARKit's world."""
+"""Unit vector opposite to gravity: the y axis of ARKit's world frame."""
 
 EXPECTED_FILES = f"a folder with {VIDEO} and {ODOMETRY}"
 """Description of the files that `recognises` accepts."""
@@ -57,8 +57,8 @@ def recognises(path: Path) -> bool:
 def open_recording(path: Path) -> Recording:
     """Reads the poses of a folder.
 
-    The app may stop its video a few frames before its odometry. Frames without
-    an image are left out.
+    The video may end a few frames before the odometry. Frames without an image
+    are omitted.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -122,11 +122,11 @@ def notes(path: Path) -> list[str]:
 
 
 def _read_odometry(path: Path) -> list[dict]:
-    """The rows, each a dictionary of words by column."""
+    """The rows of the table, each a dictionary from columns to words."""
     lines = read_text(path).splitlines()
     rows = list(csv.DictReader(lines, skipinitialspace=True))
     if not rows:
-        raise FileError(path, "expected a header and one row a frame")
+        raise FileError(path, "expected a header and one row for each frame")
     if any(None in row.values() for row in rows):
         raise FileError(path, "a row is shorter than the header")
     return rows
@@ -146,7 +146,7 @@ def _columns(
 
 
 def _times(path: Path, rows: list[dict]) -> np.ndarray | None:
-    """Times of the rows, (n,) [s], which the oldest versions do not contain."""
+    """Times of the rows, (n,) [s]; None in the oldest versions."""
     if "timestamp" not in rows[0]:
         return None
     return _columns(path, rows, ("timestamp",))[:, 0]
@@ -175,7 +175,7 @@ def _read_depth(path: Path, number: int) -> np.ndarray:
 
 
 def _video_extent(path: Path) -> tuple[int, int, int]:
-    """Height and width of a video, and its number of frames; 0: unknown."""
+    """Height, width and number of frames of a video; 0 if unknown."""
     with _opened_video(path) as video:
         stream = video.streams.video[0]
         return stream.height, stream.width, stream.frames
@@ -184,7 +184,7 @@ def _video_extent(path: Path) -> tuple[int, int, int]:
 def _video_frames(
     path: Path, wanted: Collection[int]
 ) -> Iterator[tuple[int, np.ndarray]]:
-    """Numbers and colours (h, w, 3) of some of a video's frames, in order."""
+    """Yields numbers and colours (h, w, 3) of some frames of a video."""
     last = max(wanted, default=-1)
     with _opened_video(path) as video:
         video.streams.video[0].thread_type = "AUTO"
@@ -197,7 +197,7 @@ def _video_frames(
 
 @contextmanager
 def _opened_video(path: Path) -> Iterator[Any]:
-    """A video of a known codec and a size that can be decoded."""
+    """Opens a video, and checks its codec and its size."""
     try:
         import av
     except ImportError as error:
@@ -207,9 +207,9 @@ def _opened_video(path: Path) -> Iterator[Any]:
     try:
         with av.open(str(path)) as video:
             streams = video.streams.video
-            # A stream of an unknown codec has no context.
+            # The context of a stream with an unknown codec is None.
             if not streams or streams[0].codec_context is None:
-                raise FileError(path, "holds no video that can be decoded")
+                raise FileError(path, "contains no video that can be decoded")
             camera = streams[0].codec_context
             check_pixel_count(path, camera.width, camera.height)
             yield video

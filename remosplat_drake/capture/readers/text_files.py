@@ -1,4 +1,4 @@
-"""Small text files that come with captures: JSON, tables and matrices."""
+"""Reads small text files of captures: JSON, tables and matrices."""
 
 import zipfile
 from pathlib import Path
@@ -9,8 +9,7 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json_object
 
 MAX_BYTES = 256_000_000
-"""Largest size of a text file [bytes]; a larger file is not the expected
-one."""
+"""Largest size of a text file [bytes]."""
 
 
 def read_text(path: Path | zipfile.Path) -> str:
@@ -21,7 +20,7 @@ def read_text(path: Path | zipfile.Path) -> str:
     """
     try:
         if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
-            raise FileError(path, "is too long for a text file")
+            raise FileError(path, "is too large for a text file")
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise FileError(str(path), "no such file") from error
@@ -33,7 +32,7 @@ def read_json(path: Path | zipfile.Path) -> dict:
     """Reads a JSON file that holds an object.
 
     Raises:
-        FileError: The file is missing or holds no usable JSON object; see
+        FileError: The file is missing or is not a valid JSON object, see
             `parse_json`.
     """
     return parse_json_object(read_text(path), str(path))
@@ -53,7 +52,7 @@ def read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
     """Reads a matrix of numbers.
 
     Raises:
-        FileError: The file is missing or holds no matrix of this shape.
+        FileError: The file is missing or contains no matrix of this shape.
     """
     return as_matrix(path, read_rows(path), shape)
 
@@ -62,7 +61,7 @@ def as_matrix(path: Path, rows: object, shape: tuple[int, int]) -> np.ndarray:
     """Converts rows of words or numbers to a matrix.
 
     Raises:
-        FileError: They are not a matrix of this shape; the error names `path`.
+        FileError: The rows are no matrix of this shape; the error names `path`.
     """
     try:
         matrix = np.array(rows, float)

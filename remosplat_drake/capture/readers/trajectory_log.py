@@ -1,10 +1,11 @@
-"""Captures with a trajectory.log, as Redwood and Open3D write them.
+"""Reads captures with a trajectory.log, as Redwood and Open3D write them.
 
 For each frame, the log has a line of three numbers, the first of which is the
-frame's number, and a 4x4 camera-to-world pose (OpenCV axes). Colour and depth
-images are in folders of their own, and frame i is the i-th image of each
-folder, in the order of the numbers in their names. Depth is in millimetres. The
-capture's folder also contains a camera file (Open3D's JSON or a 3x3 matrix).
+frame's number, and a 4x4 camera-to-world pose (OpenCV axes). One folder
+contains the colour images, and another one the depth images. Frame i is the
+i-th image of each folder, in the order of the numbers in the names. Depth is in
+millimetres. The capture's folder also contains a camera file (Open3D's JSON or
+a 3x3 matrix).
 """
 
 from collections.abc import Iterator, Sequence
@@ -118,14 +119,16 @@ def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
     for start in range(0, len(rows), 5):
         header = as_matrix(path, [rows[start]], (1, len(rows[start])))[0]
         if not float(header[0]).is_integer():
-            raise FileError(path, f"no frame number: {rows[start][0]!r}")
+            raise FileError(
+                path, f"expected a frame number, got {rows[start][0]}"
+            )
         X_WC = as_matrix(path, rows[start + 1 : start + 5], (4, 4))
         entries.append((int(header[0]), X_WC))
     return entries
 
 
 def _images(path: Path, folders: tuple[str, ...]) -> list[Path]:
-    """The images of the first folder there is, in their natural order."""
+    """The images of the first folder that exists, in natural order."""
     for name in folders:
         if (path / name).is_dir():
             return images_in(path / name)

@@ -1,14 +1,15 @@
-"""Captures in the layout of the TUM RGB-D benchmark.
+"""Reads captures in the layout of the TUM RGB-D benchmark.
 
-`rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` lists `time tx ty
-tz qx qy qz qw`: camera poses in OpenCV axes, from a tracking system with a
-clock of its own. Depth is in steps of 1/5000 m. Poses are interpolated to the
-time of the depth image, since geometry comes from depth.
+Lines of `rgb.txt` and `depth.txt` have the form `time file`, and lines of
+`groundtruth.txt` the form `time tx ty tz qx qy qz qw`. These are camera poses
+in OpenCV axes, from a tracking system with a clock of its own. Depth is in
+steps of 1/5000 m. Poses are interpolated to the time of the depth image, since
+the geometry is computed from depth.
 
 The data sets contain no camera file. If the folder's name contains the name of
-one of the benchmark's three cameras, its intrinsics are known (Sturm et al.,
-IROS 2012, and the benchmark's web page). Other cameras need a file beside the
-lists.
+one of the benchmark's three cameras, the reader uses this camera's intrinsics
+(Sturm et al., IROS 2012, and the benchmark's web page). Other cameras need a
+camera file in the folder.
 """
 
 import re
@@ -52,7 +53,9 @@ _CAMERAS = {
     ),
     3: ((535.4, 539.2, 320.1, 247.6), Distortion()),
 }
-"""fx, fy, cx, cy and lens of the benchmark's "Freiburg" cameras."""
+"""Intrinsics fx, fy, cx, cy and distortion of the benchmark's "Freiburg"
+cameras.
+"""
 
 
 def recognises(path: Path) -> bool:
@@ -61,7 +64,7 @@ def recognises(path: Path) -> bool:
 
 
 def open_recording(path: Path) -> Recording:
-    """Reads the lists of a folder: all frames with colour, depth and a pose.
+    """Finds all frames of a folder with colour, depth and a pose.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -136,7 +139,8 @@ def associate(
         tolerance: Largest difference [s].
 
     Returns:
-        Indices into `others`, shape (n,); -1 where none is near.
+        Indices into `others`, shape (n,); -1 where no time is within the
+        tolerance.
     """
     after = np.searchsorted(others, times).clip(0, len(others) - 1)
     before = np.maximum(after - 1, 0)
@@ -168,7 +172,7 @@ def interpolate_poses(
 
 
 def _camera(path: Path) -> tuple[np.ndarray, Distortion | None]:
-    """K and lens from a camera file, or else from the folder's name."""
+    """K and distortion, from a camera file or else by the folder's name."""
     try:
         return find_intrinsics(path), None
     except FileError as error:

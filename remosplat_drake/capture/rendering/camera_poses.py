@@ -1,4 +1,4 @@
-"""Camera poses from which a scene is captured."""
+"""Chooses camera poses from which a scene is captured."""
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -15,11 +15,13 @@ CLEARANCE = 0.12
 
 _CANDIDATES = 12
 _MAX_REJECTED = 300
-"""The search fails after this number of consecutive occupied candidates."""
+"""Number of consecutive candidates inside or near solids after which the search
+fails.
+"""
 
 
 def look_at(p_WC: np.ndarray, p_WT: np.ndarray) -> RigidTransform:
-    """Returns the upright camera pose X_WC at p_WC that looks at the point T.
+    """Returns the pose X_WC of an upright camera that looks at a point T.
 
     Args:
         p_WC: Position of the camera in W, shape (3,) [m].
@@ -45,10 +47,9 @@ def survey(
 ) -> list[RigidTransform]:
     """Chooses camera poses X_WC that see a scene around a point from all sides.
 
-    A quarter of the cameras are distant. Each of the others faces a surface
-    point near the focus, including points below table tops and inside shelves,
-    and cameras keep a distance from each other (Mitchell's best-candidate
-    sampling).
+    A quarter of the cameras are distant. Each of the remaining cameras faces a
+    surface point near the focus, including points below table tops and inside
+    shelves. Mitchell's best-candidate sampling spreads the cameras.
 
     Args:
         field: Signed distances to the scene.
@@ -56,12 +57,12 @@ def survey(
         n: Number of poses.
         seed: Seed of the random choice.
         radius: Horizontal distance of the farthest cameras from the focus [m];
-            all other lengths except the clearance scale with it.
+            all other lengths except the clearance are proportional to it.
         clearance: Least distance of a camera from every solid [m].
         lowest: Least height of a camera [m], such as that of the floor.
 
     Raises:
-        RemoSplatError: No free place is found.
+        RemoSplatError: Not enough free camera positions are found.
     """
     rng = np.random.default_rng(seed)
     poses: list[RigidTransform] = []
@@ -95,7 +96,7 @@ def _draw_far(
     field: DistanceField,
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A camera centre around the scene, and the point it looks at."""
+    """Draws a camera centre around the scene, and a point to look at."""
     del field  # The position does not depend on it.
     azimuth = rng.uniform(-np.pi, np.pi)
     side = np.array([np.cos(azimuth), np.sin(azimuth), 0])
@@ -111,7 +112,7 @@ def _draw_near(
     field: DistanceField,
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A camera centre some way off a surface point, and that point."""
+    """Draws a camera centre in front of a surface point, and this point."""
     start = focus + radius * rng.uniform(-1, 1, 3) * [0.4, 0.45, 0.35]
     surface = field.clearances(Spheres.at(start))
     back = radius * rng.uniform(0.175, 0.35) * surface.direction_W[0]

@@ -1,4 +1,4 @@
-"""Perfect RGB-D images of solids, rendered off-screen by Drake."""
+"""Renders noise-free RGB-D images of solids off-screen, with Drake."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -28,7 +28,9 @@ FIELD_OF_VIEW = 1.0
 """Default vertical field of view of rendered captures [rad]."""
 
 NEAR, FAR = 0.05, 10.0
-"""Clipping planes: nearer or farther surfaces are not rendered [m]."""
+"""Depths of the clipping planes [m]; nearer or farther surfaces are not
+rendered.
+"""
 
 _ENGINE = "vtk"
 _LIGHTS_W = (
@@ -42,8 +44,8 @@ _LIGHTS_W = (
 def steady_light() -> RenderEngineVtkParams:
     """Makes lights that are fixed in W, on a black background.
 
-    With them a surface has the same colour in every view, which a splat of
-    spherical-harmonics degree 0 requires.
+    With these lights, a surface has the same colour in every view, as in a
+    splat of spherical-harmonics degree 0.
     """
     lights = [
         LightParameter(frame="world", direction=direction, intensity=0.6)
@@ -60,7 +62,7 @@ class SceneRenderer:
         width: Width of each image [pixels].
         height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
-        light: Lights and background; None: `steady_light`.
+        light: Lights and background; None takes `steady_light`.
 
     Attributes:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -80,7 +82,7 @@ class SceneRenderer:
         )
         self._color_camera = ColorRenderCamera(core, False)
         self._depth_camera = DepthRenderCamera(core, DepthRange(NEAR, FAR))
-        # The query object lives as long as the scene graph and its context.
+        # The query object is valid as long as the scene graph and its context.
         self._scene_graph = SceneGraph()
         with libraries_named("rendering images"):
             engine = MakeRenderEngineVtk(light or steady_light())
@@ -102,7 +104,7 @@ class SceneRenderer:
             self._scene_graph.RegisterAnchoredGeometry(source, instance)
 
     def depth(self, X_WC: RigidTransform) -> np.ndarray:
-        """Renders depths z in C, shape (h, w), float32 [m]; 0 for nothing."""
+        """Renders depths z in C, (h, w), float32 [m]; 0 for no surface."""
         image = self._query.RenderDepthImage(
             self._depth_camera, self._world, X_WC
         )
@@ -125,7 +127,7 @@ def render_views(
     fov_y: float = FIELD_OF_VIEW,
     on_view: Callable[[int, int], object] = lambda done, views: None,
 ) -> Capture:
-    """Renders a capture of a scene with a texture that fills space.
+    """Renders a capture of a scene, whose surfaces get a texture.
 
     Args:
         solids: The solids of the scene.
@@ -133,7 +135,8 @@ def render_views(
         width: Width of each image [pixels].
         height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
-        on_view: Called with the number of views that are done, and of all.
+        on_view: Called after each view with the number of rendered views and
+            the number of all views.
     """
     renderer = SceneRenderer(solids, width, height, fov_y)
     X_WC = np.array([pose.GetAsMatrix4() for pose in poses])

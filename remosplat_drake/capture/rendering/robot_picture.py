@@ -28,7 +28,7 @@ _FIELD = 0.6
 """Vertical field of view [rad]."""
 
 _FILLED = 0.9
-"""Fraction of the field of view that the robot fills."""
+"""Fraction of the field of view that the robot occupies."""
 
 _DIRECTION = np.array([1.0, -1.15, 0.55])
 """Direction from the robot to the camera."""
@@ -71,7 +71,7 @@ def framing(spheres: Spheres) -> RigidTransform:
     which is linear in x_C and d. The same holds for y.
 
     Args:
-        spheres: The spheres; there is one at least.
+        spheres: The spheres, at least one.
     """
     R_WC = look_at(_DIRECTION, np.zeros(3)).rotation()
     p_CS = spheres.p_WS @ R_WC.matrix()
@@ -122,7 +122,7 @@ def _link_solids(robot: RobotModel, q: np.ndarray) -> list[Solid]:
             )
     plant.Finalize()
     context = builder.Build().CreateDefaultContext()
-    # Only the diagram's root keeps its systems alive.
+    # The systems are valid only as long as the diagram's root exists.
     own = plant.GetMyMutableContextFromRoot(context)
     for name, value in (
         *zip(robot.joint_names, q, strict=True),
@@ -139,7 +139,7 @@ def _link_solids(robot: RobotModel, q: np.ndarray) -> list[Solid]:
 
 
 def _sphere_solids(robot: RobotModel, q: np.ndarray) -> list[Solid]:
-    """The spheres, those of each link in a colour of its own."""
+    """The spheres as solids; the spheres of each link have a common colour."""
     placed = robot.spheres_at(q)
     links = list(dict.fromkeys(robot.spheres.links))
     solids = []

@@ -1,8 +1,8 @@
-"""Reading of scenes from model files (URDF, SDF, MJCF) and mesh files.
+"""Reads scenes from model files (URDF, SDF, MJCF) and mesh files.
 
 Drake draws .obj and .gltf meshes itself; trimesh (extra `meshes`) converts the
-other formats. In glTF files, y points up, so they are turned until z points up.
-Files of other formats are not turned.
+other formats. In glTF files, y points up, so these scenes are rotated until z
+points up. Scenes of other formats are not rotated.
 """
 
 import importlib.util
@@ -28,7 +28,9 @@ from remosplat_drake.base.errors import FileError, MissingExtraError
 from remosplat_drake.capture.rendering.solids import Solid, painted
 
 MODELS = (".urdf", ".sdf", ".xml")
-"""Suffixes of files that Drake's parser reads; `.dmd.yaml` is read, too."""
+"""Suffixes of model files that Drake's parser reads, in addition to
+`.dmd.yaml`.
+"""
 
 DRAWN_MESHES = (".obj", ".gltf")
 """Suffixes of mesh files that Drake draws itself."""
@@ -38,7 +40,7 @@ CONVERTED_MESHES = (".glb", ".stl", ".ply", ".dae", ".off")
 _WITH_COLLISION = (".urdf", ".sdf")
 _GRAY = (0.75, 0.75, 0.75, 1.0)
 _Y_UP = (".glb",)
-# From z-up to the y-up of glTF, which Drake turns back.
+# From z-up to the y-up of glTF, which Drake converts back.
 _X_YZ = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
 
 
@@ -49,13 +51,15 @@ def read_solids(
 
     Args:
         path: A model file or a mesh file.
-        X_WM: Pose of the file's frame M in W; None means the identity.
-        scale: Length of a unit of a mesh file [m]; model files are in metres.
+        X_WM: Pose of the file's frame M in W; None takes the identity.
+        scale: Length of the unit of a mesh file [m]. Model files are in metres,
+            and ignore it.
 
     Raises:
-        FileError: The file is missing, unreadable, of an unknown kind or has
-            nothing to draw.
-        MissingExtraError: Its meshes need trimesh, which is not installed.
+        FileError: The file is missing, unreadable or of an unknown format, or
+            contains no visible shape.
+        MissingExtraError: The file's meshes need trimesh, which is not
+            installed.
     """
     X_WM = X_WM or RigidTransform()
     if not path.is_file():
@@ -104,7 +108,7 @@ def _model_solids(path: Path) -> Iterator[Solid]:
 def _without_collision(path: Path) -> str:
     """Returns a URDF or SDF without invisible parts, with absolute file names.
 
-    Drake refuses models with collision meshes in formats that it cannot read.
+    Drake rejects models with collision meshes in formats that it cannot read.
     """
     root = ElementTree.parse(path).getroot()
     for element in list(root.iter()):
@@ -139,7 +143,7 @@ def _mesh_solid(
     X_WG: RigidTransform, mesh: Mesh, look: PerceptionProperties
 ) -> Solid:
     mesh = _drawable(mesh)
-    # These bring colours of their own.
+    # These files contain their own colours.
     if mesh.extension() == ".gltf":
         look = PerceptionProperties()
     return Solid(X_WG, mesh, look)
@@ -166,14 +170,14 @@ def _is_drawn(path: Path, mesh: Mesh) -> bool:
         return False
     try:
         mesh.GetConvexHull()
-        # Without normals Drake's renderer refuses an .obj.
+        # Drake's renderer rejects an .obj file without normals.
         return path.suffix.lower() != ".obj" or "\nvn " in path.read_text()
     except (RuntimeError, ValueError) as error:
         raise FileError(path, " ".join(str(error).split())) from error
 
 
 def _converted(path: Path) -> MemoryFile:
-    """The mesh with its colours as a .gltf, without any as an .obj."""
+    """Converts a mesh to a .gltf file, or without colours to an .obj file."""
     import trimesh
 
     try:

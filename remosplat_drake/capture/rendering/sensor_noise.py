@@ -18,7 +18,8 @@ from remosplat_drake.capture.capture import Capture, back_project
 
 _OUTLINE_JUMP = 0.02
 """Two neighbouring pixels are at an outline if their depths differ by more than
-this fraction, and the difference is not that of a steep plane."""
+this fraction, unless the pixels are on a steep plane.
+"""
 
 _OUTLINE_REACH = 2
 """Pixels within this distance of an outline are disturbed [pixels]."""
@@ -39,8 +40,8 @@ class SensorNoise:
         axial_start: Depth at which the growth starts [m].
         axial_grazing: Growth of the depth noise with the angle of incidence
             [m^1.5].
-        inverse_depth_step: Step of 1/z between two disparities [1/m]; 0: no
-            rounding.
+        inverse_depth_step: Step of 1/z between two disparities [1/m]; 0 means
+            that depth is not rounded.
         outline_jitter: Standard deviation of shifts of outlines [pixels].
         outline_loss: Probability that a pixel at an outline has no depth.
         dropout: Probability that any other pixel has no depth.
@@ -73,7 +74,7 @@ class SensorNoise:
     rotation: float = 0.0
 
     def axial(self, z: np.ndarray, incidence: np.ndarray) -> np.ndarray:
-        """Computes the deviation [m] of depths z [m] at incidences [rad]."""
+        """Computes the standard deviation [m] of depths at incidences [rad]."""
         spread = self.axial_floor + self.axial_growth * np.square(
             z - self.axial_start
         )
@@ -135,12 +136,12 @@ def sensor_noise(name: str) -> SensorNoise:
 
 
 def with_noise(capture: Capture, noise: SensorNoise, seed: int = 0) -> Capture:
-    """Simulates the capture of a real camera.
+    """Adds the noise of a real camera to a capture.
 
     The noise of a view depends only on the seed and on the view's index.
 
     Args:
-        capture: A perfect capture.
+        capture: A noise-free capture.
         noise: The camera's imperfections.
         seed: Seed of the random noise.
     """
@@ -160,11 +161,11 @@ def noisy_depth(
     noise: SensorNoise,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Simulates a depth image of a real sensor.
+    """Adds the noise of a real sensor to a depth image.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        depth: Perfect depth, shape (h, w) [m]; 0 where unknown.
+        depth: Noise-free depth, shape (h, w) [m]; 0 where unknown.
         noise: The camera's imperfections.
         rng: Source of randomness.
 
@@ -191,7 +192,7 @@ def noisy_depth(
 def _incidence(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Angles between the rays and the surface's normal, (h, w) [rad].
 
-    Zero where a neighbour is unknown.
+    The angle is 0 where the depth of a neighbour is unknown.
     """
     p_C = back_project(K, depth, np.eye(4))
     along_v, along_u = np.gradient(p_C, axis=(0, 1))
@@ -255,7 +256,7 @@ def _noisy_color(
 def _noisy_pose(
     X_WC: np.ndarray, noise: SensorNoise, rng: np.random.Generator
 ) -> np.ndarray:
-    """A pose that is off by a small motion in C."""
+    """Adds a small random motion in C to a pose."""
     X_CD = np.eye(4)
     turn = noise.rotation * rng.standard_normal(3)
     X_CD[:3, :3] = Rotation.from_rotvec(turn).as_matrix()

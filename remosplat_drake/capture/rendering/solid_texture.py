@@ -1,7 +1,7 @@
-"""A texture that fills space, so that plain solids have features to match.
+"""A texture defined in all of space, so that plain solids have features.
 
 It is the mean of plane waves with wavelengths from 7 to 80 cm. It depends only
-on the point in W, so it looks the same from everywhere.
+on the point in W, so a surface has the same texture in all views.
 """
 
 import math
@@ -17,7 +17,7 @@ _COUNT = 8
 
 
 def _wave_vectors() -> np.ndarray:
-    """Wave vectors in W, shape (8, 3) [rad/m], always the same."""
+    """Wave vectors in W, shape (8, 3) [rad/m]; they are constant."""
     waves = np.random.default_rng(0).normal(size=(_COUNT, 3))
     length = np.geomspace(_SLOWEST, _FASTEST, _COUNT)[:, None]
     return waves * (length / np.linalg.norm(waves, axis=1, keepdims=True))
@@ -29,7 +29,7 @@ _WAVES_W = _wave_vectors()
 def brightness_reference(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Computes the same as `brightness`, for tests, from points in W."""
+    """Reference of `brightness`, which evaluates points in W."""
     p_W = np.nan_to_num(back_project(K, depth, X_WC))
     return _MEAN + _CONTRAST * np.sin(p_W @ _WAVES_W.T).mean(axis=-1)
 
@@ -37,7 +37,7 @@ def brightness_reference(
 def brightness(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Evaluates the texture at the points that a depth image sees.
+    """Evaluates the texture at the points that a depth image shows.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].

@@ -1,4 +1,4 @@
-"""`Solid`: a posed shape with an appearance, part of a rendered scene."""
+"""`Solid`: a shape with a pose and an appearance, part of a rendered scene."""
 
 import colorsys
 import dataclasses as dc
@@ -25,9 +25,9 @@ class Solid:
 
     Attributes:
         X_WG: Pose of the shape's frame G in W.
-        shape: A shape of Drake's.
-        look: Perception properties for Drake's renderers; meshes may bring
-            their own colours.
+        shape: A shape of Drake (`pydrake.geometry.Shape`).
+        look: Perception properties for Drake's renderers. A mesh's own colours
+            replace them.
     """
 
     X_WG: RigidTransform
@@ -35,12 +35,12 @@ class Solid:
     look: PerceptionProperties
 
     def moved(self, X: RigidTransform) -> "Solid":
-        """Returns the same solid after a motion X of W."""
+        """Returns the solid, moved by X in W."""
         return dc.replace(self, X_WG=X @ self.X_WG)
 
 
 def painted(rgba: Iterable[float]) -> PerceptionProperties:
-    """Makes perception properties of one colour.
+    """Makes perception properties with one colour.
 
     Args:
         rgba: Red, green, blue and alpha as display (sRGB) values in [0, 1].
@@ -51,7 +51,7 @@ def painted(rgba: Iterable[float]) -> PerceptionProperties:
 
 
 def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
-    """Makes solids of primitives: boxes like wood, cylinders of many hues."""
+    """Makes solids of primitives: boxes look like wood, others have hues."""
     return tuple(
         Solid(primitive.X_WP, drake_shape(primitive), _look(primitive, i))
         for i, primitive in enumerate(scene.primitives)
@@ -66,16 +66,16 @@ def drake_shape(primitive: Box | Cylinder) -> Shape:
 
 
 def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
-    """Computes a box of W that holds all solids.
+    """Computes a box in W that contains all solids.
 
     The box may be larger than necessary, since it contains a box around each
-    tilted solid. Half-spaces are infinite and are ignored.
+    rotated solid. Half-spaces are infinite, and are ignored.
 
     Returns:
         Lower and upper corner, both of shape (3,) [m].
 
     Raises:
-        RemoSplatError: There is nothing but half-spaces.
+        RemoSplatError: All solids are half-spaces.
     """
     signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
     corners = []
@@ -93,7 +93,7 @@ def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _look(primitive: Box | Cylinder, index: int) -> PerceptionProperties:
-    """Hues a golden ratio apart, so that neighbours differ."""
+    """The hues of successive solids differ by the golden ratio."""
     turn = (0.618034 * index) % 1.0
     hsv = (
         (0.07 + 0.04 * turn, 0.2 + 0.3 * turn, 0.9)

@@ -20,7 +20,9 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 _LOWEST = 0.1
-"""Height of the floor of every scene [m]; the floor need not be a solid."""
+"""Height of the floor of every scene [m], even if no solid represents the
+floor.
+"""
 
 
 def render_capture(
@@ -30,7 +32,7 @@ def render_capture(
     height: int = 480,
     fov_y: float = FIELD_OF_VIEW,
 ) -> Capture:
-    """Renders a capture of a primitive scene; see `render_views`.
+    """Renders a capture of a scene of primitives, see `render_views`.
 
     Args:
         scene: The scene.
@@ -57,7 +59,8 @@ def survey_poses(
         clearance: Least distance of a camera from every solid [m].
 
     Raises:
-        RemoSplatError: The scene has no target, or no room for cameras.
+        RemoSplatError: The scene has no target, or not enough free camera
+            positions.
     """
     if scene.X_WE_target is None:
         raise RemoSplatError(f"{scene.name} has no target to look at")

@@ -40,8 +40,9 @@ from remosplat_drake.reconstruction.alignment.solver import (
 )
 
 _IMPLAUSIBLE = 5.0
-"""An error of the camera is implausible beyond this number of its prior
-standard deviations."""
+"""A camera's error is implausible if its estimate exceeds this number of the
+error's prior standard deviations.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -56,19 +57,23 @@ class Alignment:
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
-        undone: The camera's errors that were corrected in the capture, shape
-            (k,).
-        error: Expected value of the unknowns, shape (6n + k,): 0 if the
-            refinement was accepted, else the rejected refinement.
+        undone: Amount of each camera error that was corrected in the capture,
+            shape (k,).
+        error: Expected value of the unknowns, shape (6n + k,). It is 0 if the
+            refinement was accepted; otherwise it is the estimate that was
+            rejected.
         covariance: Covariance of the unknowns, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
         shared: Number of correlated residuals that have as much information as
             one independent residual.
         rows: Residuals before and after the refinement, grouped by the distance
-            between the two cameras; equal if the refinement was not accepted.
-        groups: Number of groups of views that share no surface.
-        accepted: Whether the refinement was accepted: held-out pairs of views
-            agree better after it, and the camera's errors are plausible.
+            between the two cameras. They are equal if the refinement was not
+            accepted.
+        groups: Number of groups of views; views of different groups share no
+            surface.
+        accepted: Whether the refinement was accepted. It is accepted if
+            held-out pairs of views agree better after it, and if the estimated
+            errors of the camera are plausible.
     """
 
     capture: Capture
@@ -159,9 +164,9 @@ def align(
 def is_plausible(errors: np.ndarray, prior: CameraPrior) -> bool:
     """Returns whether a camera's estimated errors are plausible.
 
-    They may be implausible if poses drift. The data can then hardly determine
-    the scale of the scene: all views agree better in a smaller scene, since all
-    its distances are smaller.
+    Estimates may be implausible if poses drift, because the data then hardly
+    determine the scale of the scene. A smaller scene makes all distances
+    between views smaller, so the views seem to agree better.
 
     Args:
         errors: The errors, in the order of `camera_errors`, shape (k,).
@@ -171,7 +176,7 @@ def is_plausible(errors: np.ndarray, prior: CameraPrior) -> bool:
 
 
 def _groups(n: int, pairs: np.ndarray) -> int:
-    """Number of groups of views that no pair joins."""
+    """Counts the groups of views that no pair of views connects."""
     ones = np.ones(len(pairs))
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return int(connected_components(graph, directed=False)[0])

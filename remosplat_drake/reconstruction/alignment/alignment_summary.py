@@ -13,7 +13,7 @@ _SIGNED = Annotated[float, Interval(ge=-1e6, le=1e6)]
 _COUNT = Annotated[int, Interval(ge=0, le=10**12)]
 
 _MOST_DIGITS = 4
-"""Largest number of decimals of a value."""
+"""Largest number of decimals with which a value is shown."""
 
 
 @dc.dataclass
@@ -28,7 +28,8 @@ class ResidualRow(Config):
     pairs: _COUNT = 0
     # Number of points.
     points: _COUNT = 0
-    # Median distance of a point from the other view's surface, as captured [m].
+    # Median distance of a point from the other view's surface, with the given
+    # poses [m].
     median_before: _SIZE = 0.0
     # Its 95th percentile [m].
     high_before: _SIZE = 0.0
@@ -44,8 +45,8 @@ class CameraError(Config):
 
     # Name of the erroneous parameter.
     name: str = ""
-    # Size of the error: the correction if there was one, else the estimate
-    # [unit].
+    # Size of the error [`unit`]: the correction that was made, or the estimate
+    # if none was made.
     value: _SIGNED = 0.0
     # Its standard deviation [unit].
     deviation: _SIZE = 0.0
@@ -79,7 +80,7 @@ def digits(deviation: float) -> int:
 class AlignmentSummary(Config):
     """Results of refining the poses, and errors that all images share."""
 
-    # Whether the refinement was kept: pairs of views that it did not use agree
+    # Whether the refinement was accepted, because held-out pairs of views agree
     # better with it.
     accepted: bool = False
     # Factor by which measured depths were multiplied.
@@ -96,11 +97,11 @@ class AlignmentSummary(Config):
     turned: _SIZE = 0.0
     # Median standard deviation of a camera's position [m].
     position_std: _SIZE = 0.0
-    # Number of groups of views that share no surface.
+    # Number of groups of views; views of different groups share no surface.
     groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
     # Residuals before and after the refinement, by the cameras' distance.
     rows: list[ResidualRow] = dc.field(default_factory=list)
-    # Errors that all images share; none in reports of older versions.
+    # Errors that all images share; empty in reports of older versions.
     camera: list[CameraError] = dc.field(default_factory=list)
-    # Corrections and unknowns, in words.
+    # Sentences that describe the corrections and the remaining uncertainty.
     words: str = ""

@@ -43,10 +43,10 @@ is unknown."""
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:
     """Corrects the errors that all images of a capture share.
 
-    The result has new focal lengths and principal points, poses that are
+    The result has corrected focal lengths and principal points. Its poses are
     corrected for the images' delay and for the camera's pose on its carrier,
-    and depths that are corrected by scale, offset and growth. To correct
-    distortion and read-out time, new images are resampled from the old ones.
+    and its depths for scale, offset and growth. To correct distortion and
+    read-out time, new images are resampled from the measured ones.
 
     Args:
         capture: Posed RGB-D images.
@@ -96,7 +96,8 @@ def delay_of_motion(
 
     Returns:
         The delay by least squares [s], and the fraction of the sum of squared
-        errors that remains with it; 0 and 1 if velocities are unknown.
+        pose errors that remains after its correction. They are 0 and 1 if
+        velocities are unknown.
     """
     count, p_WC = len(capture), capture.X_WC[:, :3, 3]
     if capture.velocity_W is None:
@@ -115,7 +116,7 @@ def delay_of_motion(
 
 
 def _resampled(capture: Capture, errors: np.ndarray) -> Capture:
-    """The images of pinhole cameras whose rows are taken at one moment."""
+    """Resamples images, as pinhole cameras with a global shutter."""
     hidden = np.zeros(capture.depth.shape, bool)
     if capture.hidden is not None:
         hidden = capture.hidden.copy()
@@ -138,7 +139,7 @@ def _resampled(capture: Capture, errors: np.ndarray) -> Capture:
 def _sources(
     K: np.ndarray, depth: np.ndarray, velocity: np.ndarray, errors: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Finds the positions of a new image's pixels in the old one.
+    """Finds the positions of a new image's pixels in the measured image.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -147,8 +148,9 @@ def _sources(
         errors: The errors.
 
     Returns:
-        Rows and columns in the measured image, the new depth, and which pixels
-        the measured image does not show, each of shape (h, w).
+        Four arrays of shape (h, w): rows and columns in the measured image, the
+        new depth, and a mask of the pixels that the measured image does not
+        show.
     """
     height, width = depth.shape
     lens = Distortion(k1=errors[K1], k2=errors[K2])
@@ -158,7 +160,7 @@ def _sources(
     ray = np.concatenate([xy, np.ones((height, width, 1))], axis=-1)
 
     def place(z: np.ndarray, row: np.ndarray):
-        """Returns measured pixels of points, and the points' motion."""
+        """Returns the measured pixels and the motion of points."""
         # A point is fixed in W, so in C it moves opposite to the camera.
         p = z[..., None] * ray
         motion = _row_motion(p, row, height, velocity, errors)
@@ -187,7 +189,7 @@ def _row_motion(
     velocity: np.ndarray,
     errors: np.ndarray,
 ) -> np.ndarray:
-    """Motion of points (..., 3) of rows until the middle row is read [m]."""
+    """Motion of points from the read-out of their row to the middle's [m]."""
     time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
     return time * (velocity[3:] + np.cross(velocity[:3], p_C))
 
@@ -201,9 +203,9 @@ def _with_nearer(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Adds nearer points to the result of `_sources`.
 
-    If a cable is before a wall, both may match a pixel. The nearer one is
-    visible: each old pixel is moved to its corrected position, so no thin
-    object is lost.
+    If a cable is in front of a wall, both may match a pixel, and the nearer one
+    is visible. So each measured pixel is also moved to its corrected position,
+    and no thin object is lost.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -248,18 +250,18 @@ def _with_nearer(
 def _inside(
     depth: np.ndarray, there: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Column and row of the pixel that is nearest to each place, (h, w)."""
+    """Column and row of the pixel that is nearest to each position, (h, w)."""
     height, width = depth.shape
     column, row = np.floor(there).astype(int).transpose(2, 0, 1)
     return column.clip(0, width - 1), row.clip(0, height - 1)
 
 
 def _looked_up(depth: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Depths at places of an image, (h, w) [m]; 0 where unknown.
+    """Depths at positions in an image, (h, w) [m]; 0 where unknown.
 
-    On a plane 1/z is linear in the image, so it is interpolated between four
-    pixels of one surface. At an edge the nearest pixel is picked: a depth
-    between two surfaces belongs to neither.
+    On a plane, 1/z is linear in the image, so it is interpolated between four
+    pixels of one surface. At an edge the nearest pixel is used, because an
+    interpolated depth would belong to neither surface.
     """
     height, width = depth.shape
     column, row = _inside(depth, there)
@@ -284,7 +286,7 @@ def _looked_up(depth: np.ndarray, there: np.ndarray) -> np.ndarray:
 
 
 def _filled(depth: np.ndarray) -> np.ndarray:
-    """Depths [m], with the median instead of those that are unknown."""
+    """Depths [m], with unknown ones replaced by the median."""
     known = depth > 0
     usual = float(np.median(depth[known])) if known.any() else 1.0
     return np.where(known, depth, usual).astype(float)

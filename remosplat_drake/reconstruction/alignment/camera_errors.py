@@ -29,7 +29,9 @@ from remosplat_drake.capture.capture import Capture
 SCALE, OFFSET, GROWTH, FOCAL, ASPECT, CENTER_X, CENTER_Y, K1, K2 = range(9)
 DELAY, READOUT, TURN, SHIFT = 9, 10, 11, 14
 COUNT = 17
-"""Indices of the errors in arrays; TURN and SHIFT are three numbers each."""
+"""Indices of the errors in arrays. TURN and SHIFT are the first of three
+indices each.
+"""
 
 CARRIED = np.array([DELAY, *range(TURN, COUNT)])
 """Indices of the errors that affect only the camera's poses, not its images."""
@@ -110,7 +112,7 @@ def velocity_C(capture: Capture, view: int) -> np.ndarray:
 
 @numpy_helper
 def add_displacements(camera, height, velocity_C, x, y, z, out):
-    """Writes the displacements b_k of a pixel's point; none if `out` is empty.
+    """Writes the displacements b_k of a pixel's point by each camera error.
 
     Args:
         camera: f_x, f_y, c_x, c_y of the view [pixels].
@@ -120,7 +122,8 @@ def add_displacements(camera, height, velocity_C, x, y, z, out):
         x: Slope of the pixel's ray, to the right.
         y: Slope of the pixel's ray, downwards.
         z: Its depth [m].
-        out: Receives the displacements in C, shape (`COUNT`, 3) or (0, 3).
+        out: Receives the displacements in C, shape (`COUNT`, 3); with shape (0,
+            3), nothing is computed.
     """
     if len(out) == 0:
         return

@@ -35,8 +35,8 @@ class _Kind(NamedTuple):
         name: Name of the error.
         factor: Factor to display units.
         unit: That unit; empty for a plain number.
-        words: A sentence with placeholders for the error's size and direction;
-            empty if `_words_together` reports the error.
+        words: A sentence with placeholders for the error's size and direction.
+            It is empty if `_words_together` reports the error.
         directions: Meanings of a positive and of a negative error.
     """
 

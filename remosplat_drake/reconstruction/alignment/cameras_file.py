@@ -25,14 +25,15 @@ def write_cameras(
     refined_W: Capture | None,
     undone: Sequence[np.ndarray] = (),
 ):
-    """Writes refined cameras beside a splat; removes outdated ones.
+    """Writes the file of refined cameras beside a splat, or removes it.
 
     Args:
         splat: Path of the splat's file.
         refined_W: The capture with refined cameras, in its own frame W; None if
-            the cameras were not refined.
-        undone: Corrected errors of the camera, in the order of their
-            correction, each of shape (`COUNT`,); see `camera_errors`.
+            the cameras were not refined. An older file is then removed.
+        undone: Camera errors that were corrected, one array of shape (`COUNT`,)
+            per correction, in the order of the corrections; see
+            `camera_errors`.
     """
     path = cameras_path(splat)
     if refined_W is None:
@@ -47,7 +48,9 @@ def write_cameras(
 
 
 def with_cameras(capture: Capture, splat: Path) -> Capture:
-    """Returns a capture with the refined cameras of a splat, if there are any.
+    """Returns a capture with the refined cameras of a splat.
+
+    Without a file of refined cameras, the capture is returned unchanged.
 
     Raises:
         FileError: The file was not made by `write_cameras`, or has another
@@ -72,11 +75,11 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
 
 
 def undone_errors(splat: Path) -> np.ndarray:
-    """Returns the corrected camera errors of a splat's file, (m, `COUNT`).
+    """Reads the camera errors that were corrected for a splat.
 
     Returns:
-        The m corrections in their order, see `camera_errors`; none if there are
-        no refined cameras.
+        The m corrections in their order, shape (m, `COUNT`); see
+        `camera_errors`. m is 0 if there are no refined cameras.
 
     Raises:
         FileError: The file was not made by `write_cameras`.

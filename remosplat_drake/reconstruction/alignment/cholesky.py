@@ -4,10 +4,11 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""The matrix is scaled to a diagonal of ones. Then these values are added to
-the diagonal, one after the other, until the matrix can be factorised. Exact
-images need a value above 0, since they make some directions 1e15 times as
-certain as others."""
+"""Values that are tried one after another: each is added to the diagonal of the
+matrix, scaled to ones, until the matrix can be factorised. Captures with exact
+depths need a value above 0, since they determine some directions 1e15 times as
+well as others.
+"""
 
 
 def lower_factor(H: np.ndarray) -> np.ndarray:
@@ -17,7 +18,8 @@ def lower_factor(H: np.ndarray) -> np.ndarray:
         H: Symmetric matrix with a positive diagonal, shape (n, n).
 
     Raises:
-        LinAlgError: The matrix is indefinite, beyond rounding.
+        LinAlgError: The matrix has a negative eigenvalue that rounding does not
+            explain.
     """
     size = np.sqrt(np.diag(H))
     scaled = H / np.outer(size, size)

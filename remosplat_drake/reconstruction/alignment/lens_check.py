@@ -8,19 +8,20 @@ from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 from remosplat_drake.reconstruction.alignment.camera_errors import K1, K2
 
 _IMPLAUSIBLE = 0.1
-"""Least radial distortion k_1 or k_2 that is implausible for images of a
-pinhole camera. An equidistant fisheye lens has k_1 = -1/3."""
+"""Size of a radial distortion k_1 or k_2 from which it is implausible for
+images of a pinhole camera. An equidistant fisheye lens has k_1 = -1/3.
+"""
 
 
 def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
-    """Judges a lens whose views still disagree after they were refined.
+    """Detects a wrong lens model from views that disagree after refinement.
 
     The two coefficients of the refined lens model describe a fisheye lens only
     in the middle of its images.
 
     Args:
         wide: Comparison of the refined views.
-        undone: Corrected errors of the camera, see `camera_errors`.
+        undone: Camera errors that were corrected, see `camera_errors`.
     """
     found = disagreement(wide)
     strange = np.abs(undone[[K1, K2]]).max() > _IMPLAUSIBLE

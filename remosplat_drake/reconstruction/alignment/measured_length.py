@@ -1,4 +1,4 @@
-"""`Length`: a manually measured distance, which determines the scale."""
+"""`Length`: a manually measured distance that determines a capture's scale."""
 
 import dataclasses as dc
 
@@ -16,11 +16,12 @@ from remosplat_drake.reconstruction.alignment.solver import State
 
 @dc.dataclass(frozen=True)
 class Length:
-    """The measured distance between two points; each is a pixel of a view.
+    """The measured distance between two points, given as pixels of views.
 
     Attributes:
         views: Indices of the two views, which may be equal.
-        pixels: Column and row of the point in either view [pixels].
+        pixels: Column and row of the first point in the first view, and of the
+            second point in the second view [pixels].
         length: Distance of the points [m].
         deviation: Standard deviation of the measured distance, including the
             errors of the points' positions [m].
@@ -32,7 +33,7 @@ class Length:
     deviation: float = 0.002
 
     def points_C(self, capture: Capture) -> np.ndarray:
-        """Returns the two points in their cameras' frames, (2, 3) [m].
+        """Returns both points in the frames of their cameras, (2, 3) [m].
 
         Raises:
             FieldError: There is no such view or pixel, or it has no depth.

@@ -11,10 +11,10 @@ coordinate,
 
 with m and M the smaller and the larger of tau_i and tau_j.
 
-So with white noise the world frame W is fixed by the mean of all cameras, and
-with drift by the first cameras. The standard deviations are estimated from the
-data. The data's normal equations H x = h and the covariance C give the evidence
-(MacKay, "Bayesian interpolation", 1992)
+So if white noise dominates, the mean of all cameras determines the world frame
+W; if drift dominates, the first cameras do. The standard deviations are
+estimated from the data. The data's normal equations H x = h and the covariance
+C give the evidence (MacKay, "Bayesian interpolation", 1992)
 
     2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
 
@@ -40,26 +40,29 @@ MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m].
 
 White noise has a larger lower limit, since no given poses are exact to
-hundredths of a millimetre. Without it, a wrong scale of the depths that makes a
-drift smoother by so little would seem certain."""
+hundredths of a millimetre. Without this limit, a wrong depth scale would seem
+certain if it makes the drift smoother by such a small length.
+"""
 
 _REFUTED = 3.0
-"""Deviations are implausible if they make the data e^3 times less likely."""
+"""Largest decrease of the logarithm of the evidence at which deviations are
+still plausible.
+"""
 
 
 @dc.dataclass(frozen=True)
 class OdometryNoise:
-    """Standard deviations of given poses' errors, over a whole capture.
+    """Standard deviations of the errors of given poses.
 
     Attributes:
         turn_white: White noise of each rotation [rad].
-        turn_walk: Random walk of the rotation, at the end [rad].
-        turn_steady: Steady drift of the rotation, at the end [rad].
-        turn_smooth: Smooth drift of the rotation, at the end [rad].
+        turn_walk: Random walk of the rotation, at the capture's end [rad].
+        turn_steady: Steady drift of the rotation, at the capture's end [rad].
+        turn_smooth: Smooth drift of the rotation, at the capture's end [rad].
         white: White noise of each position [m].
-        walk: Random walk of the position, at the end [m].
-        steady: Steady drift of the position, at the end [m].
-        smooth: Smooth drift of the position, at the end [m].
+        walk: Random walk of the position, at the capture's end [m].
+        steady: Steady drift of the position, at the capture's end [m].
+        smooth: Smooth drift of the position, at the capture's end [m].
     """
 
     turn_white: float = 0.01
@@ -90,7 +93,9 @@ class OdometryNoise:
         return _spread(*self.inverted(n)[0])
 
     def inverted(self, n: int) -> tuple[np.ndarray, float]:
-        """Inverts the covariances of turns and shifts along one coordinate.
+        """Inverts the covariances of rotations and positions.
+
+        The covariances are those of one coordinate.
 
         The variance of white noise bounds their eigenvalues from below.
         Rounding may violate this bound if the drift is large.
@@ -107,7 +112,7 @@ class OdometryNoise:
         return inverses, 3 * float(np.log(values).sum())
 
     def _both(self, n: int) -> np.ndarray:
-        """Covariances of turns and shifts along one coordinate, (2, n, n)."""
+        """Covariances of rotations and positions, per coordinate (2, n, n)."""
         squares = np.square(_values(self)).reshape(2, _KINDS)
         return np.einsum("sk,kij->sij", squares, _kernels(n))
 
@@ -143,16 +148,16 @@ def estimate_noise(
 ) -> OdometryNoise:
     """Estimates the deviations of given poses by maximising the evidence.
 
-    There may be several maxima, because errors of the camera can have the same
-    effect as some common motions of all poses. So the search has several
-    starts.
+    The evidence may have several maxima, because errors of the camera can have
+    the same effect as common motions of all poses. So several searches are
+    made, each from other initial deviations.
 
     Args:
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
         h: Right side of the normal equations, shape (6n + k,).
         views: Number n of views.
-        starts: Deviations at which searches start; the best result is returned.
-        steps: Largest number of steps.
+        starts: Initial deviations of each search; the best result is returned.
+        steps: Largest number of steps of each search.
     """
     found = [
         minimize(
@@ -175,10 +180,10 @@ def plausible_noise(
     """Returns the largest deviations that are still plausible by the evidence.
 
     For few or weakly constrained poses, the most likely noise is often zero.
-    The resulting uncertainty would be too small, because the directions that
-    surfaces constrain tell little about those in which views can slide. So each
-    deviation is doubled as long as the evidence decreases by no more than
-    `_REFUTED`.
+    The resulting uncertainty would be too small: surfaces do not constrain all
+    directions, and their residuals contain little information on the noise in
+    directions in which views can slide. So each deviation is doubled as long as
+    the logarithm of the evidence decreases by no more than `_REFUTED`.
 
     Args:
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).

@@ -24,19 +24,20 @@ LEVELS = (
 """Stages of the refinement, from coarse to fine."""
 
 _CORRELATION = 10.0
-"""Neighbouring residuals are correlated: this number of them has the
-information of one independent residual."""
+"""Number of residuals that have as much information as one independent
+residual, since neighbouring residuals are correlated.
+"""
 
 
 class AlignedView(NamedTuple):
-    """A view's pose, estimated from other views' surfaces and from its prior.
+    """A view's pose, estimated from other views' surfaces and a prior pose.
 
     Attributes:
         X_WC: The pose, shape (4, 4).
         covariance: Covariance of the pose's errors theta_W and t_W, shape (6,
             6).
         residual: Ratio of residuals to the noise, see `residual_spread`.
-        count: Number of the view's points that other views show, too.
+        count: Number of the view's points that other views also show.
     """
 
     X_WC: np.ndarray
@@ -59,7 +60,7 @@ def align_view(
         X_WC: Poses of all views, shape (n, 4, 4); for the new view, the
             expected pose.
         view: Index of the new view.
-        others: Indices of the views that the new view is compared with, shape
+        others: Indices of the m views that the new view is compared with, shape
             (m,).
         covariance: Covariance of the expected pose, for example that of the
             odometry since the last view, shape (6, 6).

@@ -2,8 +2,8 @@ r"""Point-to-plane residuals of pairs of views, and their normal equations.
 
 A sampled point p of view a should lie on the plane n . q = d of view b at the
 pixel to which p projects. The errors e_k that all images share displace both
-points by B e, see `camera_errors`. The first of them is the scale of the
-depths, s = 1 + e_1. The residual e of the point is
+points by B e, see `camera_errors`. The first of these errors is that of the
+depth scale s = 1 + e_1. The residual e of the point is
 
     s e = n_W . (p_W - p_WB) - (d + n . B_B e),
     p_W = p_WA + R_WA (p + B_A e).
@@ -17,13 +17,13 @@ about its centre and a translation t_W of the centre, so
     de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
     s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk).
 
-In the derivative by the scale (k = 1), e is subtracted from the right-hand
-side, because s depends on e_1.
+For the scale (k = 1), e must be subtracted from the right-hand side of the last
+equation, because s depends on e_1.
 
-A pair constrains only the relative pose of its views. So an equation has 6 + k
-numbers: the derivatives with respect to theta_A, t_A and the shared errors.
-`pair_expansion` computes the others from these. Each derivative is n_W . g_j,
-with a vector g_j.
+A pair constrains only the relative pose of its views. So the kernel computes 6
++ k derivatives: those with respect to theta_A, t_A and the k shared errors.
+`pair_expansion` computes those with respect to theta_B and t_B from them. Each
+derivative is n_W . g_j, with a vector g_j.
 
 `pair_reference` is the slow, readable reference.
 """
@@ -106,7 +106,7 @@ def _displace(stack, view, x, y, z, out):
 
 @numpy_kernel
 def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
-    """Compares point i of view a with view b.
+    """Computes the residual of point i of view a on the surfaces of view b.
 
     Args:
         stack: The `ViewStack`.
@@ -127,7 +127,8 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
             and `arms[1]` is work space.
 
     Returns:
-        Whether view b shows a surface there that meets both limits.
+        Whether view b shows a surface at the point's pixel that meets both
+        limits. If not, the outputs are undefined.
     """
     count = len(errors)
     ax, ay, az = (
@@ -202,7 +203,7 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
 
 @numpy_kernel
 def pair_residuals(stack, pose, errors, pairs, gate, least_cosine, stride, out):
-    """Writes the residuals of pairs and their deviations.
+    """Writes the residuals of pairs of views and their standard deviations.
 
     Args:
         stack: The `ViewStack`.
@@ -249,14 +250,16 @@ def pair_equations(
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
-        spread: Factor of the residuals' deviations.
+        spread: Factor by which the residuals' standard deviations are
+            multiplied.
         width: Least width of the robust weight [m].
         H: Receives the matrices, shape (m, 6 + k, 6 + k).
         g: Receives the gradients, shape (m, 6 + k).
-        tilts: Output: contribution of the noise of the normals' direction to
-            the matrices, shape (m, 6 + k, 6 + k): the noise of view b's image,
-            or the difference of the two views' normals, if that is larger.
-        count: Receives numbers of residuals, shape (m,).
+        tilts: Output: the part of H that noise in the normals' directions
+            causes, shape (m, 6 + k, 6 + k). The assumed noise is that of view
+            b's image, or the difference of the two views' normals if it is
+            larger.
+        count: Receives the number of residuals of each pair, shape (m,).
     """
     for k in prange(len(pairs)):
         _add_pair(

@@ -9,7 +9,7 @@ from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 
 class Camera(NamedTuple):
-    """The camera of a view: inputs of the displacements of its points.
+    """Parameters of a view's camera that determine how errors displace points.
 
     Attributes:
         focal: f_x and f_y, shape (2,) [pixels].
@@ -27,7 +27,7 @@ class Camera(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """A measured point of one view, and the plane of another view there.
+    """A measured point of one view, and the plane of another view that it hits.
 
     Attributes:
         point: The measured point in the camera axes of the first view, shape
@@ -84,7 +84,7 @@ def compare(
 def residual(
     found: Comparison, X_WA: np.ndarray, X_WB: np.ndarray, errors: np.ndarray
 ) -> float:
-    """Returns a point's height over a plane, divided by the depth scale [m]."""
+    """Returns the residual of a point on a plane, divided by the scale [m]."""
     p_B = _in_other_view(_true_point(found, errors), X_WA, X_WB)
     on_plane = displaced(found.cameras[1], errors, _plane_point(found, p_B))
     return float(found.normal @ (p_B - on_plane)) / _scale(errors)
@@ -115,7 +115,8 @@ def displaced(
 
     Args:
         camera: The camera that measured it.
-        errors: Errors that all images share, see `camera_errors`; none or all.
+        errors: Errors that all images share, see `camera_errors`; an empty
+            array for an exact camera.
         p_C: The point, shape (3,) [m].
     """
     if len(errors) == 0:
@@ -164,6 +165,6 @@ def _in_other_view(
 
 
 def _plane_point(found: Comparison, p_B: np.ndarray) -> np.ndarray:
-    """Returns the point of view b's plane on the line of sight to a point."""
+    """Returns the point where the line of sight to a point hits b's plane."""
     ray = p_B / p_B[2]
     return found.d / (found.normal @ ray) * ray

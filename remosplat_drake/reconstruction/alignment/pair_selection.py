@@ -1,8 +1,8 @@
 """Selects pairs of views that share surfaces.
 
-Pairs of neighbours alone would not show drift. So views are also paired over
-large distances, which includes loop closures: distances are divided into
-several bins, and in each bin, a view is paired with the views that share most
+Pairs of neighbouring views alone would not show drift. So distant views are
+also paired, which includes loop closures. The distances between cameras are
+divided into bins. In each bin, a view is paired with the views that share most
 of its surfaces.
 """
 
@@ -16,7 +16,7 @@ from remosplat_drake.reconstruction.alignment.pair_kernel import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _POINTS = 60
-"""Number of points of a view that the search for partners uses."""
+"""Number of points of a view that the search for partner views uses."""
 
 _LEAST_SHARED = 0.08
 """Two views are partners if each shows at least this fraction of the other's

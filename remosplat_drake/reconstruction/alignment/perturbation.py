@@ -1,8 +1,7 @@
-"""Small errors of cameras: their effects on poses and equations.
+"""Effects of small errors of cameras on poses and on normal equations.
 
-The unknowns of n views are theta_W and t_W of each view, one after the other,
-then the k errors that all images share, see `camera_errors`: 6 n + k numbers. A
-view's true pose is
+n views have 6 n + k unknowns: theta_W and t_W of one view after another, then
+the k errors that all images share, see `camera_errors`. A view's true pose is
 
     R_WC = exp(theta_W) R_given,   p_WC = p_given + t_W.
 """
@@ -14,7 +13,7 @@ from remosplat_drake.base.kernels import numpy_kernel
 
 
 def perturbed(X_WC: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Returns poses (n, 4, 4) after small motions (n, 6) of the cameras."""
+    """Applies small motions (n, 6) to the camera poses (n, 4, 4)."""
     result = X_WC.copy()
     turn = Rotation.from_rotvec(error[:, :3]).as_matrix()
     result[:, :3, :3] = turn @ X_WC[:, :3, :3]
@@ -23,7 +22,7 @@ def perturbed(X_WC: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def difference(X_WC: np.ndarray, given: np.ndarray) -> np.ndarray:
-    """Returns the motions (n, 6) that lead from given poses to others."""
+    """Returns the motions (n, 6) from given camera poses to other poses."""
     turn = X_WC[:, :3, :3] @ given[:, :3, :3].transpose(0, 2, 1)
     theta = Rotation.from_matrix(turn).as_rotvec()
     return np.concatenate([theta, X_WC[:, :3, 3] - given[:, :3, 3]], axis=1)
@@ -62,7 +61,7 @@ def pair_expansion(
 def assemble(
     H: np.ndarray, g: np.ndarray, X_WC: np.ndarray, pairs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sums the equations of all pairs to the equations of all unknowns.
+    """Sums the normal equations of pairs to those of all unknowns.
 
     Args:
         H: Matrices of the pairs, shape (m, 6 + k, 6 + k).

@@ -3,7 +3,8 @@
 The inverse depth of a plane is linear in the image: with p = z (x, y, 1), the
 plane n . p = d has 1/z = (n_x x + n_y y + n_z) / d. So 1/z = a x + b y + c is
 fitted to a window of pixels by least squares. The noise of triangulating
-sensors is uniform in 1/z, so the residual of the fit measures it.
+sensors has the same size in 1/z at all depths, so the residual of the fit
+measures the noise.
 """
 
 from typing import NamedTuple
@@ -13,7 +14,7 @@ import numpy as np
 from remosplat_drake.base.kernels import numpy_kernel
 
 RADII = (2, 4, 6)
-"""Half widths of a window, tried in this order [pixels]."""
+"""Half widths of a window [pixels]; the first sufficient one is used."""
 
 MAX_TILT = np.deg2rad(2.0)
 """A window is large enough if the standard deviation of the normals' direction
@@ -26,16 +27,17 @@ _LEAST_SHARE = 0.7
 """Least fraction of a window's pixels that must have a depth."""
 
 _BEND, _ROUGHNESS = 1.3, 5e-4
-"""A window is flat if its residual is below 1.3 times the image's usual
-residual plus 5e-4 of the inverse depth. Other windows may contain creases,
-which would bias poses by millimetres."""
+"""Factor and relative tolerance of flat windows: the residual of a flat window
+is below 1.3 times the image's usual residual plus 5e-4 of the inverse depth.
+Other windows may contain creases, which would bias poses by millimetres.
+"""
 
 _LEAST_COSINE = 0.17
 """Least cosine of incidence (80 degrees) of usable measurements."""
 
 
 class PlaneMap(NamedTuple):
-    """One depth image as planes n . p = d on a lattice of pixels.
+    """Planes n . p = d, fitted to a depth image on a lattice of its pixels.
 
     Attributes:
         plane: Normals towards the camera C, and distances d < 0 from its
@@ -67,7 +69,8 @@ def plane_map(
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
         depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
-        radii: Half widths of windows to choose from, small ones first [pixels].
+        radii: Possible half widths of the windows, in increasing order
+            [pixels].
     """
     camera = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2]], float)
     step = max(1, round(max(depth.shape) / _CELLS))
@@ -111,7 +114,8 @@ def fit_planes(camera, inverse, step, radius, least_share, plane, rms):
         step: Distance of the lattice's points [pixels].
         radius: Half width of the windows [pixels].
         least_share: Fraction of a window's depths that must be known.
-        plane: Receives normal and distance, (rows, columns, 4); 0 for none.
+        plane: Receives normal and distance, (rows, columns, 4); 0 where no
+            plane was fitted.
         rms: Receives root mean square residuals of 1/z, (rows, columns) [1/m].
     """
     height, width = inverse.shape

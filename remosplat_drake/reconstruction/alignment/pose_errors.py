@@ -9,7 +9,9 @@ from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 
 @dc.dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """k samples of the errors of n poses, and of errors that all images share.
+    """Samples of the errors of n camera poses and of the shared camera errors.
+
+    There are k samples.
 
     A point that a view measured at p_W is truly at p_W + theta x (p_W - p_WC) +
     t, plus the sum of the displacements e_k b_k of `camera_errors`.
@@ -26,12 +28,12 @@ class PoseErrors:
 
     @staticmethod
     def of_draws(draws: np.ndarray) -> "PoseErrors":
-        """Splits the result of `Alignment.draws`, shape (k, 6n + `COUNT`)."""
+        """Splits the result of `Alignment.draws` into the errors' kinds."""
         motion = draws[:, :-COUNT].reshape(len(draws), -1, 2, 3)
         return PoseErrors(motion[:, :, 0], motion[:, :, 1], draws[:, -COUNT:])
 
     def of_views(self, keep: np.ndarray) -> "PoseErrors":
-        """Returns the errors of the cameras that a mask selects."""
+        """Returns the errors of the views that a mask selects."""
         return dc.replace(
             self, theta_W=self.theta_W[:, keep], t_W=self.t_W[:, keep]
         )

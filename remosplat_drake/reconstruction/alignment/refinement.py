@@ -1,4 +1,4 @@
-"""`Refinement`: the steps of an alignment, from coarse to fine, in rounds.
+"""`Refinement`: runs the rounds of an alignment, each from coarse to fine.
 
 After each round, images are corrected by the camera errors that have been
 estimated so far.
@@ -55,12 +55,14 @@ COARSE = (
     Level(0.05, 0.008, 0.8, 3),
 )
 FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
-"""Stages from coarse to fine; the fine stages also estimate the noise of the
-poses."""
+"""Coarse stages and fine stages of the refinement. The fine ones also estimate
+the noise of the poses.
+"""
 
 _CORRELATION = 10.0
-"""Residuals are correlated: this is the initial estimate of the number of
-residuals that have the information of one independent residual."""
+"""Initial estimate of the number of correlated residuals that have as much
+information as one independent residual.
+"""
 
 _HELD_OUT = 7
 """Step between held-out pairs of views, when pairs are sorted by distance."""
@@ -75,12 +77,14 @@ _UNDETECTABLE = np.array(
     + 3 * [0.002]
 )
 """Sizes below which errors of the camera cannot be distinguished from zero, in
-the order of `camera_errors`. Noise can cause errors of these sizes: it hides
-the curvature of surfaces, so that fitted planes are too deep."""
+the order of `camera_errors`. Noise can cause estimates of these sizes, because
+it hides the curvature of surfaces, and the fitted planes are then too deep.
+"""
 
 _UNEXPLAINED = 0.2
-"""A delay is accepted if its correction leaves less than this fraction of the
-sum of squared pose errors."""
+"""A delay is accepted if, after its correction, less than this fraction of the
+sum of squared pose errors remains.
+"""
 
 _SIGNIFICANT = 3.0
 """An error is significant if it exceeds this number of standard deviations."""
@@ -89,16 +93,16 @@ _CONVERGED = 2e-6
 """A stage of the refinement ends when its steps are below this [rad, m]."""
 
 _EXACT = 1e-7
-"""Standard deviation that represents an exact number in the equations."""
+"""Standard deviation that the equations contain for a number that is exact."""
 
 
 @dc.dataclass(frozen=True)
 class AlignmentConfig:
-    """Prior knowledge, and numbers of points and views to compare.
+    """Settings of `align`: prior knowledge, and numbers of points and views.
 
     Attributes:
         camera: Prior of the camera's errors.
-        odometry: Noise of the given poses; None: it is estimated.
+        odometry: Noise of the given poses; None estimates it.
         lengths: Measured lengths.
         partners: Approximate number of views that each view is compared with.
         samples: Points of each view that are compared.
@@ -114,16 +118,17 @@ class AlignmentConfig:
 
 
 class Refinement:
-    """State of the rounds and levels from coarse to fine.
+    """Runs the rounds of an alignment, and holds their state.
 
     Attributes:
         capture: The given capture.
         config: Prior knowledge, and the number of comparisons.
-        image: The capture, corrected by known camera errors.
+        image: The capture, corrected for the camera errors that were estimated
+            so far.
         stack: The views of `image`, as arrays.
         pairs: Pairs of views that are compared, shape (p, 2).
-        shared: Number of residuals with the information of one independent
-            residual.
+        shared: Number of residuals that have as much information as one
+            independent residual.
     """
 
     def __init__(self, capture: Capture, config: AlignmentConfig):
@@ -139,13 +144,13 @@ class Refinement:
 
     @property
     def given(self) -> np.ndarray:
-        """Given poses, corrected by known camera errors, (n, 4, 4)."""
+        """Given poses, corrected for the estimated camera errors, (n, 4, 4)."""
         return self.image.X_WC
 
     def run(
         self, report: Callable[[int, int], None]
     ) -> tuple[Posterior, State]:
-        """Returns the solution, and the state at which it was linearised."""
+        """Returns the solution, and the state of its linearisation."""
         state = State(self.given, np.zeros(COUNT), np.zeros(COUNT))
         levels, steps = (*COARSE, *FINE), len(COARSE) + _ROUNDS * len(FINE)
         done = 0
@@ -161,9 +166,9 @@ class Refinement:
     def _taken_delay(self, state: State) -> float:
         """Returns the images' delay that appears as motion of the poses [s].
 
-        If the camera moves smoothly, a delay resembles a smooth drift, which
-        the prior hardly penalises. But unlike a drift, it is proportional to
-        the camera's velocity.
+        If the camera moves smoothly, the effect of a delay resembles a smooth
+        drift, which the prior hardly penalises. But unlike a drift, the effect
+        is proportional to the camera's velocity.
         """
         if not self._prior[DELAY]:
             return 0.0
@@ -183,7 +188,7 @@ class Refinement:
         steps: int,
         report: Callable[[int, int], None],
     ) -> tuple[Posterior, State]:
-        """The solution for the images in their present state."""
+        """Solves for all unknowns with the images as corrected so far."""
         result = None
         for number, level in enumerate(levels):
             report(done + number, steps)
@@ -206,7 +211,9 @@ class Refinement:
         return result, state
 
     def freed(self, state: State, delay: float = 0.0) -> State:
-        """Corrects the images by their known errors, and returns the state.
+        """Corrects the images for the estimated errors of the camera.
+
+        Returns the new state.
 
         Args:
             state: The state before this correction.
@@ -244,7 +251,7 @@ class Refinement:
             if ratio[least] >= 1:
                 break
             none[least] = True
-            # The part of the estimate that noise cannot explain.
+            # Only the part of the estimate that noise cannot explain counts.
             square = errors[least] ** 2 - noise[least] ** 2
             bias[least] = np.sqrt(max(square, 0.0))
         poses = result.poses_with(errors)
@@ -253,7 +260,7 @@ class Refinement:
     def _doubted(
         self, result: Posterior, state: State, level: Level
     ) -> Posterior:
-        """The solution, with the covariance of the largest likely noise."""
+        """The solution, with the covariance of the largest plausible noise."""
         if self.config.odometry is not None:
             return result
         used = self.pairs[~held_out(state, self.pairs)]
@@ -294,7 +301,7 @@ class Refinement:
     def _learn(
         self, data: Equations, x: np.ndarray, state: State, noise_too: bool
     ):
-        """Estimates the data's redundancy and the noise of given poses."""
+        """Estimates the residuals' correlation and the noise of poses."""
         result = self._solve(data, x, state)
         self._correlation = estimate_correlation(
             data, result, default=_CORRELATION
@@ -310,7 +317,10 @@ class Refinement:
 
 
 def held_out(state: State, pairs: np.ndarray) -> np.ndarray:
-    """Selects held-out pairs of all distances, if there are enough pairs."""
+    """Selects held-out pairs, evenly spread over all distances.
+
+    No pair is held out if there are too few pairs.
+    """
     held_out = np.zeros(len(pairs), bool)
     if len(pairs) >= 3 * _HELD_OUT:
         p_WC = state.X_WC[:, :3, 3]

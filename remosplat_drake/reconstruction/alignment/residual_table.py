@@ -1,4 +1,4 @@
-"""Table of distances between surfaces of two views, per camera distance."""
+"""Table of the residuals of pairs of views, by the distance of the cameras."""
 
 import itertools
 
@@ -12,7 +12,8 @@ from remosplat_drake.reconstruction.alignment.solver import State
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
-"""Distances between two cameras that separate the rows of a table [m]."""
+"""Limits of the ranges of distance between two cameras, one range per row [m].
+"""
 
 GATE, LEAST_COSINE = 0.15, 0.7
 """Largest distance [m], and least cosine between the normals, of two points
@@ -23,17 +24,18 @@ _MOST = 0.02
 compared [m]."""
 
 _LEAST_POINTS = 20
-"""A pair counts in the comparison if it has at least this number of points."""
+"""Least number of points of a pair that is used to compare two solutions."""
 
 _KEPT = 0.9
-"""After the refinement, at least this fraction of the points must still be near
-a surface of the other view."""
+"""Least ratio of the number of points near a surface of the other view after
+the refinement to that number before it.
+"""
 
 
 def distances_of_pairs(
     stack: ViewStack, state: State, pairs: np.ndarray, stride: int = 2
 ) -> np.ndarray:
-    """Returns distances of points of pairs from the other views' surfaces.
+    """Returns distances of points from the surface of the pair's other view.
 
     Args:
         stack: The views.
@@ -56,7 +58,7 @@ def distances_of_pairs(
 def residual_rows(
     X_WC: np.ndarray, pairs: np.ndarray, before: np.ndarray, after: np.ndarray
 ) -> list[ResidualRow]:
-    """Tabulates residuals of points, grouped by the distance of the cameras.
+    """Tabulates residuals before and after a refinement, by camera distance.
 
     Args:
         X_WC: Poses, shape (n, 4, 4).
@@ -99,11 +101,11 @@ def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     compared. The sum of all decreases minus that of all increases must exceed
     two limits: 0.01 of the sum of the means, and twice the sum of the
     increases. The second limit rejects a drift along a table, which only few
-    pairs contradict.
+    pairs of views contradict.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].
-        after: The same after the refinement.
+        after: Distances of these points after the refinement, shape (m, k) [m].
     """
     both = before, after
     counts = np.array([np.isfinite(each).sum(axis=1) for each in both])

@@ -1,4 +1,4 @@
-"""Joint Gauss-Newton refinement of poses and of shared errors."""
+"""Gauss-Newton equations for poses and shared camera errors, and solution."""
 
 import dataclasses as dc
 
@@ -29,13 +29,15 @@ estimated."""
 
 _SYSTEMATIC = 10.0
 """Factor of all variances. It allows for errors that the residuals of a pair
-have in common, such as creases hidden by noise. It was determined on rendered
-captures with known truth."""
+have in common, for example if noise hides a crease. It was determined on
+rendered captures with known truth.
+"""
 
 
 _KNOWN = 2.0
-"""A direction is constrained if its information exceeds that from noise by this
-factor."""
+"""A direction of the unknowns is constrained if its information exceeds the
+apparent information from noise by this factor.
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -57,14 +59,14 @@ class Level:
 
 @dc.dataclass(eq=False)
 class State:
-    """State of the refinement.
+    """Poses and camera errors at a step of the refinement.
 
     Attributes:
         X_WC: Poses, shape (n, 4, 4).
         errors: Errors that all images share, see `camera_errors`, shape (k,);
-            none for a camera that is assumed exact.
-        undone: The part of these errors that has been corrected in the images,
-            shape (k,).
+            empty for a camera that is assumed exact.
+        undone: The amount of these errors that has been corrected in the
+            images, shape (k,).
     """
 
     X_WC: np.ndarray
@@ -78,15 +80,15 @@ class State:
 
     @property
     def left(self) -> np.ndarray:
-        """The errors that have not been corrected in the images, (k,)."""
+        """Part of `errors` that is not corrected in the images, (k,)."""
         return self.errors - self.undone
 
     def unknowns(self, given: np.ndarray) -> np.ndarray:
-        """Returns the errors of given poses and camera, shape (6n + k,)."""
+        """Returns errors of the given poses and the camera, (6n + k,)."""
         return np.append(difference(self.X_WC, given).ravel(), self.errors)
 
     def moved(self, step: np.ndarray) -> "State":
-        """Returns the state after a step of all unknowns."""
+        """Returns the state after a Gauss-Newton step of all unknowns."""
         poses = step[: POSE * len(self.X_WC)].reshape(-1, POSE)
         return State(
             perturbed(self.X_WC, poses),
@@ -97,14 +99,14 @@ class State:
 
 @dc.dataclass(frozen=True, eq=False)
 class Equations:
-    """The normal equations of all data at a state, and those of each pair.
+    """Normal equations of all data, linearised at a state, and of each pair.
 
     Attributes:
         H: Matrix of all unknowns, shape (6n + k, 6n + k).
         g: Gradient, shape (6n + k,).
         pair_H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
         pair_g: Gradients of the pairs, shape (m, 6 + k).
-        count: Numbers of residuals, shape (m,).
+        count: Number of residuals of each pair, shape (m,).
         shared: Number of a pair's residuals that have the information of one
             independent residual, shape (m,); H and g have been divided by it.
     """
@@ -120,7 +122,10 @@ class Equations:
 def residual_spread(
     stack: ViewStack, state: State, pairs: np.ndarray, level: Level
 ) -> float:
-    """Estimates the ratio (>= 1) of residuals to known deviations, robustly."""
+    """Estimates the ratio of residuals to their known standard deviations.
+
+    The estimate is robust, and at least 1.
+    """
     kept = -(-stack.point.shape[1] // _STRIDE)
     values = np.empty((len(pairs), 2, kept, 2))
     pair_residuals(
@@ -146,7 +151,8 @@ def equations(
         stack: The views.
         state: Poses, and errors of the camera.
         pairs: Indices of views (a, b), shape (m, 2).
-        level: Limits beyond which residuals are ignored.
+        level: The stage of the refinement, whose limits the residuals must
+            meet.
         spread: The result of `residual_spread`.
         correlation: The result of `estimate_correlation`.
     """
@@ -180,9 +186,9 @@ def _without_tilts(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Subtracts the apparent information from noise of normals.
 
-    On a wall, noisy normals seem to constrain a view that can slide: noise in J
-    adds its variance to H = sum of J J^T. Directions dominated by it are
-    ignored.
+    In front of a wall, noisy normals seem to constrain a view that can slide,
+    because noise in J adds its variance to H = sum of J J^T. Directions in
+    which this variance dominates are ignored.
     """
     values, vectors = np.linalg.eigh(H)
     pretended = np.einsum("mia,mij,mja->ma", vectors, tilts, vectors)
@@ -198,10 +204,10 @@ def _without_tilts(
 def _reuse(
     stack: ViewStack, pairs: np.ndarray, count: np.ndarray
 ) -> np.ndarray:
-    """Returns how often each pair's residuals repeat others' information, (m,).
+    """Returns the factor by which each pair repeats information, (m,).
 
-    A view's noise is in all residuals that it takes part in, as one of two; its
-    pose cannot be more certain than its own independent windows allow.
+    The noise of a view affects the residuals of all its pairs. So its pose
+    cannot be more certain than the independent windows of its image allow.
     """
     total = np.zeros(len(stack.count))
     np.add.at(total, pairs.ravel(), np.repeat(count, 2))
@@ -217,7 +223,7 @@ class Posterior:
         mean: Mean errors of the given poses and of the camera, (6n + k,).
         covariance: Covariance of these errors, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
-        response: Change of the poses' mean errors per error of the camera,
+        response: Derivative of the poses' mean errors by the camera's errors,
             shape (6n, k).
     """
 
@@ -229,7 +235,7 @@ class Posterior:
     def camera_without(
         self, none: np.ndarray, bias: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Computes the camera's errors if some of them are zero.
+        """Computes the camera's errors, given that some of them are zero.
 
         If an error is truly zero, its estimate consists of noise and of a bias
         of the model. If the bias were ignored, the other errors would have to
@@ -253,7 +259,7 @@ class Posterior:
         return mean, np.where(none, 0.0, np.sqrt(np.maximum(variance, 0)))
 
     def poses_with(self, errors: np.ndarray) -> np.ndarray:
-        """Returns the poses' mean errors if the camera's errors are known.
+        """Returns the poses' mean errors, given the camera's errors.
 
         Args:
             errors: The camera's errors, shape (k,).
@@ -301,7 +307,7 @@ def posterior(
 def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Estimates how many residuals have the information of an independent one.
+    """Estimates the number of residuals per independent residual.
 
     Errors of neighbouring pixels are correlated, and so are all residuals of a
     pair of distorted images. The estimate compares the solution of each pair
@@ -314,7 +320,7 @@ def estimate_correlation(
     Args:
         data: Equations at the solution.
         result: The solution.
-        default: The prior value, for few pairs.
+        default: The prior value, which dominates if there are few pairs.
         weight: Weight of the default, in degrees of freedom.
     """
     values, vectors = np.linalg.eigh(data.pair_H)

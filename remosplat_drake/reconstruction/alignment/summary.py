@@ -21,7 +21,7 @@ from remosplat_drake.reconstruction.alignment.perturbation import difference
 def summarize_alignment(
     alignment: Alignment, given: np.ndarray
 ) -> AlignmentSummary:
-    """Summarises an alignment of a capture with given poses (n, 4, 4)."""
+    """Summarises an alignment; the given poses have the shape (n, 4, 4)."""
     motion = difference(alignment.capture.X_WC, given)
     sizes = np.linalg.norm(motion.reshape(-1, 2, 3), axis=2)
     turned, moved = np.median(sizes, axis=0).tolist()

@@ -1,4 +1,4 @@
-"""`ViewStack`: prepared arrays of many views for alignment."""
+"""`ViewStack`: arrays of the planes and sampled points of many views."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ SAMPLES = 600
 
 
 class ViewStack(NamedTuple):
-    """n views as arrays for kernels, without their poses.
+    """Arrays of n views, without their poses, as the kernels read them.
 
     Attributes:
         plane: The views' `PlaneMap.plane`, (n, rows, columns, 4), float32.
@@ -49,7 +49,7 @@ class ViewStack(NamedTuple):
 def stack_views(
     capture: Capture, samples: int = SAMPLES, seed: int = 0
 ) -> ViewStack:
-    """Prepares all views of a capture."""
+    """Fits planes to all views of a capture, and samples their points."""
     stack = empty_stack(len(capture), capture.size, samples)
     for view in range(len(capture)):
         planes = plane_map(capture.K[view], capture.depth[view])
@@ -80,7 +80,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
 def put_view(
     stack: ViewStack, view: int, planes: PlaneMap, rng: np.random.Generator
 ):
-    """Writes a view's planes, and a random choice of its points, to a row."""
+    """Writes a view's planes and a random sample of its points to a row."""
     stack.plane[view] = planes.plane
     stack.camera[view] = planes.camera
     stack.deviation[view] = planes.deviation
@@ -105,9 +105,10 @@ def _spread(
 ) -> np.ndarray:
     """Draws indices whose normals are spread over all directions.
 
-    Rare directions constrain motions that others do not (Rusinkiewicz and
-    Levoy, "Efficient variants of the ICP algorithm", 2001); each of the kinds
-    of directions counts with the square root of its number.
+    Rare directions constrain motions that frequent directions do not
+    (Rusinkiewicz and Levoy, "Efficient variants of the ICP algorithm", 2001).
+    So each class of directions is drawn in proportion to the square root of its
+    size.
     """
     if len(normal) <= samples:
         return np.arange(len(normal))

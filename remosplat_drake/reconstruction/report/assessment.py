@@ -1,4 +1,4 @@
-"""`assess`: measures the errors of a splat, relative to its capture."""
+"""`assess`: measures the errors of a splat against its capture."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -56,11 +56,13 @@ FARTHEST = 0.5
 """Largest distance at which fields are compared: the controller's range [m]."""
 
 _SINGLE = 2
-"""Number of largest errors that are ignored, since they may be flying
-pixels."""
+"""Number of the largest errors that are ignored, since flying pixels may have
+caused them.
+"""
 
 _Errors = dict[str, dict[str, np.ndarray]]
-"""Measured minus expected distances, by reference and by oracle [m]."""
+"""Measured minus expected distances [m], keyed by reference and then by oracle.
+"""
 
 _NOTHING = 1.0  # Distance of an oracle without a surface in range [m].
 _LISTED_FLOATERS = 100
@@ -73,8 +75,8 @@ class Assessment:
     Attributes:
         report: The numbers of the assessment.
         pictures: The views that were compared.
-        errors: Measured distances minus those of the best reference, by oracle,
-            each of shape (n,) [m].
+        errors: Measured distances minus those of the best reference, keyed by
+            oracle, each of shape (n,) [m].
         coverage: Coverage of the workspace.
         floaters: Floaters in the workspace.
     """
@@ -109,20 +111,20 @@ def assess(
         compared: Indices of the views whose images are compared with
             renderings.
         truth: The true geometry; None if unknown.
-        workspace: Box in which distances are compared; None: around most of the
-            captured surfaces.
+        workspace: Box in which distances are compared; None takes a box around
+            most of the captured surfaces.
         method: Description of how the splat was made.
         held_out: Whether the compared views were not used for training.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
-        warnings: Faults of the capture, in words.
+        warnings: Sentences about faults of the capture.
         validations: Errors at held-out views, see `cross_validate`; they
             determine the verdict unless the truth is known.
         progress: Called with the name of the next step.
 
     Raises:
         RemoSplatError: The capture shows no surface or no free space in the
-            workspace, or no view is to be compared.
+            workspace, or `compared` is empty.
     """
     if not len(compared):
         raise RemoSplatError("the capture has no view to compare")
@@ -172,7 +174,7 @@ def _judged(report: QualityReport, own: float) -> QualityReport:
 
 
 def _held_out_row(validation: Validation) -> DistanceErrors:
-    """Errors at surfaces that a map was made without."""
+    """Errors at surfaces of held-out views."""
     summary = summarize(validation.over)
     return DistanceErrors(
         validation.oracle,
@@ -204,7 +206,7 @@ def _references(
 
 
 def _without(capture: Capture, held_out: Sequence[int]) -> Capture:
-    """Returns the views that the splat was made from."""
+    """Returns the capture of the views from which the splat was made."""
     used = np.ones(len(capture), bool)
     used[list(held_out)] = False
     return capture.select(used)
@@ -234,7 +236,7 @@ def _compare_distances(
         raise RemoSplatError("the capture shows no free space near a surface")
     spheres = Spheres.at(p_W[near])
     expected = {name: distance[near] for name, distance in expected.items()}
-    # Errors of the surfaces, without their own uncertainty.
+    # Errors of the surfaces, before their uncertainty is subtracted.
     errors = _errors(splat_W.with_uncertainty(None), spheres, expected)
     careful = errors
     if splat_W.uncertainty is not None:

@@ -50,12 +50,13 @@ def find_floaters(
         lower: Lower corner of a box in W, shape (3,) [m]; floaters outside are
             left out.
         upper: Upper corner of the box, shape (3,) [m].
-        min_opacity: Splats with less opacity do not count, since oracles ignore
-            them.
+        min_opacity: Least opacity of a floater; oracles ignore less opaque
+            splats.
         min_views: Least number of views that have measured a surface behind the
             centre.
-        margin: Margin of `times_looked_through` [m]; splats nearer to a surface
-            than this are included in the distance errors instead.
+        margin: Margin of `times_looked_through` [m]. Splats that are nearer to
+            a surface are not floaters: the distance errors contain their
+            effect.
     """
     inside = ((splat_W.p_GK >= lower) & (splat_W.p_GK <= upper)).all(axis=1)
     candidate = np.flatnonzero(inside & (splat_W.opacities >= min_opacity))

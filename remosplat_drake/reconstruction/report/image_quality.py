@@ -1,6 +1,6 @@
 """Image quality: PSNR and SSIM of two colour images, without hidden pixels.
 
-Training uses the same SSIM, but on torch's tensors, see `photometric_loss`.
+Training uses the same SSIM on torch's tensors, see `photometric_loss`.
 """
 
 import numpy as np

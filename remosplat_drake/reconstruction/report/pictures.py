@@ -38,7 +38,7 @@ class Picture:
 
     @property
     def depth_error(self) -> np.ndarray:
-        """Rendered minus captured depth, (h, w) [m]; NaN if either is 0."""
+        """Rendered minus captured depth, (h, w) [m]; NaN where one is 0."""
         known = (self.depth > 0) & (self.rendered.depth > 0)
         return np.where(known, self.rendered.depth - self.depth, np.nan)
 

@@ -1,4 +1,4 @@
-"""`QualityReport`: errors and verdict of a splat, as a file beside it."""
+"""`QualityReport`: errors and verdict of a splat, in a file beside it."""
 
 import dataclasses as dc
 import hashlib
@@ -137,16 +137,16 @@ class QualityReport(Config):
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
     # Refinement of the cameras; None: they were not refined.
     alignment: AlignmentSummary | None = None
-    # Largest over-estimate of a distance by any oracle: as measured with the
-    # best available reference, or the splats' own uncertainty, if that is
-    # larger [m].
+    # Map error [m]: the largest over-estimate of a distance by any oracle,
+    # relative to the best available reference, or the splats' own uncertainty
+    # if it is larger.
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # Problems of the capture that were accepted or only warned of.
     warnings: list[str] = dc.field(default_factory=list)
     # Largest uncertainty of a splat in the workspace [m]; 0: splats have none.
     uncertainty: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
-    # Remaining part of `map_error` if distances to ellipsoids subtract this
-    # uncertainty [m]; the remaining part with depth views is in `distances`.
+    # Part of `map_error` that remains if distances to ellipsoids subtract this
+    # uncertainty [m]. `distances` contains the remaining part for depth views.
     remaining_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
@@ -173,7 +173,7 @@ def pose_path(splat: Path) -> Path:
 def write_report(
     splat: Path, report: QualityReport, folder: Path | None = None
 ):
-    """Writes the report of a splat file beside this file.
+    """Writes the report of a splat file.
 
     Args:
         splat: The splat file.
@@ -194,7 +194,7 @@ def read_report(splat: Path) -> QualityReport:
     """Reads the report of a splat file.
 
     Raises:
-        FileError: The report is missing, or the file is not a report, or
+        FileError: The report is missing, the file is not a report, or it
             belongs to another splat.
         FieldError: A field is missing, unknown or unusable; the error names it.
     """
@@ -207,8 +207,8 @@ def read_report(splat: Path) -> QualityReport:
     if report.splat_digest != file_digest(splat):
         raise FileError(
             path,
-            f"is about another splat than {splat.name};"
-            " create it again with `remosplat quality`",
+            f"belongs to another splat than {splat.name}; create it again with "
+            "`remosplat quality`",
         )
     return report
 
@@ -298,7 +298,8 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
     Args:
         report: The report of a map.
         oracle: Name of an oracle. An oracle subtracts the splats' uncertainty
-            from its distances; the result is the over-estimate that remains.
+            from its distances; the result is the part of the map error that
+            remains.
     """
     best = reference_of(report)
     for row in report.distances:
@@ -310,6 +311,7 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
 def rounded_up(length: float) -> str:
     """Formats a length, rounded up to 1 mm, or below 1 cm to 0.1 mm."""
-    # Whole micrometres first, so that 6 mm with a rounding error stay 6 mm.
+    # Rounded to micrometres first, so that 6 mm with a rounding error stay 6
+    # mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

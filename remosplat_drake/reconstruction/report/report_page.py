@@ -1,4 +1,4 @@
-"""A quality report as one page of HTML, with its pictures inside."""
+"""Formats a quality report as one HTML page that contains its pictures."""
 
 import html
 from pathlib import Path
@@ -72,7 +72,7 @@ def to_html(assessment: Assessment, title: str) -> str:
 def write_assessment(
     splat: Path, assessment: Assessment, folder: Path | None = None
 ) -> Path:
-    """Writes NAME.quality.json and NAME.quality.html beside a splat file.
+    """Writes an assessment of a splat as NAME.quality.json and .quality.html.
 
     Args:
         splat: The splat file that the assessment is about.

@@ -1,4 +1,4 @@
-"""Pictures and plots of a quality report, as text inside a page."""
+"""Encodes pictures and plots of a quality report as text in an HTML page."""
 
 import base64
 import io
@@ -18,7 +18,7 @@ _SLICES = 8
 
 
 def color_image(image: np.ndarray) -> str:
-    """Encodes an image (h, w, 3) in [0, 1] as a data URI, made smaller."""
+    """Shrinks an image (h, w, 3) in [0, 1] and encodes it as a data URI."""
     image = _smaller(np.clip(image, 0, 1))
     return _data_uri((255 * image).round().astype(np.uint8), "jpeg")
 
@@ -117,7 +117,7 @@ def coverage_slices(coverage: Coverage) -> str:
 
 
 def _colored(values: np.ndarray, colors: str) -> str:
-    """Values in [0, 1], NaN where unknown, through a colour map."""
+    """Colours of values in [0, 1], by a colour map; NaN is unknown."""
     from matplotlib import colormaps
 
     colormap = colormaps[colors].with_extremes(bad=_UNKNOWN)
@@ -126,7 +126,7 @@ def _colored(values: np.ndarray, colors: str) -> str:
 
 
 def _smaller(image: np.ndarray) -> np.ndarray:
-    """Means over blocks of pixels, at most `_MAX_WIDTH` wide."""
+    """Image of the means over blocks of pixels, at most `_MAX_WIDTH` wide."""
     block = -(-image.shape[1] // _MAX_WIDTH)
     height, width = (n // block * block for n in image.shape[:2])
     image = image[:height, :width]
@@ -136,7 +136,7 @@ def _smaller(image: np.ndarray) -> np.ndarray:
 
 
 def _nearest_smaller(image: np.ndarray) -> np.ndarray:
-    """One pixel of each block: depths must not be mixed."""
+    """Image of one pixel of each block, since depths must not be averaged."""
     block = -(-image.shape[1] // _MAX_WIDTH)
     return image[block // 2 :: block, block // 2 :: block]
 

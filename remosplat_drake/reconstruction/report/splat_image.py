@@ -1,4 +1,4 @@
-"""Colour and depth images of a splat through any pinhole camera (numba).
+"""Renders colour and depth images of a splat through any pinhole camera.
 
 The images are computed on the CPU, so neither a GPU nor a training framework is
 needed to view a reconstruction. The images equal those of
@@ -54,7 +54,7 @@ class SplatImage:
 
 
 class _Camera(NamedTuple):
-    """A pinhole camera C, for the kernels.
+    """A pinhole camera C, as the kernels need it.
 
     R_WN maps a point (x, y, 1) of the image square [-1, 1]^2 to the ray
     through it with unit depth z; the kernels of the depth views support no
@@ -76,8 +76,8 @@ class SplatRenderer:
     Args:
         splat_W: The scene, expressed in W.
         low_pass_filter: Whether to use the screen-space filter of 2DGS (after
-            Botsch et al., 2005), with which splats are usually trained. With
-            it, every splat covers at least a dot of about a pixel, which has
+            Botsch et al., 2005), with which splats are usually trained. It
+            makes every splat cover at least a dot of about a pixel, which has
             the depth of the splat's centre.
     """
 
@@ -106,7 +106,8 @@ class SplatRenderer:
         R_WN = R_WC @ np.linalg.inv(K) @ to_pixel
         camera = _Camera(p_WC.copy(), R_WN, width, height)
         center = self._centers(K, R_WC, p_WC)
-        # Far to near: a new fragment then mostly comes first in its pixel.
+        # From far to near, so that a new fragment is usually the first of its
+        # pixel.
         order = np.argsort(-center[:, 2], kind="stable")
         order = order[center[order, 2] + self._records[order, 14] >= NEAR]
         rows = np.empty((len(order), 2), np.int64)

@@ -2,10 +2,11 @@
 
 Blocks of consecutive views are held out. A map is made from the other views,
 and compared with the surfaces in the held-out views. At a measured surface
-point, the true distance is zero, so the map's distance is its over-estimate
-there. The map's distance is 1-Lipschitz. So at any other place, it
-over-estimates the distance to this surface point by at most the same length.
-The excess is the over-estimate after subtraction of the discs' uncertainty.
+point, the true distance is zero, so the distance by the map is its
+over-estimate. The distance by the map is 1-Lipschitz. So at any other position,
+the map over-estimates the distance to this surface point by at most the same
+length. The excess is the over-estimate after subtraction of the discs'
+uncertainty.
 """
 
 import dataclasses as dc
@@ -54,33 +55,37 @@ surfaces that no held-out view shows. It was chosen on 27 captures of the study
 `true_maps`, split `develop`."""
 
 _LOOKS = 2
-"""A point counts if at least this number of the map's views could have seen
-it."""
+"""Least number of the map's views that could have seen a point that counts."""
 
 _HIDDEN = 0.02
-"""A view could have seen a point if the point is at most this far behind the
-surface that the view measured [m]."""
+"""Largest distance of a point behind a measured surface at which the view could
+still have seen the point [m].
+"""
 
 NEAREST = 0.03
-"""Distance from a surface at which depth views are evaluated: the least
-distance of a robot sphere's centre [m]."""
+"""Distance from a surface at which depth views are evaluated [m]: the least
+distance that the centre of a robot sphere can have.
+"""
 
 _ASIDE = 0.7
-"""Sideways offset of a depth view from a surface point, as a fraction of its
-offset towards the cameras."""
+"""Ratio of a depth view's sideways offset from a surface point to its offset
+towards the cameras.
+"""
 
 _WORST, _SPREAD = 400, 1000
-"""Numbers of points at which depth views are evaluated: of the points with the
-largest errors of ellipsoids, and of evenly chosen points."""
+"""Numbers of points at which depth views are evaluated: first of the points
+with the largest errors of ellipsoids, then of evenly chosen points.
+"""
 
 _SWEEPS, _LEAST_DISCS = 4, 1000
 """Number of refinement sweeps, and least number of discs, of a map that is made
 for evaluation."""
 
 _AROUND, _WITNESSES = 0.02, 3
-"""Distance [m] within which measured points confirm each other's errors, and
-least number of points with an error that counts. A single point may be a flying
-pixel."""
+"""Radius of the neighbourhood in which points confirm each other's errors [m],
+and least number of points that must share an error. A single point may be a
+flying pixel.
+"""
 
 
 _NOTHING = 1.0  # Distance by an oracle without a surface in range [m].
@@ -123,8 +128,8 @@ class Validation:
         It is `UNFORESEEN` times the largest over-estimate, since the held-out
         views show only a part of all surfaces. The discs' uncertainty is not
         subtracted, because otherwise a worse capture with less certain discs
-        would get a better verdict. But if the excess over the uncertainty is
-        larger, it is the bound.
+        would get a better verdict. If the largest excess is above this product,
+        the excess is the bound.
         """
         least = UNFORESEEN * max(self.largest_over, 0.0)
         return max(confirmed_maximum(self.p_W, self.excess), least)
@@ -185,20 +190,20 @@ def cross_validate(
     initialisation: InitialisationConfig | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> Validations:
-    """Makes a map without some of the views, and measures its errors at them.
+    """Makes a map without some views, and measures its errors at these views.
 
     This map is made on the CPU, with half as many discs and fewer sweeps than
     the real map, so its errors are not smaller than the real map's.
 
     Args:
         capture: All views, refined.
-        workspace: Space in which errors matter.
+        workspace: Box in which errors are measured.
         errors: Draws of the errors of the cameras, in the capture's frame.
         initialisation: Settings of the initial surfels; None: the defaults.
-        report: Called with the progress.
+        report: Called with the progress, see `Report`.
 
     Returns:
-        The errors of each oracle; empty if the capture has too few views.
+        The errors of each oracle; both None if the capture has too few views.
     """
     judges = left_out(len(capture))
     if not judges.any():
@@ -232,7 +237,7 @@ def validate(
         capture: All views.
         judges: Mask of the views that were not used for the map, shape (n,),
             bool.
-        workspace: Space in which errors matter.
+        workspace: Box in which errors are measured.
 
     Returns:
         The errors of each oracle.
@@ -266,9 +271,10 @@ def validate(
 
 
 def _chosen(over: np.ndarray) -> np.ndarray:
-    """Indices of points at which depth views are judged: some, and the worst.
+    """Indices of points for depth views: some, and those with the worst errors.
 
-    They take much longer than ellipsoids, and have errors at the same places.
+    Depth views take much longer than ellipsoids, and have errors at the same
+    points.
     """
     worst = np.argsort(-over, kind="stable")[:_WORST]
     spread = np.arange(0, len(over), max(1, len(over) // _SPREAD))
@@ -280,9 +286,9 @@ def _before(
 ) -> np.ndarray:
     """Over-estimates of distances in front of surface points, (n,) [m].
 
-    A depth view cannot be put onto a surface. So it is placed in front of it,
-    towards the cameras that saw it and to the sides, and the largest error
-    counts.
+    A depth view cannot be evaluated on a surface. So it is placed in front of
+    the surface, in the direction of the cameras and sideways of it, and the
+    largest error counts.
 
     Args:
         field: The map.

@@ -1,1 +1,1 @@
-"""Surfels from depth images: gathered, thinned and refined without a GPU."""
+"""Makes, refines and thins surfels from depth images, without a GPU."""

@@ -13,7 +13,8 @@ REACHES = (4, 2, 1)
 """Distances to the neighbours that determine a normal, best first [pixels]."""
 
 MAX_BEND = 0.25
-"""Largest bend of a surface that has a normal; a larger bend is an edge.
+"""Largest bend of a surface for which a normal is computed. A larger bend is an
+edge.
 
 The bend is the length of p_1 + p_2 - 2 p, for a point p between opposite
 neighbours p_1 and p_2, as a fraction of |p_1 - p_2|.
@@ -51,7 +52,7 @@ def _fill_normals(camera, depth, reaches, normal):
 
 @numpy_helper
 def _span(camera, depth, row, column, reach, normal):
-    """Writes the normal spanned by the pixels `reach` away, if smooth."""
+    """Writes the normal from pixels `reach` away, if the surface is smooth."""
     height, width = depth.shape
     if not (reach <= row < height - reach and reach <= column < width - reach):
         return False

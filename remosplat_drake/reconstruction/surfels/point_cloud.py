@@ -1,14 +1,15 @@
 """Surfels from an accumulated point cloud (Open3D), as in ReMoSPLAT's paper.
 
 The paper pools all frames' points in voxels of 1 cm and draws 60,000 of them
-(section V-A, and the authors' code). The default is `surfels_from_capture`,
-which is more accurate: it takes normals from each depth image, and keeps the
-two sides of a board apart. It does not need Open3D.
+(section V-A, and the authors' code). The default method is
+`surfels_from_capture`, which is more accurate: it computes normals from each
+depth image, and separates the two sides of a board. It does not need Open3D.
 
-On 30 rendered views of the shipped table, 99 % of the distances to the
-untrained discs have an error below 3.8 mm (with voxels: 7.3 mm), or below 14 mm
-(28 mm) with a sensor's noise. After the refinement, the error is below 2.5 mm
-(4.7 mm), or below 5 mm with noise for both methods.
+Both methods were compared on 30 rendered views of the shipped table scene. 99 %
+of the distances to the untrained discs have an error below 3.8 mm (this module:
+7.3 mm). With a sensor's noise, the error is below 14 mm (28 mm). After the
+refinement, it is below 2.5 mm (4.7 mm), and with noise below 5 mm for both
+methods.
 """
 
 import dataclasses as dc
@@ -27,8 +28,9 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 
 _NORMAL_NEIGHBORS = 30
 _NORMAL_RADIUS = 3
-"""A normal is computed from at most this number of points, within three
-voxels."""
+"""Largest number of points, within a distance of three voxels, from which a
+normal is computed.
+"""
 
 
 @dc.dataclass
@@ -42,11 +44,11 @@ class InitialisationConfig:
     count: int = 60_000
     # Edge length of a voxel in the method "voxels" [m].
     voxel: float = 0.01
-    # Point in W around which surfels are finest in the method "surfels", shape
-    # (3,) [m]; None: equally fine everywhere.
+    # Point in W around which the method "surfels" makes the smallest surfels,
+    # shape (3,) [m]; None: their size is the same everywhere.
     focus: np.ndarray | None = None
-    # Number of random points added over the captured box (the paper's third
-    # experiment).
+    # Number of random surfels that are added in the captured box (the paper's
+    # third experiment).
     random_points: int = 0
     # Seed of all random choices.
     seed: int = 0
@@ -62,7 +64,7 @@ def initialise(
         config: Settings; None takes the defaults.
 
     Raises:
-        FieldError: The configuration is unusable.
+        FieldError: A field of the configuration is out of its range.
         MissingExtraError: The method needs Open3D, which is not installed.
         RemoSplatError: The capture has no depth to start from.
     """
@@ -79,7 +81,7 @@ def initialise(
         (
             "random_points",
             config.random_points != 0 and config.random_points < 4,
-            "must be 0 or at least 4",
+            "must be 0, or 4 or more",
         ),
     ):
         if wrong:
@@ -101,7 +103,7 @@ def initialise(
 def surfels_from_voxels(
     capture: Capture, count: int = 60_000, voxel: float = 0.01, seed: int = 0
 ) -> Surfels:
-    """Makes surfels from all frames' points, pooled in voxels and drawn evenly.
+    """Makes surfels from all frames' points, averaged in voxels.
 
     If a voxel contains points of two faces, they are averaged to one point
     between the faces. So edges are displaced by up to half a voxel, and a board
@@ -120,7 +122,8 @@ def surfels_from_voxels(
     o3d = _open3d()
     cloud = o3d.geometry.PointCloud()
     for i in range(len(capture)):
-        # Pooling after each frame keeps the memory to that of the scene.
+        # Points are averaged after each frame, so that the memory depends on
+        # the scene's size and not on the number of frames.
         cloud += _frame_cloud(o3d, capture, i).voxel_down_sample(voxel)
         cloud = cloud.voxel_down_sample(voxel)
     if len(cloud.points) < 4:
@@ -133,8 +136,8 @@ def surfels_from_voxels(
     )
     points, colors = np.asarray(cloud.points), np.asarray(cloud.colors)
     normals = np.asarray(cloud.normals)
-    # Towards the cameras that saw the point: the mean camera may be on the
-    # other side of a wall.
+    # Normals point towards the cameras that saw the point. The mean position of
+    # all cameras may be on the other side of a wall.
     facing = (normals * seen_from).sum(axis=1)
     normals = np.where(facing[:, None] < 0, -normals, normals)
     chosen = np.arange(len(points))
@@ -148,7 +151,7 @@ def surfels_from_voxels(
 def random_surfels(
     lower: np.ndarray, upper: np.ndarray, count: int, seed: int = 0
 ) -> Surfels:
-    """Draws random surfels uniformly in a box; they act as floaters.
+    """Draws random surfels uniformly in a box, which act as floaters.
 
     The paper's third experiment adds 1,000 of them before training.
 
@@ -166,7 +169,7 @@ def random_surfels(
 
 
 def joined(*parts: Surfels) -> Surfels:
-    """Concatenates surfels without a change of their spacing."""
+    """Concatenates surfels; their spacing does not change."""
     return Surfels(
         *(
             np.concatenate([getattr(part, field.name) for part in parts])
@@ -190,7 +193,7 @@ def _frame_cloud(o3d: ModuleType, capture: Capture, view: int):
 
 
 def _spacing(points: np.ndarray) -> np.ndarray:
-    """Mean distances to the three nearest others, (n,) [m]."""
+    """Mean distance from each point to its three nearest, (n,) [m]."""
     neighbors, _ = KDTree(points).query(points, k=4)
     return neighbors[:, 1:].mean(axis=1)
 

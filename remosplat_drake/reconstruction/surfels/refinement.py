@@ -1,10 +1,11 @@
-"""Refinement of a splat without a GPU: surfels fitted to all depth images.
+"""Refines a splat without a GPU, by fitting surfels to all depth images.
 
 Depth images measure surfaces directly, so a splat that is used for distances
 can be optimised without rendering. Sweeps over the views move every surfel
 along its normal onto the plane that best fits the depth of all views (moving
-least squares with robust weights). Then its disc is cut off at edges of the
-surface, and discs in free space are removed. Colours are robust means.
+least squares with robust weights). Then the discs are cut off at edges of the
+surfaces, and discs in free space are removed. A disc's colour is a robust mean
+of the pixels around it.
 """
 
 import dataclasses as dc
@@ -52,7 +53,7 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _CHUNK = 30_000
-"""Number of surfels whose votes are in memory at a time (47 MB)."""
+"""Number of surfels whose votes are in memory at the same time (47 MB)."""
 
 _PIECE = 5_000
 """Number of surfels that a thread processes at a time."""
@@ -60,14 +61,15 @@ _PIECE = 5_000
 
 @dc.dataclass
 class RefinementConfig:
-    """Sweeps and thresholds of `refine`."""
+    """Settings of `refine`."""
 
     # Largest number of sweeps over all views.
     sweeps: int = 8
-    # Sweeps end when 99 % of the surfels move by less than this [m].
+    # Sweeps end when 99 % of the surfels move by less than this length [m].
     converged: float = 2e-4
-    # Height up to which points belong to a surface, independent of noise, in
-    # the first sweep and in the last one [m]. Each sweep halves it.
+    # Distance from a surface up to which points belong to it regardless of
+    # their noise, in the first sweep and in the last one [m]. Each sweep halves
+    # it.
     tolerance: tuple[float, float] = (0.012, 0.0015)
     # Radius of the window around a surfel, as a multiple of its spacing.
     window: float = 1.6
@@ -81,8 +83,8 @@ class RefinementConfig:
     min_cosine: float = 0.1
     # Standard deviation of a disc as a multiple of its surfel's spacing.
     scale: float = 0.62
-    # A surfel is dropped if a better known surfel is nearer than this fraction
-    # of its spacing.
+    # A surfel is removed if a surfel with more information is nearer than this
+    # fraction of its spacing.
     crowding: float = 0.35
     # Opacity of a disc that many views confirm.
     opacity: float = 0.95
@@ -101,7 +103,7 @@ def refine(
 
     Args:
         capture: Posed RGB-D images.
-        surfels: Surfels at which the discs start.
+        surfels: Surfels that determine the initial discs.
         config: Settings; None takes the defaults.
         report: Called after every view with the number of views that have been
             processed, over all sweeps, and the largest possible number.
@@ -133,7 +135,7 @@ def refine(
 
 
 class _Progress:
-    """Reports how many of the passes over a view are done."""
+    """Reports the number of views that were processed, over all sweeps."""
 
     def __init__(self, capture, count, config, report):
         chunks = -(-count // _CHUNK)
@@ -158,8 +160,8 @@ def _sweep(
     """Moves the surfels onto the planes of their surroundings.
 
     Returns:
-        The surfels; how far each moved, (n,) [m]; the ratio of actual to
-        assumed noise; the weight of each, (n,).
+        The surfels, the distance by which each one moved, (n,) [m], the ratio
+        of actual to assumed noise, and the weight of each surfel, (n,).
     """
     patches = _patches(surfels, config)
     planes = np.zeros((len(surfels), PLANE_SUMS))
@@ -191,7 +193,7 @@ def _sweep(
 def _fit_planes(
     planes: np.ndarray, radius: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares: heights (n,) [m] over the centres, and slopes (n, 2)."""
+    """Fits planes: heights over the centres, (n,) [m], and slopes, (n, 2)."""
     sums = planes / np.maximum(planes[:, :1], 1e-30)
     normal_matrix = sums[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     # A small regularization, for windows whose points lie on one line.
@@ -205,7 +207,7 @@ def _fit_planes(
 
 
 def _rescaled(noise: DepthNoise, excess: float) -> DepthNoise:
-    """The noise model that the residuals of a sweep suggest."""
+    """The noise model, scaled to explain the residuals of a sweep."""
     return noise._replace(
         floor=noise.floor * excess + _LEAST_NOISE,
         growth=noise.growth * excess,
@@ -220,7 +222,7 @@ def _cut_to_shape(
     config: RefinementConfig,
     progress: _Progress,
 ) -> GaussianSplat:
-    """Discs that end at edges, without those in free space of views."""
+    """Cuts discs off at edges, and removes discs in free space."""
     patches = _patches(surfels, config)
     parts = [
         part
@@ -242,7 +244,7 @@ def _cut_to_shape(
     p_WK, R_WK, scales = fit_discs(
         extents, patches.p_WK, patches.R_WK, config.scale * surfels.spacing
     )
-    # An unconfirmed disc is somewhat opaque, a confirmed one fully.
+    # A disc that views confirm is opaque; an unconfirmed disc is translucent.
     confidence = (extents.solid + 0.1) / (extents.solid + extents.free + 0.14)
     keep = (extents.solid >= extents.free) & (scales.min(axis=1) > 5e-4)
     return GaussianSplat(
@@ -283,7 +285,7 @@ def _share(
     tolerance: float,
     *sums: np.ndarray,
 ):
-    """Computes the sums in threads, each for its own patches."""
+    """Computes the sums in threads, each of which has a part of the patches."""
 
     def gather_piece(rows: slice):
         own = Patches(*(array[rows] for array in patches))

@@ -8,16 +8,19 @@ from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _HOLE = 1.6
-"""There is a hole if no disc's centre is within this number of standard
-deviations of a former disc."""
+"""A former disc leaves a hole if no disc's centre is within this number of the
+former disc's standard deviations.
+"""
 
 _ENOUGH_VIEWS = 2
 """Number of views that must measure a surface behind a disc before it is
 removed."""
 
 _FREE = 0.03
-"""A disc in free space is a floater only if no other disc is nearer than this.
-Otherwise views only disagree slightly about one surface [m]."""
+"""Least distance between a floater in free space and all other discs [m]. If
+another disc is nearer, the views only disagree slightly about the position of a
+surface.
+"""
 
 
 def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:

@@ -1,4 +1,4 @@
-"""Extent of the surface around a surfel, from votes in its plane.
+"""Finds the extent of the surface around a surfel from votes in its plane.
 
 A disc that extends beyond an edge makes distances too short; a disc that ends
 before the edge makes them too long. So if views show free space beside a
@@ -17,8 +17,9 @@ _TURNS = 12
 """Number of edge directions that are tried, over a right angle."""
 
 _BAND = 0.35
-"""Half width of the band through the centre in which edges are sought, as a
-fraction of the grid's half width."""
+"""Half width of the band through the centre in which edges are searched for, as
+a fraction of the grid's half width.
+"""
 
 _MIN_VOTES = 0.3
 """Least number of votes beyond an edge."""
@@ -73,7 +74,8 @@ def find_extents(
         )
         inside = _inside(np.full(len(torn), angle), np.minimum(found, 0.9))
         agreement = ((solid[torn] - 2 * free[torn]) * inside).sum(axis=1)
-        # The first of equally good directions wins, rounding aside.
+        # Of equally good directions, the first is chosen, regardless of
+        # rounding.
         better = agreement > score + 1e-3
         score[better] = agreement[better]
         turn[torn[better]] = angle
@@ -100,9 +102,8 @@ def fit_discs(
         extents: The edges.
         p_WK: Centres, shape (n, 3) [m].
         R_WK: Tangent frames, shape (n, 3, 3).
-        reach: Semi-axis of a disc without edges, shape (n,) [m]. At and along
-            an edge, a disc extends a little farther, since it overlaps with
-            fewer neighbours there.
+        reach: Semi-axis of a disc without edges, shape (n,) [m]. A disc at an
+            edge is a little larger, since it overlaps with fewer neighbours.
 
     Returns:
         Centres (n, 3) [m], orientations (n, 3, 3) and semi-axes (n, 2) [m]; an
@@ -144,7 +145,7 @@ def _axes(angle: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _inside(turn: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Which cells lie between the ends along x, -x, y, -y; (n, GRID^2)."""
+    """Mask of the cells between the ends along x, -x, y, -y; (n, GRID^2)."""
     x, y = _axes(turn[:, None])
     inside = (x < ends[:, :1]) & (-x < ends[:, 1:2])
     return inside & (y < ends[:, 2:3]) & (-y < ends[:, 3:])
@@ -152,9 +153,10 @@ def _inside(turn: np.ndarray, ends: np.ndarray) -> np.ndarray:
 
 @cache
 def _profiles(angle: float) -> tuple[np.ndarray, ...]:
-    """Maps from votes to their profiles along x, -x, y, -y: (GRID^2, GRID).
+    """Matrices from votes to profiles along x, -x, y, -y: (GRID^2, GRID).
 
-    A cell is shared between the two bins that its centre lies between.
+    The votes of a cell are divided between the two bins on either side of its
+    centre.
     """
     x, y = _axes(angle)
     return tuple(
@@ -173,15 +175,17 @@ def _profile(along: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 def _edge(solid: np.ndarray, free: np.ndarray) -> np.ndarray:
     """Where profiles change from solid to free, (n,) in [-1, 1] or inf.
 
-    The edge has the fewest votes on the wrong side; the two bins beside it
-    then place it more finely by their shares.
+    The edge is where the number of votes on the wrong side is least. The shares
+    of votes in the two bins beside the edge then determine its position within
+    a bin.
     """
     n = len(solid)
     start = np.zeros((n, 1))
     solid_before = np.concatenate([start, np.cumsum(solid, axis=1)], axis=1)
     free_before = np.concatenate([start, np.cumsum(free, axis=1)], axis=1)
     wrong = free_before + solid_before[:, -1:] - solid_before
-    # Of equally good places, the last one: without a vote, nothing is cut off.
+    # Of equally good positions, the last is chosen, so that nothing is cut off
+    # if there are no votes.
     place = GRID - wrong[:, ::-1].argmin(axis=1)
     place = np.maximum(place, 1)
     i = np.arange(n)

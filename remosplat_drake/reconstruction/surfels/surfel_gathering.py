@@ -1,4 +1,4 @@
-"""Sums of depth images around each surfel: planes, colours, votes (Numba).
+"""Sums up depth images around each surfel: its plane, colour and votes.
 
 `surfel_gathering_reference` is the slow, readable reference.
 """
@@ -17,16 +17,16 @@ MAX_REACH = 6
 """Largest number of samples of a window to either side of its centre."""
 
 PLANE_SUMS = 10
-"""Number of columns of the argument `planes` of `gather_planes`."""
+"""Number of sums for each patch in the argument `planes` of `gather_planes`."""
 COLOR_SUMS = 4
-"""Number of columns of the argument `colors` of `gather_planes`."""
+"""Number of sums for each patch in the argument `colors` of `gather_planes`."""
 
 GRID = 14
 """Number of cells along a side of a surfel's grid of votes."""
 
 
 class DepthView(NamedTuple):
-    """One image of a `Capture`, as arrays for kernels.
+    """One view of a `Capture`, as arrays for the kernels.
 
     Attributes:
         depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
@@ -46,7 +46,7 @@ class DepthView(NamedTuple):
 
 
 class Patches(NamedTuple):
-    """Surfels with a tangent frame, and a window around each.
+    """Surfels, each with a tangent frame K and a window around it.
 
     Attributes:
         p_WK: Centres, shape (n, 3) [m].
@@ -67,8 +67,8 @@ class DepthNoise(NamedTuple):
     Attributes:
         floor: Standard deviation of the depth near the camera [m].
         growth: Growth of the standard deviation with z^2 [1/m].
-        min_cosine: A surfel is ignored in views in which the cosine of its
-            angle of incidence is less than this.
+        min_cosine: Least cosine of the angle of incidence at which a view is
+            used for a surfel.
         color_step: Difference of colour at which a sample's weight is halved.
     """
 
@@ -78,7 +78,7 @@ class DepthNoise(NamedTuple):
     color_step: float
 
     def deviation(self, z: np.ndarray) -> np.ndarray:
-        """Returns the standard deviation of depths z, of the same shape [m]."""
+        """Returns the standard deviations of depths z [m]."""
         return self.floor + self.growth * z**2
 
 
@@ -97,7 +97,7 @@ def make_view(capture: Capture, i: int) -> DepthView:
 
 @numpy_kernel
 def gather_planes(patches, view, noise, tolerance, planes, colors):
-    """Adds a view's points near each patch to the patch's sums.
+    """Adds a view's measured points to the sums of the patches near them.
 
     A pixel's point with tangential coordinates a, b and height h has the weight
 
@@ -111,11 +111,12 @@ def gather_planes(patches, view, noise, tolerance, planes, colors):
         patches: The patches.
         view: The view.
         noise: The noise of the view's depth.
-        tolerance: Heights up to this belong to the surface [m].
-        planes: Sums of w times 1, a, b, a a, a b, b b, h, a h, b h,
-            (h / sigma)^2, shape (n, PLANE_SUMS).
-        colors: Sums of weighted RGB and of the weights, with and without robust
-            weighting, shape (n, COLOR_SUMS).
+        tolerance: Distance from a patch's plane up to which points belong to
+            its surface, regardless of their noise [m].
+        planes: Receives the sums of w times 1, a, b, a a, a b, b b, h, a h, b
+            h, (h / sigma)^2, shape (n, PLANE_SUMS).
+        colors: Receives sums of weighted RGB and of the weights, with and
+            without robust weighting, shape (n, COLOR_SUMS).
     """
     for i in range(len(patches.p_WK)):
         window, cosine = _window(patches, i, view, noise)
@@ -148,15 +149,17 @@ def gather_votes(patches, view, noise, tolerance, solid, free):
     the measured point is within c of the plane, the cell receives a vote for a
     surface. If the point is more than 1.5 c behind the plane, the cell receives
     a vote for free space. If it is in front, the cell is occluded and receives
-    no vote. Each view has one vote for each cell, which its pixels share.
+    no vote. Each view has one vote for each cell; the pixels in the cell share
+    it.
 
     Args:
         patches: The patches.
         view: The view.
         noise: The noise of the view's depth.
-        tolerance: Heights up to this belong to the surface [m].
-        solid: Votes for a surface, by tangential cell, shape (n, GRID, GRID).
-        free: Votes for free space, shape (n, GRID, GRID).
+        tolerance: Distance from a patch's plane up to which points belong to
+            its surface, regardless of their noise [m].
+        solid: Receives votes for a surface, by cell, shape (n, GRID, GRID).
+        free: Receives votes for free space, by cell, shape (n, GRID, GRID).
     """
     votes = np.zeros((2, GRID, GRID))
     for i in range(len(patches.p_WK)):
@@ -243,7 +246,8 @@ def _window(patches, i, view, noise):
     reach = int(np.ceil(patches.radius[i] * view.focal[0] / z))
     step = (reach + MAX_REACH - 1) // MAX_REACH
     reach = reach // step * step
-    # The lattice keeps its centre where the image cuts the window.
+    # If the image's border cuts the window, the samples' positions do not
+    # change.
     top = row - min(reach, row // step * step)
     left = column - min(reach, column // step * step)
     bottom = min(height, row + reach + 1)

@@ -20,7 +20,7 @@ def gather_planes(
     planes: np.ndarray,
     colors: np.ndarray,
 ):
-    """Adds a view's points near each patch to the patch's sums.
+    """Adds a view's measured points to the sums of the patches near them.
 
     Arguments and results are those of `surfel_gathering.gather_planes`.
     """

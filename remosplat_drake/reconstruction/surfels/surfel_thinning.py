@@ -1,4 +1,4 @@
-"""Thinning of surfels at places onto which several surfels have moved."""
+"""Thins surfels where several of them have moved to nearly the same point."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -13,11 +13,12 @@ faint."""
 def uncrowded(
     surfels: Surfels, weight: np.ndarray, crowding: float
 ) -> np.ndarray:
-    """Selects the most certain of crowded surfels (non-maximum suppression).
+    """Selects surfels by non-maximum suppression.
 
-    A faint surfel, about which views contain little information, is removed if
-    a well-known surfel is within its spacing, since the normal of the faint
-    surfel is unreliable.
+    Of surfels that are crowded, the one with the largest weight is kept. A
+    faint surfel, about which views contain little information, is removed if a
+    surfel that is not faint is within its spacing, since the normal of the
+    faint surfel is unreliable.
 
     Args:
         surfels: The n surfels.
@@ -27,7 +28,7 @@ def uncrowded(
             this fraction of their spacing, one of them is kept.
 
     Returns:
-        Which surfels are kept, shape (n,), bool.
+        Mask of the surfels that are kept, shape (n,), bool.
     """
     # In descending order of weight, ties by index.
     rank = np.empty(len(surfels), np.int64)

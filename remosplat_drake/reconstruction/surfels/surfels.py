@@ -1,8 +1,9 @@
-"""Makes surfels (oriented points) from RGB-D images, the start of training.
+"""Makes the surfels (oriented points) with which a reconstruction starts.
 
-Every pixel with a depth is a point on a surface, with a normal from its
-neighbours. These points are averaged in voxels, so that the measured surfaces
-are evenly covered, as finely as the wanted number of surfels allows.
+Every pixel with a depth is a point on a surface; its normal is computed from
+neighbouring pixels. The points are averaged in voxels, so that the surfels
+cover the measured surfaces evenly. The voxels are as small as the largest
+number of surfels allows.
 """
 
 import dataclasses as dc
@@ -16,25 +17,26 @@ from remosplat_drake.reconstruction.surfels.normals import depth_normals
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _FINE_RADIUS = 0.6
-"""Voxels have their smallest size within this distance of the focus [m]."""
+"""Distance from the focus up to which voxels have their smallest size [m]."""
 
 _MAX_SAMPLES = 6_000_000
 """Largest number of pixels that are used; it limits memory to 216 MB."""
 
 _LARGEST_VOXEL = 16.0
-"""Largest edge length of voxels; their size is increased to limit the number of
-surfels [m]."""
+"""Largest edge length to which voxels are enlarged, to limit the number of
+surfels [m].
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Surfels:
-    """n surfels: oriented, coloured points on surfaces (Pfister et al., 2000).
+    """Oriented, coloured points on surfaces (Pfister et al., 2000); n surfels.
 
     Attributes:
         p_WK: Centres, shape (n, 3) [m].
         normal_W: Unit normals, towards the camera, shape (n, 3).
         colors: RGB in [0, 1], shape (n, 3).
-        spacing: Mean distance to the three nearest others, shape (n,) [m].
+        spacing: Mean distance to the three nearest surfels, shape (n,) [m].
     """
 
     p_WK: np.ndarray
@@ -60,11 +62,11 @@ def surfels_from_capture(
         focus: A point in W around which the spacing is smallest, shape (3,)
             [m]. Beyond 0.6 m, the spacing doubles with every doubling of the
             distance. None: the spacing is the same everywhere.
-        stride: Every stride-th row and column of the images is used, or fewer
-            if there are too many pixels.
+        stride: Step between the rows, and between the columns, of the images
+            that are used; it is increased if there are too many pixels.
 
     Raises:
-        RemoSplatError: The capture has no depth with a normal.
+        RemoSplatError: No pixel of the capture has a depth with a normal.
     """
     pixels = capture.depth.size
     stride = max(stride, int(np.ceil(np.sqrt(pixels / _MAX_SAMPLES))))
@@ -95,7 +97,7 @@ def splat_of_surfels(
     """Makes a splat with one disc per surfel, without training or a GPU.
 
     Args:
-        surfels: The surfels, at which the discs are.
+        surfels: The surfels; each becomes a disc.
         scale: Standard deviation of a disc, as a multiple of its surfel's
             spacing. With 0.6, discs overlap just enough that no gaps are
             visible.
@@ -123,7 +125,8 @@ def quaternions_onto(normals: np.ndarray) -> np.ndarray:
     x, y, z = normals.T
     zero = np.zeros_like(x)
     quaternions = np.stack([1 + z, -y, x, zero], axis=1)
-    # Straight down there is no shortest rotation; half a turn about x will do.
+    # For the -z axis, the shortest rotation is not unique; half a turn about x
+    # is used.
     quaternions[1 + z < 1e-8] = [0, 1, 0, 0]
     return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
 
@@ -144,9 +147,10 @@ def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
 
 
 def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
-    """An edge length that gives at most `count` voxels, and nearly as many [m].
+    """Edge length that makes nearly `count` voxels, and not more [m].
 
-    The first guess: a surface's voxels grow in number as 1 / edge^2.
+    For a first estimate, the number of a surface's voxels is proportional to 1
+        / edge^2.
     """
 
     def found_with(voxel: float) -> int:
@@ -169,10 +173,11 @@ def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
 def _voxel_keys(
     samples: np.ndarray, level: np.ndarray, voxel: float
 ) -> np.ndarray:
-    """One integer a sample: its voxel, level and the way it faces.
+    """One integer per sample, from its voxel, level and the side it faces.
 
-    The facing keeps the two sides of a thin board, and the faces that meet
-    at an edge, from being averaged into a surface that is not there.
+    Because of the side, samples of the two sides of a thin board, or of two
+    faces that meet at an edge, are not averaged to a surface that does not
+    exist.
     """
     cell = np.floor(samples[:, :3] / (voxel * 2.0**level)[:, None])
     cell = cell.astype(np.int64) + (1 << 15)
@@ -192,7 +197,7 @@ def _voxel_keys(
 
 
 def _pool(samples: np.ndarray, keys: np.ndarray) -> np.ndarray:
-    """The mean of the samples that share a key, (n, 9)."""
+    """Means of the samples that have the same key, (n, 9)."""
     _, group, counts = np.unique(keys, return_inverse=True, return_counts=True)
     sums = np.stack(
         [np.bincount(group, weights=column) for column in samples.T], axis=1

@@ -39,8 +39,8 @@ class CameraDeviations:
         turn: Rotation of a view, about each axis [rad].
         shift: Position of a view, along each axis [m].
         camera: Deviations of parameters that all views share: focal lengths,
-            principal point, and scale, offset and growth of the depth. Other
-            parameters are assumed exact.
+            principal point, and scale, offset and growth of the depth. All
+            other camera errors are assumed zero.
     """
 
     turn: float = 0.01
@@ -49,16 +49,17 @@ class CameraDeviations:
 
 
 class Cameras(nn.Module):
-    """The errors of the cameras of v views, all zero at first.
+    """The errors of the cameras of v views; they are initially zero.
 
-    Parameters are in units of their standard deviations. So one learning rate
-    suits millimetres, pixels and angles, and the prior is a sum of squares.
+    Parameters are in units of their standard deviations. So the same learning
+    rate is suitable for millimetres, pixels and angles, and the negative log
+    prior is a sum of squares.
 
     Args:
         X_WC: Given poses, shape (v, 4, 4).
         deviations: Standard deviations of the errors.
-        trained: Mask of the views used in training, which define W (see
-            `hold_frame`), shape (v,), bool.
+        trained: Mask of the views that are used in training, shape (v,), bool.
+            `hold_frame` fixes their mean pose.
 
     Attributes:
         poses: theta_W and t_W of each view, (v, 6).
@@ -118,7 +119,7 @@ class Cameras(nn.Module):
 
         Args:
             views: k views with the given cameras.
-            index: Which of the v views they are, shape (k,).
+            index: Indices of these views among the v views, shape (k,).
         """
         theta_W, t_W = self.motion[index].split(3, dim=-1)
         R_CW, p_CW = views.X_CW[:, :3, :3], views.X_CW[:, :3, 3:]
@@ -140,7 +141,7 @@ class Cameras(nn.Module):
         the v views.
 
         Args:
-            index: The views, shape (k,).
+            index: Indices of the views, shape (k,).
         """
         common = (self.lens**2).sum() + (self.depth**2).sum()
         each = (self.poses[index] ** 2).sum(dim=-1).mean()
@@ -170,7 +171,7 @@ class Cameras(nn.Module):
         return self.depth * self._depth_units
 
     def _true_depth(self, z: Tensor) -> Tensor:
-        """Depths, where they are known; 0 and inf do not change."""
+        """Corrects known depths; 0 and inf do not change."""
         scale, offset, growth = self._depth_errors()
         known = (z > 0) & z.isfinite()
         z_known = torch.where(known, z, 0)

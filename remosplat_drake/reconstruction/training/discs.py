@@ -11,10 +11,12 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class Discs(nn.Module):
-    """n discs K as unconstrained parameters; properties are their values.
+    """Trainable, unconstrained parameters of n discs K.
+
+    The properties convert the parameters to physical values.
 
     Args:
-        splat: The surfel splat in W at which the discs start.
+        splat: The splat in W that determines the initial discs.
         scale_limits: Bounds of a disc's standard deviations, as factors of its
             initial ones.
 
@@ -75,7 +77,7 @@ class Discs(nn.Module):
 
     @torch.no_grad()
     def splat(self, min_opacity: float = 0.0) -> GaussianSplat:
-        """Converts the discs to a splat in main memory.
+        """Converts the discs to a `GaussianSplat` of NumPy arrays.
 
         Args:
             min_opacity: Discs below this opacity are left out.

@@ -1,9 +1,10 @@
-"""Losses of training: images, surfaces, free space, opaque discs.
+"""Computes the losses that training minimises.
 
-Colour images alone leave depth uncertain. So two kinds of losses use the depth
-images. The losses of discs: each visible disc must be on the measured surface
-and have its normal, and no disc may be in free space. The losses of pixels: the
-disc at which a pixel's ray ends must contain the measured point.
+Colour images alone hardly determine depth. So two kinds of losses use the depth
+images. The losses of discs (`disc_losses`) are small if each visible disc is on
+the measured surface with the surface's normal, and if no disc is in free space.
+The loss of pixels (`depth_loss`) is small if the disc at which a pixel's ray
+ends contains the measured point.
 """
 
 import torch
@@ -19,7 +20,7 @@ from remosplat_drake.reconstruction.training.views import Views
 
 
 def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
-    """Computes 0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7).
+    """Computes the loss 0.8 L1 + 0.2 (1 - SSIM) of images (3DGS paper, eq. 7).
 
     Pixels that do not show the scene are ignored.
     """
@@ -33,9 +34,9 @@ def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
 
 
 def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
-    """Computes the depths z at which rays meet the discs at which they end.
+    """Computes the depth z at which each pixel's ray meets its median disc.
 
-    Differentiable in centres and orientations.
+    The result is differentiable in the discs' centres and orientations.
 
     Args:
         discs: The discs.
@@ -78,13 +79,14 @@ def depth_loss(
 def disc_losses(
     discs: Discs, views: Views, margin: float
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Computes the disagreement of discs with depth images.
+    """Computes three losses of discs that disagree with depth images.
 
     Args:
         discs: The n discs.
         views: The depth images.
         margin: Difference of depth within which a disc belongs to a surface
-            [m]; a disc that is nearer to the camera than this is in free space.
+            [m]. A disc in front of the surface by more than this is in free
+            space.
 
     Returns:
         Three losses, averaged over discs and views: distance to the surface's
@@ -130,7 +132,7 @@ def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
 
 
 def haze_loss(discs: Discs) -> Tensor:
-    """Computes the mean of o (1 - o) of the discs' opacities o.
+    """Computes the mean of o (1 - o), with the opacity o of each disc.
 
     This opacity regularisation is zero if every disc is opaque or invisible.
     """

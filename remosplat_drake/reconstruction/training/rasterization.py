@@ -34,11 +34,13 @@ class Rendered(NamedTuple):
 
 
 Rasterizer = Callable[[Discs, Views], Rendered]
-"""Type of functions that render discs into views, such as `rasterize`."""
+"""Type of functions that render discs from the cameras of views, such as
+`rasterize`.
+"""
 
 
 def rasterize(discs: Discs, views: Views) -> Rendered:
-    """Renders all discs into all views.
+    """Renders all discs from the cameras of all views.
 
     gsplat's own median depth is that of the disc's centre (gsplat issue 477).
     So each disc has its index as a fourth colour, and gsplat returns the index
@@ -68,7 +70,7 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
         height=height,
         near_plane=NEAR,
     )
-    # Where nothing was drawn gsplat leaves zero, hence indices from 1.
+    # gsplat returns zero where nothing was drawn, so indices start at 1.
     median = median[..., 0].detach().round().long() - 1
     has_median = (alpha[..., 0].detach() > 0.5) & (median < n)
     return Rendered(
@@ -79,11 +81,11 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
 
 
 def _viewmats(views: Views) -> Tensor:
-    """The poses X_CW, with the gradients by K as well.
+    """The poses X_CW, through which gradients by K are also computed.
 
     gsplat computes gradients with respect to `viewmats`, but not to `Ks`. It
-    uses both as the product K X_CW = K_0 (K_0⁻¹ K) X_CW only; K_0 has the value
-    of K, and the bracket is the identity, but not constant.
+    uses both only as the product K X_CW = K_0 (K_0⁻¹ K) X_CW. K_0 is a constant
+    with the value of K. So the bracket is the identity, but has a gradient.
     """
     K = views.K
     one = torch.linalg.solve_triangular(K.detach(), K, upper=True)

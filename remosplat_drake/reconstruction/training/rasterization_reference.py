@@ -22,7 +22,7 @@ _FILTER = 2.0
 
 
 def rasterize_reference(discs: Discs, views: Views) -> Rendered:
-    """Renders all discs into all views, as `rasterize` does."""
+    """Renders all discs from the cameras of all views, as `rasterize` does."""
     parts = [_draw(discs, views[i : i + 1]) for i in range(len(views))]
     return Rendered(
         *(torch.cat(tensors) for tensors in zip(*parts, strict=True))
@@ -48,7 +48,7 @@ def _draw(discs: Discs, view: Views) -> Rendered:
     alpha = alpha.clamp(max=_MOST_ALPHA)
     alpha = torch.where(alpha < _LEAST_ALPHA, 0, alpha)
     clear = torch.cumprod(1 - alpha, dim=1)
-    # gsplat stops before the disc that would leave next to no light.
+    # gsplat stops before the disc behind which almost no light would remain.
     alpha = torch.where(clear <= _LEAST_TRANSMITTANCE, 0, alpha)
     clear = torch.cumprod(1 - alpha, dim=1)
     before = torch.cat([torch.ones_like(clear[:, :1]), clear[:, :-1]], dim=1)
@@ -70,7 +70,7 @@ def _squared_radius(
     """u² + v² where the rays meet the discs' planes, (pixels, discs)."""
     normal = R_CK[..., 2]
     slope = rays @ normal.T
-    # Where a ray runs along a disc, not even the gradient may be infinite.
+    # If a ray is parallel to a disc, the gradient must be finite, too.
     meets = slope.abs() > _LEAST_SLOPE
     z = (p_CK * normal).sum(-1) / torch.where(meets, slope, 1)
     offset = z[..., None] * rays[:, None] - p_CK

@@ -1,8 +1,8 @@
-"""Training a 2DGS splat from an RGB-D capture.
+"""Trains a 2DGS splat on the images of an RGB-D capture.
 
 No discs are added, since the initial discs already cover the surfaces in the
-depth images. Discs that contradict images or depth fade, and are removed at the
-end.
+depth images. The opacity of discs that contradict images or depth decreases,
+and nearly transparent discs are removed at the end.
 """
 
 import dataclasses as dc
@@ -45,11 +45,12 @@ class TrainingConfig:
     batch: int = 2
     # Seed of the order of the images.
     seed: int = 0
-    # A disc's standard deviations stay within these factors of the first ones.
-    # Discs that shrink at an edge hide it: distances become too large.
+    # Least and largest ratio of a disc's standard deviations to the initial
+    # ones. If discs at an edge shrink, the map contains no edge, and distances
+    # become too large.
     scale_limits: tuple[float, float] = (0.85, 1.2)
-    # Learning rate of the centres [m a step]. Discs start at the joint result
-    # of all depth images, and should stay near.
+    # Learning rate of the centres [m per step]. It is small, since the initial
+    # discs are already fitted to all depth images.
     center_rate: float = 2e-5
     # Learning rate of the quaternions.
     rotation_rate: float = 1e-4
@@ -62,19 +63,19 @@ class TrainingConfig:
     # Final learning rates of centres and cameras, as a fraction of the initial
     # ones.
     final_rate: float = 0.01
-    # Whether poses, lens and depth curve of the cameras are unknowns, too.
+    # Whether poses, lens and depth curve of the cameras are also optimised.
     refine_cameras: bool = False
-    # Step at which cameras begin to move: colours must have settled.
+    # Step from which cameras are optimised: colours must have converged before.
     camera_start: int = 10
-    # Learning rate of poses [standard deviations a step].
+    # Learning rate of poses [standard deviations per step].
     pose_rate: float = 0.2
-    # Learning rate of lens and depth curve [standard deviations a step].
+    # Learning rate of lens and depth curve [standard deviations per step].
     lens_rate: float = 0.1
     # Weight of `Cameras.prior`.
     prior_weight: float = 1e-4
     # Prior standard deviations of the cameras' errors.
     deviations: CameraDeviations = dc.field(default_factory=CameraDeviations)
-    # Weight of `depth_loss`; that of `photometric_loss` is 1.
+    # Weight of `depth_loss`; `photometric_loss` has the weight 1.
     depth_weight: float = 10.0
     # Weight of the distance to the surface in `disc_losses`.
     surface_weight: float = 100.0
@@ -88,7 +89,7 @@ class TrainingConfig:
     haze_weight: float = 0.1
     # Difference of depth within which a disc belongs to a surface [m].
     margin: float = 0.02
-    # Opacity below which discs are dropped at the end.
+    # Opacity below which discs are removed at the end.
     min_opacity: float = 0.2
     # Number of steps between two evaluations of the held-out views.
     check_every: int = 100
@@ -100,17 +101,18 @@ class TrainingConfig:
 
 
 CAMERA_TRAINING = TrainingConfig(refine_cameras=True, batch=8, center_rate=2e-4)
-"""Settings for training with the cameras as unknowns. Steps use more views,
-which determine a common lens better. Discs may move farther, since the initial
-discs contain the errors of the cameras."""
+"""Settings for training that also optimises the cameras. Each step uses more
+views, which determine the common lens better. Discs may move farther, since the
+errors of the cameras affect the initial discs.
+"""
 
 
 @dc.dataclass(frozen=True)
 class Progress:
-    """Progress of training.
+    """Number of completed steps of training, and the latest losses.
 
     Attributes:
-        step: Number of steps done.
+        step: Number of completed steps.
         steps: Largest number of steps.
         loss: Loss of the latest batch.
         held_out: Loss of the held-out views at their latest evaluation; NaN
@@ -125,15 +127,15 @@ class Progress:
 
 @dc.dataclass(frozen=True, eq=False)
 class Trained:
-    """A trained splat and how its training ended.
+    """A trained splat, and the progress and cameras at the end of training.
 
     Attributes:
         splat: The splat in the capture's world frame.
         progress: Progress at the end of training.
-        capture: The capture, with refined cameras if they were unknowns.
-        undone: Errors of the camera that were corrected in the capture, see
-            `camera_errors`, shape (`COUNT`,); 0 for those that were not
-            unknowns.
+        capture: The capture, with refined cameras if these were optimised.
+        undone: Camera errors that were corrected in the capture, see
+            `camera_errors`, shape (`COUNT`,); 0 for errors that were not
+            optimised.
     """
 
     splat: GaussianSplat
@@ -157,12 +159,14 @@ def train(
 
     Args:
         capture: Posed RGB-D images.
-        start: The surfel splat in the capture's W at which the discs start.
+        start: The splat in the capture's frame W that determines the initial
+            discs.
         config: Settings; None takes the defaults.
         held_out: Mask of views, shape (n,), bool, that are not used for
-            training but determine when it stops; None: all steps are run.
-        checkpoint: A file to which the state is saved at every evaluation of
-            the held-out views; an interrupted training continues from it.
+            training, and whose loss determines when training stops. None runs
+            all steps.
+        checkpoint: File to which the state is saved at every evaluation of the
+            held-out views. If the file exists, training continues from it.
         report: Called with the progress every ten steps.
         device: Name of the torch device; gsplat needs "cuda".
         rasterizer: Function that renders the discs.
@@ -170,7 +174,8 @@ def train(
     Raises:
         MissingExtraError: gsplat is not installed.
         RemoSplatError: There is no CUDA device.
-        FileError: The checkpoint belongs to another training, or is unreadable.
+        FileError: The checkpoint belongs to another capture or other settings,
+            or is unreadable.
     """
     config = config or TrainingConfig()
     if device == "cuda" and not torch.cuda.is_available():
@@ -192,7 +197,7 @@ def train(
 def train_without_holes(
     capture: Capture, start: GaussianSplat, *arguments, **options
 ) -> Trained:
-    """Fits discs to a capture, and restores discs on surfaces that were lost.
+    """Trains a splat, and restores discs on surfaces that training lost.
 
     Arguments are those of `train`; see `fill_holes`.
     """
@@ -202,7 +207,7 @@ def train_without_holes(
 
 
 class _Training:
-    """The state of the optimisation; all of it is in a checkpoint."""
+    """The state of the optimisation, which a checkpoint contains completely."""
 
     def __init__(
         self,
@@ -240,7 +245,7 @@ class _Training:
         )
 
     def step(self):
-        """One step of Adam on a few views."""
+        """Runs one step of Adam on a few views."""
         config, step = self._config, self.progress.step
         self._set_rates(config.final_rate ** (step / config.steps))
         moving = config.refine_cameras and step >= config.camera_start
@@ -254,15 +259,16 @@ class _Training:
         self.discs.clamp()
         if moving:
             self.cameras.hold_frame()
-        # Reading the loss waits for the device; do so only when it is shown.
+        # Reading the loss waits for the device, so it is read only when it is
+        # shown.
         shown = loss.item() if (step + 1) % 10 == 0 else self.progress.loss
         self.progress = dc.replace(self.progress, step=step + 1, loss=shown)
 
     def _follow(self):
-        """Lets the pose of a held-out view follow the discs.
+        """Optimises the pose of a held-out view for the present discs.
 
-        It changes neither the discs nor the lens: they must not depend on its
-        image.
+        The discs and the lens do not change, since they must not depend on the
+        image of a held-out view.
         """
         poses = self.cameras.poses
         loss = self._loss(self._choose(self._held_out, 1))
@@ -339,7 +345,7 @@ class _Training:
             file.write(buffer.getvalue())
 
     def load(self, path: Path):
-        """Restores the state at the call of `save`."""
+        """Restores the state that `save` has written."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
             identity = state["identity"]
@@ -348,8 +354,8 @@ class _Training:
         if identity != self._identity:
             raise FileError(
                 path,
-                "is the checkpoint of another capture or other settings;"
-                " remove it to start again",
+                "belongs to another capture or other settings; remove the "
+                "file to start again",
             )
         self.discs.load_state_dict(state["discs"])
         self.cameras.load_state_dict(state["cameras"])
@@ -362,7 +368,7 @@ class _Training:
 def _rates(
     discs: Discs, cameras: Cameras, config: TrainingConfig
 ) -> list[dict]:
-    """Adam's parameter groups; those with an initial rate slow down."""
+    """Adam's parameter groups; the rates of centres and cameras decrease."""
     steady = (
         (discs.quaternions, config.rotation_rate),
         (discs.log_scales, config.scale_rate),
@@ -387,7 +393,7 @@ def _identity(
     config: TrainingConfig,
     held_out: np.ndarray,
 ) -> str:
-    """A digest of everything that determines the course of a training."""
+    """A digest of all inputs that determine the result of a training."""
     digest = hashlib.sha256(repr(config).encode())
     arrays = [capture.X_WC, capture.K, capture.rgb, capture.depth]
     if capture.hidden is not None:

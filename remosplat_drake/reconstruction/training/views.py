@@ -13,17 +13,19 @@ from remosplat_drake.reconstruction.surfels.normals import depth_normals
 
 @dc.dataclass(frozen=True, eq=False)
 class Views:
-    """v RGB-D images of one size as tensors on the training device.
+    """Posed RGB-D images of one size, as tensors on the training device.
+
+    There are v images.
 
     Attributes:
         X_CW: Poses of W in the cameras C (OpenCV axes), (v, 4, 4).
         K: Intrinsic matrices, (v, 3, 3) [pixels].
         rgb: Colours in [0, 1], (v, h, w, 3).
         depth: Depth z in C, (v, h, w) [m]; 0 where unknown.
-        front: Least depth of a pixel and its neighbours, (v, h, w) [m]; inf
-            where none is known.
+        front: Least known depth of a pixel and its neighbours, (v, h, w) [m];
+            inf where none of them is known.
         normal_C: Surface normals towards C, (v, h, w, 3); 0 where unknown.
-        shown: Which pixels show the scene, (v, h, w), bool.
+        shown: Mask of the pixels that show the scene, (v, h, w), bool.
     """
 
     X_CW: Tensor
@@ -79,6 +81,6 @@ class Views:
 
 
 def _front(depth: Tensor) -> Tensor:
-    """At a silhouette a disc may belong to any of the pixels around it."""
+    """Least known depth around each pixel, for discs at silhouettes."""
     far = torch.where(depth > 0, depth, torch.inf)
     return -F.max_pool2d(-far, 3, stride=1, padding=1)

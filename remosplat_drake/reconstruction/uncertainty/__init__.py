@@ -1,1 +1,1 @@
-"""Error bounds of a splat's discs, and gaps between discs."""
+"""Bounds the errors of a splat's discs, and closes gaps between discs."""

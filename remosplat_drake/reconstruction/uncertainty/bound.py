@@ -36,12 +36,14 @@ SIGNIFICANCE = 4.0
 
 LARGEST_PITCH = 0.002
 """Limit of the pixel pitch a [m]. A larger pitch would overstate the error,
-since views that show the same edge have their pixels at different places."""
+since the pixels of different views are at different positions of the same edge.
+"""
 
 LARGEST_EDGE = 0.008
-"""Limit of the unseen edge e [m]. A surface continues beyond its edge in one
-direction only, but the bound u applies in all directions. So a larger limit
-would block too much free space."""
+"""Limit of the distance e of an unseen edge [m]. A surface continues beyond its
+edge in one direction only, but the bound u applies in all directions. So a
+larger limit would block too much free space.
+"""
 
 LARGEST_SIGMA = 0.005
 """Largest standard deviation of a confirmed point [m]."""
@@ -49,7 +51,7 @@ LARGEST_SIGMA = 0.005
 
 @dc.dataclass(frozen=True, eq=False)
 class Bounds:
-    """The terms of the bounds of a splat's n discs.
+    """The terms of the error bounds of a splat's n discs.
 
     Attributes:
         splat_W: The splat with discs on all gaps.
@@ -57,8 +59,8 @@ class Bounds:
         gap: Largest gaps g, shape (n,) [m].
         noise_sigma: Standard deviations due to the depth's noise, shape (n,)
             [m].
-        shift: Expected errors of the discs' positions due to errors of poses
-            and scale, shape (n,) [m].
+        shift: Mean errors of the discs' positions due to errors of poses and
+            scale, shape (n,) [m].
         pose_sigma: Standard deviations due to errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
@@ -77,7 +79,7 @@ class Bounds:
 
     @property
     def bounded_W(self) -> GaussianSplat:
-        """The splat, with the bounds as its uncertainty."""
+        """The splat, with the bounds as the discs' uncertainty."""
         return self.splat_W.with_uncertainty(self.uncertainty())
 
     def uncertainty(
@@ -116,8 +118,8 @@ def bound_splat(
     Args:
         capture: The posed RGB-D images from which the splat was made.
         splat_W: Discs, in W.
-        errors: Samples of the errors that poses and the depth's scale have;
-            None means that poses and scale are exact.
+        errors: Samples of the errors of the poses and of the camera; None means
+            that poses and camera are exact.
     """
     noise = estimate_noise(capture, splat_W)
     measured = measured_voxels(capture, noise)
@@ -131,7 +133,7 @@ def bound_splat(
     farthest = float(pitch[known].max(initial=0.0))
     pitch = np.where(known, pitch, farthest)
     edge = np.where(known, edge, farthest)
-    # Where nothing was averaged, one pixel's noise counts.
+    # If no points were averaged, the noise of a single pixel is used.
     z = pitch * float(capture.K[:, 0, 0].mean())
     single = noise.deviation(z)
     single[~known] = np.minimum(single[~known], LARGEST_SIGMA)
@@ -151,7 +153,7 @@ def bound_splat(
 def _at_discs(
     splat_W: GaussianSplat, measured: MeasuredVoxels
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The largest gap and the least noise of the voxels nearest to each."""
+    """The largest gap and least noise of the voxels nearest to each disc."""
     distance, nearest = gaps(splat_W, measured)
     gap, sigma = np.zeros(len(splat_W)), np.full(len(splat_W), np.inf)
     np.maximum.at(gap, nearest, distance)

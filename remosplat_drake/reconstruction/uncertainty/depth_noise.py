@@ -1,4 +1,4 @@
-"""Estimates the depth noise of a capture from its differences to a splat."""
+"""Estimates the depth noise of a capture from the distances to a splat."""
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -17,11 +17,12 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _STEEPEST = 0.3
-"""Surfaces are ignored if the cosine of their angle of incidence is below this,
-since they tell little about depth noise."""
+"""Least cosine of the angle of incidence of the surfaces that are used; others
+contain little information about depth noise.
+"""
 
 _WINDOW = 2
-"""Half width of the window of pixels whose median depth chooses the disc."""
+"""Half width of the window of pixels whose median depth determines the disc."""
 
 _LEAST_SHARE = 0.7
 """Least fraction of a window's pixels that must have a depth."""
@@ -44,7 +45,7 @@ def estimate_noise(
 
     Args:
         capture: Posed RGB-D images.
-        splat_W: Discs that were fitted to them, in W.
+        splat_W: Discs that were fitted to the images, in W.
         seed: Seed of the random choice of pixels.
     """
     rng = np.random.default_rng(seed)

@@ -1,10 +1,10 @@
 """Propagates errors of poses and of the camera to the discs of a splat.
 
 A disc is at the weighted mean of the measurements of all views. An error of a
-camera's pose displaces this camera's measurements, so errors of all cameras
-displace the disc by the weighted mean of these displacements. Errors are
-samples of their joint distribution, because correlated errors of views do not
-average out.
+camera's pose displaces the measurements of this camera. So the errors of all
+cameras displace the disc by the weighted mean of these displacements. Samples
+of the joint distribution of the errors are used, because correlated errors of
+views do not average out.
 """
 
 import numpy as np
@@ -21,12 +21,14 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _AGREE = 0.01
-"""A view shows a disc if the difference of depths is at most this, apart from
-noise [m]."""
+"""Largest difference between a disc's depth and the measured depth at which a
+view shows the disc, in addition to noise [m].
+"""
 
 _STEEPEST = 0.1
-"""The size of a pixel's footprint on a surface is computed with at least this
-cosine of incidence."""
+"""Least cosine of the angle of incidence with which the size of a pixel's
+footprint on a surface is computed.
+"""
 
 _UNSEEN_EDGE = float(np.log(1000))
 """Factor of the bound on the distance of edges from a surface's last pixel.
@@ -44,17 +46,17 @@ def disc_errors(
     noise: DepthNoise,
     errors: PoseErrors,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Computes displacements of discs along their normals by pose errors.
+    """Computes the displacements of discs by errors of poses and camera.
 
     Args:
         capture: Posed RGB-D images.
         splat_W: The n discs, in W.
-        noise: Noise of the depth, which weighs the views.
-        errors: The k draws.
+        noise: Noise of the depth, which determines the weights of the views.
+        errors: The k samples of the errors.
 
     Returns:
         Three arrays. First, displacements along the discs' normals for each
-        draw, shape (n, k) [m]; 0 for a disc that no view shows. Second, the
+        sample, shape (n, k) [m]; 0 for a disc that no view shows. Second, the
         distance between neighbouring pixels at each disc in the nearest view,
         across the line of sight, shape (n,) [m]; inf for a disc that no view
         shows. Third, the distance by which a surface may extend beyond the last

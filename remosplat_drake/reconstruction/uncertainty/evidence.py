@@ -1,4 +1,4 @@
-"""Computes the uncertainty of discs from the noise of all depth images."""
+"""Computes the part of the discs' uncertainty that is due to depth noise."""
 
 import numpy as np
 
@@ -17,7 +17,9 @@ _WINDOW = (0.006, 0.05)
 """Least and largest radius of the window around a disc [m]."""
 
 _TOLERANCE = 0.004
-"""Points up to this height over a disc belong to it, apart from noise [m]."""
+"""Distance from a disc up to which points belong to it, in addition to noise
+[m].
+"""
 
 
 def noise_of_means(
@@ -32,7 +34,7 @@ def noise_of_means(
 
     Returns:
         Standard deviations due to the depth's noise alone, shape (n,) [m]; inf
-        where nothing was measured.
+        for a disc near which no point was measured.
     """
     R_WK = np.ascontiguousarray(splat_W.R_GK)
     patches = Patches(

@@ -1,9 +1,9 @@
-"""Gaps: measured surfaces that no disc of a splat covers.
+"""Finds and closes gaps: measured surfaces that no disc of a splat covers.
 
 If a 1-Lipschitz distance field has the value g at a surface point, it
-over-estimates the distance to this point nowhere by more than g. So the field's
-values at the measured points bound its over-estimates, for any method that made
-the discs. At points with too large values, discs are added.
+over-estimates the distance to this point by at most g, at any position. So the
+field's values at the measured points bound its over-estimates, regardless of
+the method that made the discs. Discs are added at points with too large values.
 """
 
 import numpy as np
@@ -28,20 +28,22 @@ LARGEST_GAP = 0.0015
 """Largest gap that remains [m]."""
 
 _TINY = 0.0005
-"""Distances up to this are not gaps [m]."""
+"""Largest distance of a measured point from the splat that is not a gap [m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
 """Number of standard deviations by which noise may displace points, and number
-of positions that are tried in this range."""
+of positions within this range at which the distance is evaluated.
+"""
 
 _VOXEL = 0.008
-"""Points that are nearer to each other than about this share a disc [m]."""
+"""Approximate distance below which neighbouring points get a common disc [m].
+"""
 
 
 def gaps(
     splat_W: GaussianSplat, measured: MeasuredVoxels
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measures distances of measured points from a splat, despite noise.
+    """Computes the distances of measured points from a splat.
 
     Noise displaces a point along its ray. So the result for a point is the
     least distance between the splat and any position on the ray within
@@ -71,17 +73,18 @@ def close_gaps(
     """Adds discs at measured points that are far from all discs.
 
     They are necessary at thin objects, at edges, and at surfaces seen at
-    grazing angles, whose discs may have been lost or never made. Points that
-    are not confirmed count, too, since no view has shown free space there. But
-    their gaps must exceed their noise, and one disc stands for more of them.
+    grazing angles, whose discs may have been lost or never made. Discs are also
+    added at unconfirmed points, since no view has shown free space at these
+    points. But the gap of an unconfirmed point must exceed its noise, and more
+    of these points get a common disc.
 
     Args:
         splat_W: Discs, in W.
         measured: The n measurements.
-        confirmed: Which of them are confirmed, shape (n,), bool.
+        confirmed: Mask of the confirmed measurements, shape (n,), bool.
 
     Returns:
-        The splat, with more discs at its end.
+        The splat, with the added discs at the end of its arrays.
     """
     splat_W = _covering(splat_W, measured, confirmed, LARGEST_GAP, _VOXEL)
     if confirmed.all():
@@ -98,7 +101,7 @@ def _covering(
     largest: np.ndarray | float,
     voxel: float,
 ) -> GaussianSplat:
-    """The splat, with discs at the chosen points with too large gaps."""
+    """Adds discs at those of the chosen points that have too large gaps."""
     distance, nearest = np.zeros(len(measured)), np.zeros(len(measured), int)
     distance[chosen], nearest[chosen] = gaps(splat_W, measured.select(chosen))
     bare = distance > largest

@@ -19,16 +19,19 @@ _NOISE_PER_VOXEL = 6.0
 voxel contains several points."""
 
 _PAST = 0.012
-"""A view shows free space at a point if it has measured a surface at least this
-far behind the point [m]."""
+"""Least distance between a point and a surface behind it at which the view that
+measured the surface shows free space at the point [m].
+"""
 
 _NEARLY_EXACT = 5e-4
-"""A single view confirms a point if the standard deviation of the point is
-below this [m]."""
+"""Standard deviation of a point below which a single view confirms the point
+[m].
+"""
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels, which limits memory; a larger number is reduced
-evenly."""
+"""Largest number of pixels that are used, to limit memory. Of a larger number,
+an even selection is used.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -38,10 +41,11 @@ class MeasuredVoxels:
     Attributes:
         p_W: Means of the pixels' points in each voxel, shape (n, 3) [m].
         ray_W: Mean of the unit vectors from the cameras to the voxel, shape (n,
-            3); it is shorter than 1 if cameras looked from different sides.
+            3). It is shorter than 1 if cameras saw the voxel from different
+            directions.
         sigma: Standard deviation of these means due to the depth's noise, shape
             (n,) [m].
-        views: Number of views that contributed to each, shape (n,).
+        views: Number of views that contributed to each voxel, shape (n,).
     """
 
     p_W: np.ndarray
@@ -53,7 +57,7 @@ class MeasuredVoxels:
         return len(self.p_W)
 
     def is_confirmed(self, largest_sigma: float) -> np.ndarray:
-        """Returns which voxels contain a confirmed surface, shape (n,), bool.
+        """Returns a mask of voxels with a confirmed surface, (n,), bool.
 
         Noise and silhouettes create false points in single views. So a point
         with noisy depth is confirmed only if two views measured it.
@@ -75,16 +79,16 @@ class MeasuredVoxels:
 
 
 def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
-    """Pools the measured points of all views in voxels.
+    """Averages the measured points of all views in voxels.
 
     A point is removed if at least as many views have measured surfaces behind
     it as have measured the point. Depth cameras create such false points at
-    silhouettes. Views that look along the point's surface do not count, since
-    their rays may pass a leaf or a slat on both sides.
+    silhouettes. Views at a grazing angle to the point's surface do not count,
+    since their rays may pass on both sides of a leaf or a slat.
 
     Args:
         capture: Posed RGB-D images.
-        noise: Noise of their depth.
+        noise: Noise of the images' depth.
     """
     stride = max(1, int(np.ceil(np.sqrt(capture.depth.size / _MAX_SAMPLES))))
     voxel = _NOISE_PER_VOXEL * (noise.floor + noise.growth)
@@ -97,7 +101,7 @@ def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
 
 
 def _is_refuted(capture: Capture, pooled: MeasuredVoxels) -> np.ndarray:
-    """Which points too many views have looked through, shape (n,), bool."""
+    """Mask of the points behind which too many views saw surfaces, (n,)."""
     through = times_looked_through(capture, pooled.p_W, _PAST)
     refuted = through >= pooled.views
     doubted = pooled.select(refuted)
@@ -124,7 +128,7 @@ def _rows(
 
 
 def _pooled(rows: np.ndarray, voxel: float) -> MeasuredVoxels:
-    """The means of the rows that share a voxel."""
+    """Means of the rows that are in the same voxel."""
     cell = np.floor(rows[:, :3] / voxel).astype(np.int64)
     cell -= cell.min(axis=0, initial=0)
     shape = cell.max(axis=0, initial=0) + 1

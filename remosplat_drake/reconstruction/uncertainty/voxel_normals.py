@@ -4,13 +4,14 @@ import numpy as np
 from scipy.spatial import KDTree
 
 _REACH = 0.03
-"""Points up to this distance apart belong to one surface [m]."""
+"""Largest distance between points that belong to one surface [m]."""
 
 _NEIGHBORS = 12
 
 _SMALL = 0.0005
-"""Extent that is added to that of the points, so that the preference for facing
-planes also applies to a single point [m]."""
+"""Length that is added to the extent of the points [m], so that the preference
+for facing planes also has an effect for a single point.
+"""
 
 _FACING = 0.1
 """Weight of the preference for planes that face the cameras, as a fraction of
@@ -21,10 +22,10 @@ degrees."""
 def facing_normals(
     p_W: np.ndarray, surface_W: np.ndarray, ray_W: np.ndarray
 ) -> np.ndarray:
-    """Computes normals of the planes through the surface points around points.
+    """Computes normals of points from the surface points around them.
 
-    Points on a rod lie in many planes. The plane that faces the cameras is
-    used.
+    Points on a rod lie in many planes, of which the one that faces the cameras
+    is used.
 
     Args:
         p_W: The points, shape (n, 3) [m].
