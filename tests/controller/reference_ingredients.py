@@ -79,7 +79,7 @@ def _servo_tracking(
         return
     path = tick.guidance.path
     last = LAST_DRIVE if tick.robot.n_base == 2 else LAST_STRETCH
-    if path is not None and path.left(tick.state.q) > last:
+    if path is not None and path.length - path.nearest(tick.state.q)[0] > last:
         return
     limit = own._config.slack_limit
     for k, (effector, target) in enumerate(tick.aim.items):

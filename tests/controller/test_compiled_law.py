@@ -300,4 +300,3 @@ def test_places_on_paths_are_those_of_paths(seed):
     np.testing.assert_allclose(
         nearest_place(path.q, path.s, q), path.nearest(q), atol=1e-12
     )
-    assert math.isfinite(path.left(q))

@@ -35,8 +35,12 @@ from remosplat_drake.robot.target_arrays import place_on_line, target_of
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
 """Remaining length of a planned path below which the servo is active again; a
 radian counts like a metre. `LAST_STRETCH` is small, since the servo is slower
-than path tracking. `LAST_DRIVE` is for differential bases: they cannot slip
-sideways, and end slightly beside the path."""
+than path tracking. `LAST_DRIVE` is for differential bases, which approach the
+end of a path slowly.
+
+The length is measured along the path, from the point nearest to the robot. The
+distance from the path does not count: a differential base ends beside its path
+and cannot slip back, so the arm must leave the path to reach the target."""
 
 SERVO_SPEED = 1.0
 """Bound on the servo's speed if the configuration has none [m/s]."""
@@ -119,9 +123,9 @@ def add_servo_tracking(own, k, tick, program):
     A free direction of the target has no row; the others have the target's
     weights. Guidance deflects the translational part of V_WE, unless the target
     is approached along a straight line. If guidance has a path, tracking begins
-    when the remaining path is shorter than `LAST_STRETCH`, or `LAST_DRIVE` for
-    a differential base. Nothing is tracked if the aim names a configuration,
-    since poses alone do not lead to it.
+    when the part of the path beyond the nearest point is at most `LAST_STRETCH`
+    long, or `LAST_DRIVE` for a differential base. Nothing is tracked if the aim
+    names a configuration, since poses alone do not lead to it.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -130,9 +134,9 @@ def add_servo_tracking(own, k, tick, program):
         return
     if len(guidance.path_s):
         path_q, path_s = guidance.path_q, guidance.path_s
-        s, apart = nearest_place(path_q, path_s, state.q)
+        s, _ = nearest_place(path_q, path_s, state.q)
         last = LAST_DRIVE if tick.robot.n_base == 2 else LAST_STRETCH
-        if path_s[-1] - s + apart > last:
+        if path_s[-1] - s > last:
             return
     row = 0
     for i in range(len(tick.aim.effector)):

@@ -72,15 +72,6 @@ class Path:
         before = self.q[self.s < s]
         return Path.through(np.vstack([before, self.at(s)]))
 
-    def left(self, q: np.ndarray) -> float:
-        """Returns the distance to the end of the path.
-
-        Args:
-            q: Configuration, shape (n_q,) [rad, m].
-        """
-        s, apart = self.nearest(q)
-        return self.length - s + apart
-
     def nearest(self, q: np.ndarray) -> tuple[float, float]:
         """Finds the point of the path that is nearest to a configuration.
 

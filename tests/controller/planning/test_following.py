@@ -11,6 +11,7 @@ from remosplat_drake.controller.planning.blending import blended_corners
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.timing import TimingLimits, timed_path
 from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.program.path import Path
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -72,7 +73,8 @@ class Loop:
     def left(self) -> float:
         path = self.guidance.path
         assert path is not None
-        return path.left(self.q)
+        s, apart = path.nearest(self.q)
+        return path.length - s + apart
 
 
 def corners_for(robot: RobotModel) -> np.ndarray:
@@ -121,3 +123,22 @@ def test_a_pushed_arm_goes_on_from_where_it_is(panda):
     assert (np.abs(change) <= panda.acceleration_limit * DT + 1e-6).all()
     # It begins from rest again, and that is all that it has lost.
     assert 15 + len(rest) < undisturbed + 25
+
+
+def test_a_base_beside_the_end_of_its_path_reaches_the_target(frankie):
+    """The base cannot slip back, so the arm leaves the path's end."""
+    end = frankie.q_home
+    before = end - 0.4 * np.array([np.cos(end[2]), np.sin(end[2]), *[0] * 8])
+    aside = np.array([-np.sin(end[2]), np.cos(end[2]), *[0] * 8])
+    guidance = Guidance("plan", path=Path.through(np.array([before, end])))
+    loop = Loop(
+        ReactiveLaw.make(gain_set("fast"), frankie, DT),
+        guidance,
+        end + 0.09 * aside,
+        np.zeros(frankie.n_u),
+    )
+    X_WT = frankie.end_effector_pose(end)
+    for _ in range(300):
+        loop.tick(X_WT)
+    X_WE = frankie.end_effector_pose(loop.q)
+    assert np.linalg.norm(X_WE[:3, 3] - X_WT[:3, 3]) < 1e-3

@@ -19,7 +19,6 @@ def test_lengths_are_counted_along_the_path():
 def test_the_nearest_point_is_found_and_how_far_it_is():
     assert CORNER.nearest(np.array([2.0, -1.0])) == pytest.approx((2.0, 1.0))
     assert CORNER.nearest(np.array([3.5, 2.0])) == pytest.approx((5.0, 0.5))
-    assert CORNER.left(np.array([3.5, 2.0])) == pytest.approx(2.5)
 
 
 def test_where_a_path_comes_by_twice_the_later_time_counts():
