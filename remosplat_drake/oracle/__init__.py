@@ -1,1 +1,1 @@
-"""Distance oracles: distances from the robot's spheres to the scene."""
+"""Distance oracles, which measure distances from robot spheres to the scene."""

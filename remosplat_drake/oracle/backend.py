@@ -1,26 +1,28 @@
-"""Choice of the backend of an oracle: the CPU, or CUDA kernels on a GPU."""
+"""Chooses the backend of an oracle: the CPU, or CUDA kernels on a GPU."""
 
 from importlib.util import find_spec
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 BACKENDS = ("auto", "cpu", "cuda")
-"""Valid backends; "auto" selects "cuda" if that is available."""
+"""Valid names of backends. "auto" selects "cuda" if it is available, else
+"cpu"."""
 
 
 def choose_backend(asked: str, where: str, field: str) -> str:
     """Chooses the backend that computes distances from spheres to a splat.
 
     Args:
-        asked: One of `BACKENDS`; "auto" selects "cuda" if it is available.
-        where: The file that errors name.
-        field: The field of that file with the value `asked`.
+        asked: One of `BACKENDS`.
+        where: The file with the value `asked`, which errors name.
+        field: The field of this file with the value `asked`.
 
     Returns:
         Either "cpu" or "cuda".
 
     Raises:
-        FieldError: There is no such backend, or "cuda" cannot work here.
+        FieldError: There is no such backend, or "cuda" cannot work on this
+            computer.
     """
     if asked not in BACKENDS:
         raise FieldError(where, field, unknown_name("backend", asked, BACKENDS))
@@ -33,9 +35,9 @@ def choose_backend(asked: str, where: str, field: str) -> str:
 
 
 def missing_for_cuda() -> str:
-    """Returns what is missing for the CUDA kernels; empty if nothing.
+    """Returns what the CUDA kernels lack on this computer; empty if nothing.
 
-    If torch is not installed, this loads nothing.
+    If torch is not installed, this function loads no package.
     """
     problem = _missing_for_torch("torch")
     if problem:
@@ -46,15 +48,15 @@ def missing_for_cuda() -> str:
 
 
 def missing_for_gsplat() -> str:
-    """Returns what is missing for gsplat; empty if nothing.
+    """Returns what gsplat lacks on this computer; empty if nothing.
 
-    If torch or gsplat is not installed, this loads neither.
+    If torch or gsplat is not installed, this function loads no package.
     """
     problem = _missing_for_torch("torch", "gsplat")
     if problem:
         return problem
-    # This import loads gsplat's kernels. A wheel without compiled kernels
-    # compiles them at the first import.
+    # This import loads gsplat's kernels. A gsplat wheel without compiled
+    # kernels compiles them at the first import.
     from gsplat.cuda._backend import _C
 
     if _C is None:

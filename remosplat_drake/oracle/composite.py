@@ -1,4 +1,4 @@
-"""`CompositeDistanceField`: several distance fields as one scene."""
+"""`CompositeDistanceField`: the union of several distance fields."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -14,17 +14,17 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
 ROWS = ("all", "closest")
-"""Which rows a composite field returns: all of them, or one per sphere."""
+"""The rows that a composite field returns: all rows, or one per sphere."""
 
 
 class CompositeDistanceField(DistanceField):
-    """The union of several fields, such as a splat, unseen space and objects.
+    """The union of several distance fields, such as a splat and unseen space.
 
     Args:
-        parts: One or more fields of the same world.
-        rows: "all" keeps every row of every part, so that the controller has
-            rows for the obstacles of each part; "closest" keeps one row per
-            sphere.
+        parts: One or more distance fields in the same frame W.
+        rows: "all" returns all rows of all parts, so that the controller has
+            rows for the obstacles of each part. "closest" returns one row per
+            sphere, which is the closest row of all parts.
 
     Raises:
         RemoSplatError: There are no parts, or `rows` is not one of `ROWS`.
@@ -44,26 +44,26 @@ class CompositeDistanceField(DistanceField):
 
     @cached_property
     def for_look_ahead(self) -> "CompositeDistanceField":
-        """The composite of the parts' fields for rollouts."""
+        """The union of the parts' fields for rollouts."""
         parts = [part.for_look_ahead for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
     @cached_property
     def for_planning(self) -> "CompositeDistanceField":
-        """The composite of the parts' fields for planning."""
+        """The union of the parts' fields for planning."""
         parts = [part.for_planning for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
     @cached_property
     def surfaces(self) -> DistanceField | None:
-        """The composite of the parts' surfaces; None if no part has any."""
+        """The union of the parts' surfaces; None if no part has a surface."""
         parts = [part.surfaces for part in self.parts]
         parts = [part for part in parts if part is not None]
         return CompositeDistanceField(parts, self.rows) if parts else None
 
     @cached_property
     def compiled(self) -> Packed[Maps] | None:
-        """The parts' maps, if all have one; see `DistanceField.compiled`."""
+        """The parts' compiled maps; see `DistanceField.compiled`."""
         parts = [part.compiled for part in self.parts]
         found = [part for part in parts if part is not None]
         return together(found) if len(found) == len(parts) else None
@@ -72,7 +72,7 @@ class CompositeDistanceField(DistanceField):
     def compiled_rows(self) -> Packed[Maps] | None:
         """The parts' compiled rows; see `DistanceField.compiled_rows`."""
         if self.rows == "closest":
-            # A query of several maps at once returns only the nearest result.
+            # A compiled query of several maps returns only the nearest result.
             return None if self.compiled is None else together([self.compiled])
         maps = []
         for part in self.parts:
@@ -86,7 +86,8 @@ class CompositeDistanceField(DistanceField):
     ) -> Clearances:
         """The clearances of all spheres; see `DistanceField.clearances`.
 
-        If possible, one kernel queries all parts, on one thread.
+        If all parts have compiled rows, one kernel queries all of them on one
+        thread.
         """
         maps = self.compiled_rows
         if maps is None:
@@ -96,7 +97,7 @@ class CompositeDistanceField(DistanceField):
     def gathered(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Queries the parts one after the other and sorts their rows.
+        """Queries the parts one after the other, and sorts their rows.
 
         This works for parts of any kind; see `DistanceField.clearances`.
         """
@@ -105,8 +106,9 @@ class CompositeDistanceField(DistanceField):
         distance = np.concatenate([a.distance for a in answers])
         direction_W = np.concatenate([a.direction_W for a in answers])
         p_WC = np.concatenate([a.p_WC for a in answers])
-        # The sort is stable, so of equal distances the first part's row wins.
-        # An unknown distance (NaN) may be the smallest, so it is sorted first.
+        # The sort is stable, so of rows with equal distances the row of the
+        # first part comes first. An unknown distance (NaN) may be the smallest,
+        # so it is sorted before all others.
         by_distance = self.rows == "closest"
         nearness = np.where(np.isnan(distance), -np.inf, distance)
         order = (

@@ -1,16 +1,17 @@
-"""`ContactRule`: another stopping distance for some links and an object.
+"""`ContactRule`: a separate stopping distance between some links and an object.
 
-All distances of a robot to its scene are at least the stopping distance d_s.
-A rule sets another distance d_o for pairs of some links and one object, or no
-distance if contact is intended. The map implements the rule by a relief
+The controller keeps all distances between a robot and its scene at or above the
+stopping distance d_s. A rule sets another distance d_o for pairs of a link and
+an object, or no distance if contact is intended. To implement the rule, the map
+adds a relief
 
     r = d_s - d_o
 
-which it adds to the distances of these pairs. If the reported distance of a
-pair is at least d_s, its true distance is at least d_o. The relief of a pair is
-constant, so a 1-Lipschitz map remains 1-Lipschitz, and the guarantees of
-verification hold for the reported distances. Distances of pairs without a rule
-are not changed.
+to the distances of these pairs. If the distance that the map reports for a pair
+is at least d_s, the true distance is at least d_o. The relief of a pair is
+constant. So a 1-Lipschitz map remains 1-Lipschitz, and the guarantees of
+verification hold for the reported distances. The distances of pairs without a
+rule do not change.
 """
 
 import dataclasses as dc
@@ -19,7 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 
 EXEMPT = None
-"""The distance of a pair that may touch."""
+"""The stopping distance of a pair that may touch."""
 
 
 @dc.dataclass(frozen=True)
@@ -30,9 +31,9 @@ class ContactRule:
         object: Name of the object.
         links: Names of the links; these may include an object that the robot
             carries.
-        stopping: Distance that they keep from the object [m]. It is negative if
-            shapes that are larger than the real ones may overlap; `EXEMPT` for
-            no distance.
+        stopping: Stopping distance between these links and the object [m]. It
+            is negative if the model shapes may overlap because they are larger
+            than the real shapes. `EXEMPT` allows contact.
     """
 
     object: str
@@ -43,8 +44,9 @@ class ContactRule:
         """Returns the relief for the object and each link [m]; inf for contact.
 
         Args:
-            usual: The smallest stopping distance in use [m]; with a larger one,
-                the distance of the pairs increases by the same amount.
+            usual: The smallest stopping distance d_s that the controller uses
+                [m]. If it uses a larger one, the distance of the pairs
+                increases by the same amount.
         """
         return np.inf if self.stopping is None else usual - self.stopping
 
@@ -55,18 +57,19 @@ def reliefs(
     objects: Sequence[str],
     usual: float,
 ) -> np.ndarray:
-    """Computes the relief of each of a robot's spheres from each object.
+    """Computes the relief for each pair of a robot sphere and an object.
 
     Args:
-        rules: The rules; if several apply to a pair, the greatest relief
-            counts.
-        links: The link of each of the n spheres.
+        rules: The contact rules. If several rules apply to a pair, the greatest
+            relief is used.
+        links: Name of the link of each of the robot's n spheres.
         objects: Names of the k objects.
-        usual: The smallest stopping distance in use [m].
+        usual: The smallest stopping distance that the controller uses [m].
 
     Returns:
-        Shape (n + 1, k) [m]. The last row contains the least relief of each
-        column, for other spheres such as a ball around several of the robot's.
+        The reliefs, shape (n + 1, k) [m]. The last row is for spheres that
+        enclose several of the robot's spheres. It contains the least relief of
+        each column, but at most 0.
     """
     relief = np.zeros((len(links) + 1, len(objects)))
     names = list(objects)

@@ -28,32 +28,33 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LOOK_AHEAD_RESOLUTION = 24
-"""Number of pixels along a side of a depth view in rollouts.
+"""Number of pixels along each side of a depth view in rollouts.
 
-The nearest view at this resolution costs a sixth of a full query, and its error
-is some millimetres.
+A query of the nearest view at this resolution takes a sixth of the time of a
+full query, and its error is some millimetres.
 """
 
 
 class DepthRasterizationField(DistanceField):
     """Distances measured in six depth views from the centre of every sphere.
 
-    Opacity matters: floaters that are too transparent are ignored (paper
-    section IV-C.2). The result equals that of
-    `depth_rasterization_reference.clearances`; `DepthSensor` has the exact
-    definition. A sphere has one row for each view that contains something
-    nearer than the queried distance, in the order of the views.
+    Opacity is taken into account: floaters that are too transparent are ignored
+    (paper section IV-C.2). `DepthSensor` contains the exact definition, and the
+    result equals that of `depth_rasterization_reference.clearances`. A sphere
+    has one row for each view that contains a surface nearer than the queried
+    distance, in the order of the views.
 
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and the definition of a surface.
-        nearest_only: Return only the nearest view of each sphere (cheaper).
-        num_threads: Number of threads that share the spheres of a query; the
-            result does not depend on it.
+        nearest_only: Whether only the nearest view of each sphere is returned,
+            which takes less time.
+        num_threads: Number of threads that share the spheres of a query. The
+            result does not depend on this number.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from
             distances.
-        prepared: The `prepared` of an equal field, to avoid building the
-            hierarchy again. Kernels do not check its indices.
+        prepared: The attribute `prepared` of an equal field, so that the
+            hierarchy is not built again. Kernels do not check its indices.
 
     Raises:
         FieldError: `num_threads` is not positive.
@@ -107,7 +108,7 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def settings(self) -> dict:
-        """The constructor's arguments except the splat, as plain values."""
+        """The constructor's arguments, except the splat, as JSON values."""
         return {
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
@@ -117,13 +118,13 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that are expensive to compute, for the constructor."""
+        """Precomputed arrays for the argument `prepared` of an equal field."""
         footprints = self._footprints
         return {"nodes": footprints.nodes, "records": footprints.records}
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":
-        """A coarser field: only each sphere's nearest view, fewer pixels."""
+        """A faster field: only each sphere's nearest view, fewer pixels."""
         resolution = min(self.sensor.resolution, LOOK_AHEAD_RESOLUTION)
         coarse = copy.copy(self)
         coarse.sensor = dc.replace(self.sensor, resolution=resolution)
@@ -136,7 +137,7 @@ class DepthRasterizationField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact, Lipschitz continuous distance to splats as solids."""
+        """The field of exact distances to splats as solids (Lipschitz)."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )
@@ -148,16 +149,16 @@ class DepthRasterizationField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
-            Up to six rows per sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere and then by view.
         """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
         if len(spheres) == 0 or len(self._footprints.records) == 0:
             return Clearances.none(self.revision)
-        # No pixel reaches beyond the corners of the far plane.
+        # The range of a pixel is at most that of the far plane's corners.
         bound = np.minimum(
             self.sensor.far * np.sqrt(3), spheres.radius + max_distance
         )
@@ -199,14 +200,15 @@ class DepthRasterizationField(DistanceField):
         if threads == 1:
             share(0)
         else:
-            # The kernels release the GIL, so plain threads share the cores.
+            # The kernels release the GIL, so Python threads run them in
+            # parallel.
             pool = kept_threads("depth-views", threads)
             list(pool.map(share, range(threads)))
         return reach, pixel
 
 
 class _Scratch(threading.local):
-    """Working memory of this thread: one canvas per resolution."""
+    """Working memory of a thread: one `Canvas` for each resolution."""
 
     def __init__(self):
         self.canvases: dict[int, Packed[Canvas]] = {}

@@ -1,32 +1,35 @@
 """`GsplatDepthField`: distances from virtual depth views, on a CUDA device.
 
-The results are those of `DepthRasterizationField`, except that gsplat deviates
-from the definition in `DepthSensor`:
+The results equal those of `DepthRasterizationField`, except where gsplat
+deviates from the definition in `DepthSensor`:
 
-- *order*: gsplat sorts a disc by one depth for all pixels of a view, so that
-  overlapping discs that are not parallel may swap. This causes nearly all of
-  the difference: of the views with a surface within 0.5 m, a quarter to a half
-  differ by more than a millimetre, and 1 % by more than 7 to 14 mm, depending
-  on the trained scene. The distance of spheres that touch nothing is
-  over-estimated by at most 6 mm; by 37 mm with a floor of coarse discs, which
-  swap most.
-- *outline*: discs end where their alpha falls below 1/255 (3.3 standard
-  deviations of an opaque one), not at `n_sigma`.
-- *planes*: fragments before the near or behind the far plane still absorb
-  light, although they cannot be the result. This happens only if a disc extends
-  behind the camera, so that the sphere touches it, or if a disc crosses `far`.
-- *clamp*: alpha is at most 0.999.
-- *rounding*: single precision, if an alpha is very close to a threshold.
+- *order*: gsplat sorts the discs of a view by one depth per disc, the same for
+  all pixels. So overlapping discs that are not parallel may be composited in
+  the wrong order. This causes nearly all of the difference. In trained scenes,
+  a quarter to a half of the views with a surface within 0.5 m differ by more
+  than a millimetre, and 1 % of them by more than 7 to 14 mm. The distance of
+  spheres that touch nothing is over-estimated by at most 6 mm. Above a floor of
+  coarse discs, whose order is wrong most often, it is over-estimated by at most
+  37 mm.
+- *outline*: a disc ends where its alpha falls below 1/255, and not at
+  `n_sigma`. For an opaque disc, this is at 3.3 standard deviations.
+- *planes*: fragments in front of the near plane or behind the far plane absorb
+  light, although they cannot be the result. This happens only if a disc crosses
+  the far plane, or if it extends behind the camera, so that the sphere touches
+  the disc.
+- *clamp*: gsplat limits alpha to 0.999.
+- *rounding*: gsplat computes in single precision, which changes the result if
+  an alpha is very close to a threshold.
 
-Three known defects of gsplat's 2DGS are avoided: it uses the depth of a disc's
-centre for all pixels, it drops discs with centres before the near plane, and it
-bounds discs beside the camera too tightly (a hole close to the robot). Here
-each ray is intersected with its median disc, and `gsplat_pairs` and
-`gsplat_views` place and bound the discs. The low-pass filter is a setting of
-the sensor for both backends.
+gsplat's 2DGS has three known defects. It uses the depth of a disc's centre for
+all pixels. It drops discs whose centres are in front of the near plane. It
+bounds discs beside the camera too tightly, which leaves a hole close to the
+robot. This module avoids these defects: it intersects each ray with its median
+disc, and `gsplat_pairs` and `gsplat_views` place and bound the discs. The
+low-pass filter is a setting of the sensor for both backends.
 
-`python -m apps.studies.depth_backends.__main__` counts the differences for any
-splat in these classes and times both backends.
+`python -m apps.studies.depth_backends.__main__` counts the differences of each
+class for any splat, and measures the duration of both backends.
 """
 
 import math
@@ -56,32 +59,32 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 MIN_ALPHA = 1 / 255
-"""Alpha below which gsplat drops fragments."""
+"""Alpha below which gsplat drops a fragment."""
 
 TRANSMITTANCE = 0.5
-"""Transmittance threshold of gsplat's median depth."""
+"""Threshold of the transmittance that defines gsplat's median depth."""
 
 _MAX_PAIRS = 1 << 23
-"""Largest number of pairs of disc and view that are rendered at once, since a
-float must represent their index exactly."""
+"""Largest number of pairs of a disc and a view that are rendered in one call. A
+float represents the index of a pair exactly up to this number."""
 
 
 class GsplatDepthField(DistanceField):
     """Distances measured in six depth views on a CUDA device (gsplat).
 
-    This is `DepthRasterizationField`, computed with unmodified gsplat; the
-    module's docstring lists the differences.
+    It computes the same as `DepthRasterizationField`, with unmodified gsplat.
+    The docstring of the module lists the differences.
 
     Args:
-        splat_W: The scene, expressed in W; 2DGS discs.
+        splat_W: The scene, expressed in W; its splats must be 2DGS discs.
         sensor: The views and the definition of a surface.
-        nearest_only: Return only the nearest view of each sphere.
+        nearest_only: Whether only the nearest view of each sphere is returned.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from
             distances.
 
     Raises:
-        FieldError: The splat has ellipsoids, or the sensor has another
-            threshold than the one built into gsplat.
+        FieldError: The splat has ellipsoids, or a threshold of the sensor
+            differs from that of gsplat.
         RemoSplatError: torch, gsplat or a CUDA device is missing.
     """
 
@@ -111,7 +114,7 @@ class GsplatDepthField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact, Lipschitz continuous distance to splats as solids."""
+        """The field of exact distances to splats as solids (Lipschitz)."""
         return SphereToEllipsoidField(self._splat_W)
 
     def clearances(
@@ -121,10 +124,10 @@ class GsplatDepthField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
-            Up to six rows per sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere and then by view.
         """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
@@ -142,21 +145,21 @@ class GsplatDepthField(DistanceField):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds the nearest pixel of every view.
 
-        Discs beyond `max_distance` are omitted at first. They matter only in
-        views whose nearest surface accumulates too little alpha without them;
-        these views are rendered again.
+        At first, discs beyond `max_distance` are omitted. They change the
+        result only in views whose nearest surface accumulates too little alpha
+        without them. These views are rendered again with all discs.
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Pixels at or beyond this distance do not count [m].
+            max_distance: Pixels at or beyond this distance are ignored [m].
 
         Returns:
-            Range along the pixel's ray [m] and index of the pixel, two arrays
-            of shape (n, 6) in the order of `R_DV`; the range is inf if a view
-            has no surface nearer than `max_distance`.
+            Two arrays of shape (n, 6), with the views in the order of `R_DV`:
+            the range along the pixel's ray [m], and the index of the pixel. The
+            range is inf if a view has no surface nearer than `max_distance`.
         """
         bound = spheres.radius + max_distance
-        # No pixel reaches beyond the corners of the far plane.
+        # The range of a pixel is at most that of the far plane's corners.
         everything = np.full(len(spheres), self.sensor.far * math.sqrt(3))
         first = np.minimum(bound, everything)
         answer = self._render(spheres, first, np.ones((len(spheres), N_VIEWS)))
@@ -176,11 +179,11 @@ class GsplatDepthField(DistanceField):
     def _render(
         self, spheres: Spheres, reach: np.ndarray, wanted: np.ndarray
     ) -> np.ndarray:
-        """Returns range, pixel and open range of all views, (3, n, 6)."""
+        """Returns range, pixel and open range of all views, shape (3, n, 6)."""
         import torch
 
         n = len(spheres)
-        # One array needs only one transfer.
+        # One array needs only one transfer from the GPU.
         table = np.empty((n, 14 + N_VIEWS), np.float32)
         table[:, :3] = spheres.p_WS
         R_WD = self.sensor.R_WD(spheres.R_WL)
@@ -242,7 +245,7 @@ def _check(splat_W: GaussianSplat, sensor: DepthSensor) -> None:
 
 
 def _device() -> "torch.device":
-    """Returns the CUDA device after a check that torch and gsplat work."""
+    """Checks that torch and gsplat work, and returns the CUDA device."""
     problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(f"cuda depth rasterization {problem}")

@@ -1,7 +1,8 @@
-"""The definition of depth rasterisation, slow and readable, in NumPy.
+"""Reference of depth rasterisation: slow and readable, in NumPy.
 
-The fast backends are tested against it. It visits every pixel of every view for
-every splat, so it suits small splats and the inspection of images.
+Tests compare the fast backends with this module. It computes every pixel of
+every view for every splat, so it is useful for small splats and to inspect
+images.
 """
 
 import dataclasses as dc
@@ -20,7 +21,8 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 ORDERS = ("ray", "center")
-"""Orders in which fragments are composited: along the ray, or as in gsplat."""
+"""Orders in which fragments are composited: "ray" sorts them along the ray,
+"center" sorts them by their splats' centres, as gsplat does."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -28,8 +30,9 @@ class DepthImages:
     """The six depth images of one sensor.
 
     Attributes:
-        depth: Median depth z along each view's axis, shape (6, r, r) [m];
-            inf where the pixel does not count. Rows go down, columns right.
+        depth: Median depth z along each view's axis, shape (6, r, r) [m]; inf
+            if the pixel does not count as a surface. Rows are numbered
+            downwards, columns to the right.
         alpha: Accumulated alpha, shape (6, r, r).
     """
 
@@ -60,9 +63,10 @@ def render(
         R_WD: Orientation of the sensor, shape (3, 3).
         sensor: The views and their thresholds.
         ignore_below: Splats with lower centres are ignored [m].
-        order: "ray" composites by the depth of the fragments, as
-            `DepthSensor` defines; "center" by the depth of the splats'
-            centres, as gsplat does (ties by index).
+        order: "ray" composites in the order of the fragments' depths, as
+            `DepthSensor` defines. "center" composites in the order of the
+            depths of the splats' centres, as gsplat does; splats with equal
+            depths are ordered by index.
     """
     if order not in ORDERS:
         raise RemoSplatError(unknown_name("order", order, ORDERS))
@@ -98,17 +102,17 @@ def composite(
     """Computes median depth and accumulated alpha of ordered fragments.
 
     Source: 2DGS (Huang et al., 2024) and the paper's equation for z_median
-    (section on geometry-accurate splatting), read as "the last fragment with a
-    preceding transmittance T > 0.5".
+    (section on geometry-accurate splatting). This function interprets the
+    equation as "the last fragment with a preceding transmittance T > 0.5".
 
     Args:
         z: Depths of the fragments along the ray, ascending, shape (k,) [m].
-        alpha: Their alphas, shape (k,).
+        alpha: Alphas of the fragments, shape (k,).
         sensor: The thresholds.
 
     Returns:
-        The median depth [m], inf where the pixel does not count, and the
-        accumulated alpha.
+        The median depth [m] and the accumulated alpha. The depth is inf if the
+        pixel does not count as a surface.
     """
     after = np.cumprod(1 - alpha)
     before = np.concatenate([[1.0], after[:-1]])
@@ -127,10 +131,9 @@ def _fragments(
     rays_V: np.ndarray,
     sensor: DepthSensor,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns depth and alpha of splat k along each ray; alpha 0 if unseen.
+    """Returns depth and alpha of splat k on each ray; alpha is 0 if unseen.
 
-    The depth is that of the point after uncertainty moved it towards the
-    camera.
+    The uncertainty is subtracted from the depth.
     """
     p_SK_V = R_WV.T @ (splat.p_GK[k].astype(float) - p_WS)
     R_VK = R_WV.T @ splat.R_GK[k]
@@ -157,7 +160,7 @@ def _fragments(
 
 
 def _meet_disc(p_SK_V, R_VK, scales, rays_V):
-    """Returns where rays meet a disc's plane: depth, squared (u, v) there."""
+    """Returns depth and squared (u, v) of rays at a disc's plane."""
     normal_V = R_VK[:, 2]
     z = (normal_V @ p_SK_V) / (rays_V @ normal_V)
     uv = (z[:, None] * rays_V - p_SK_V) @ (R_VK[:, :2] / scales)
@@ -165,7 +168,7 @@ def _meet_disc(p_SK_V, R_VK, scales, rays_V):
 
 
 def _densest_point(p_SK_V, R_VK, scales, rays_V):
-    """Returns an ellipsoid's densest point on rays: depth, squared distance."""
+    """Returns depth and squared distance of an ellipsoid's densest points."""
     center = (p_SK_V @ R_VK) / scales
     rays = (rays_V @ R_VK) / scales
     z = (rays @ center) / (rays**2).sum(axis=1)
@@ -179,16 +182,16 @@ def clearances(
     max_distance: float = np.inf,
     order: str = "ray",
 ) -> Clearances:
-    """Measures clearances: the nearest pixel of each view of each sphere.
+    """Measures the clearance of the nearest pixel of each view of each sphere.
 
-    Rows are ordered by sphere, then by view; views without a surface nearer
-    than `max_distance` have none.
+    Rows are ordered by sphere and then by view. A view without a surface nearer
+    than `max_distance` has no row.
 
     Args:
         splat: The scene, expressed in W.
         spheres: The robot's spheres, placed in W.
         sensor: The views and their thresholds.
-        max_distance: Rows at or beyond this distance are left out [m].
+        max_distance: Rows at or beyond this distance are omitted [m].
         order: One of `ORDERS`, see `render`.
     """
     rays_V = pixel_rays(sensor)

@@ -1,4 +1,4 @@
-"""Clearances from the nearest pixels of depth views."""
+"""Computes clearances from the nearest pixels of depth views."""
 
 import numpy as np
 
@@ -14,18 +14,18 @@ def nearest_rows(
     pixel: np.ndarray,
     revision: str,
 ) -> Clearances:
-    """Makes a clearance row for every view that contains a surface.
+    """Returns a row of clearances for each view that contains a surface.
 
     Args:
-        spheres: The n spheres that carry the sensors.
-        sensor: The views.
+        spheres: The n robot spheres, each with a depth sensor at its centre.
+        sensor: Settings of the six views.
         reach: Range of each view's nearest pixel along its ray, shape (n, 6)
             [m]; inf if there is none.
-        pixel: Row-major index of that pixel, shape (n, 6).
+        pixel: Row-major index of this nearest pixel, shape (n, 6).
         revision: Revision of the field.
 
     Returns:
-        The rows, sorted by sphere, then by view.
+        The rows, sorted by sphere and then by view.
     """
     sphere, view = np.nonzero(np.isfinite(reach))
     reach, pixel = reach[sphere, view], pixel[sphere, view]

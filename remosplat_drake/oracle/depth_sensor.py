@@ -1,9 +1,9 @@
 """`DepthSensor`: the virtual depth camera at the centre of a robot sphere.
 
-Frames: D is the sensor (at the sphere's centre), V one of its six views with
-OpenCV axes (x right, y down, z forward). A ray through a pixel is written with
-unit z, so that a point at depth z along it is z times the ray. Numba kernels
-contain the code of this module.
+Frame D is that of the sensor, at the sphere's centre. Frame V is that of one of
+its six views, with OpenCV axes (x right, y down, z forward). The ray through a
+pixel is a vector with z = 1, so that the point at depth z on it is z times the
+ray. Numba kernels contain the code of this module.
 """
 
 import dataclasses as dc
@@ -13,7 +13,7 @@ import numpy as np
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 N_VIEWS = 6
-"""Number of views of a sensor; together they cover all directions."""
+"""Number of views of a sensor. Together the views cover all directions."""
 
 R_DV = np.array(
     [
@@ -33,10 +33,10 @@ Shape (6, 3, 3), read-only.
 R_DV.flags.writeable = False
 
 ORIENTATIONS = ("link", "world")
-"""Valid orientations of a sensor: fixed to the sphere's link, or to W."""
+"""Valid orientations of a sensor: fixed to the sphere's link, or fixed to W."""
 
 FILTER_SCALE = 2.0
-"""Weight of a squared pixel distance under the low-pass filter of 2DGS
+"""Weight of the squared distance between pixels in the low-pass filter of 2DGS
 [1/px^2]."""
 
 
@@ -44,45 +44,49 @@ FILTER_SCALE = 2.0
 class DepthSensor:
     """Settings of the six depth views, and the definition of a surface in them.
 
-    The definition, per pixel: splat k contributes a *fragment* at the depth
-    z_k where the ray meets its disc (for an ellipsoid: where its density
-    along the ray is greatest) with alpha_k = opacity exp(-w_k / 2), w_k being
-    the squared Mahalanobis distance there. Fragments are composited in the
-    order of z_k. The pixel's depth is that of the last fragment whose
-    preceding transmittance exceeds `transmittance`; the pixel counts only
-    when all its fragments together reach `alpha_cutoff`.
+    For each pixel, a surface is defined as follows. Splat k contributes a
+    *fragment* at the depth z_k at which the ray meets the splat's disc. For an
+    ellipsoid, z_k is the depth at which the splat's density along the ray is
+    greatest. The fragment has alpha_k = opacity exp(-w_k / 2), where w_k is the
+    squared Mahalanobis distance at this point. Fragments are composited in the
+    order of z_k. The pixel's depth is that of the last fragment whose preceding
+    transmittance exceeds `transmittance`. The pixel counts as a surface only if
+    the accumulated alpha of all its fragments reaches `alpha_cutoff`.
 
-    A splat with an uncertainty u is rendered as if it were nearer by u along
-    the ray: it is composited there, and `far` applies there, too. If each true
-    surface is at most u before its splat, no true median is nearer than the
-    rendered one.
+    A splat with an uncertainty u is rendered as if it were nearer to the camera
+    by u along the ray. It is composited at this nearer depth, to which `far`
+    applies, too. If each true surface is at most u in front of its splat, no
+    true median is nearer than the rendered median.
 
-    Fragments are ordered along the ray, not by the splats' centres as in
-    gsplat. A disc whose centre is behind or beside the camera has no meaningful
-    centre depth. With an order by centres, a slanted far disc may also hide a
-    near one, so that the distance is over-estimated.
+    Fragments are ordered along the ray, and not by the splats' centres as in
+    gsplat. If the centre of a disc is behind or beside the camera, the depth of
+    this centre has no meaning for the order. If discs are ordered by their
+    centres, a slanted far disc may also hide a near disc, so that the distance
+    is over-estimated.
 
-    The low-pass filter is off by default: on four trained scenes it moved the
-    median absolute error of a sphere's distance by at most 0.1 mm (1.1 to 1.6
-    mm either way; largest over-estimate 6.2 mm without, 5.7 mm with it), and it
-    doubles the time of a query.
+    The low-pass filter is off by default, since it doubles the time of a query
+    and has little effect. In four trained scenes, it changed the median
+    absolute error of a sphere's distance, 1.1 to 1.6 mm, by at most 0.1 mm. The
+    largest over-estimate was 6.2 mm without the filter, and 5.7 mm with it.
 
     Attributes:
         resolution: Number of pixels along each side of a view, whose field of
-            view is 90 degrees (the authors' code: 80).
-        alpha_cutoff: Least accumulated alpha of a pixel that counts (0.7).
+            view is 90 degrees. The authors' code has 80 pixels.
+        alpha_cutoff: Least accumulated alpha with which a pixel counts as a
+            surface (0.7).
         transmittance: Threshold of the median depth (0.5).
-        near: Fragments nearer than this depth z are not seen [m].
-        far: Fragments beyond this depth z are not seen [m].
-        n_sigma: Splats end at this many standard deviations (gsplat: 3).
+        near: Fragments nearer than this depth z are ignored [m].
+        far: Fragments beyond this depth z are ignored [m].
+        n_sigma: Distance from its centre at which a splat ends, in standard
+            deviations (gsplat: 3).
         min_alpha: Fragments below this alpha are dropped (gsplat: 1/255).
-        orientation: "link" turns the sensor with the sphere's link, "world"
-            keeps it aligned with W.
-        low_pass_filter: Use the screen-space filter of 2DGS: near a splat's
-            projected centre, w_k is at most `FILTER_SCALE` times the squared
-            distance to it [px^2]; where that is the smaller weight, the
-            fragment has the depth of the centre. Centres nearer than `near` are
-            not filtered.
+        orientation: "link" fixes the sensor's orientation to the sphere's link,
+            "world" fixes it to W.
+        low_pass_filter: Whether the screen-space filter of 2DGS is used. It
+            limits w_k to `FILTER_SCALE` times the squared distance between the
+            pixel and the splat's projected centre [px^2]. If the limit reduces
+            w_k, the fragment has the depth of the centre. Splats with centres
+            nearer than `near` are not filtered.
     """
 
     resolution: int = 80
@@ -107,7 +111,7 @@ class DepthSensor:
             self._reject("near", f"needs 0 < near < far = {self.far}")
         if not 0 < self.transmittance < 1:
             self._reject("transmittance", "must lie in (0, 1)")
-        # Otherwise a pixel could count without a median.
+        # Otherwise a pixel without a median could count as a surface.
         if not 1 - self.transmittance <= self.alpha_cutoff < 1:
             self._reject("alpha_cutoff", "must lie in [1 - transmittance, 1)")
         if not self.n_sigma > 0:
@@ -125,10 +129,11 @@ class DepthSensor:
         return np.broadcast_to(np.eye(3), R_WL.shape)
 
     def pixel_centers(self) -> np.ndarray:
-        """Returns ray coordinates of pixel columns (and rows), (resolution,).
+        """Returns the ray coordinates of pixel columns, shape (resolution,).
 
-        Pixel i has the ray coordinate (i + 1/2 - c) / f with focal length f
-        and principal point c both resolution / 2.
+        Pixel i has the ray coordinate (i + 1/2 - c) / f. The focal length f and
+        the principal point c are both resolution / 2. Pixel rows have the same
+        coordinates as columns.
         """
         half = self.resolution / 2
         return (np.arange(self.resolution) + 0.5 - half) / half

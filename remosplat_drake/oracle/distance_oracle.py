@@ -1,4 +1,4 @@
-"""`DistanceOracle`: any distance field as a Drake system."""
+"""`DistanceOracle`: a Drake system that evaluates a distance field."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -30,20 +30,22 @@ class DistanceOracle(LeafSystem):
         - clearances
         - distance_field
 
-    `clearances` is cached: all systems that read it share one computation for
-    each configuration and map. The optional input `distance_field` carries a
-    map that may change while the diagram runs; a new map takes effect between
-    ticks, as a whole. `base_uncertainty` bounds the error of the base's pose:
-    shift and turn [m, rad]. Both outputs then contain distances reduced by this
-    error, see `UncertainPlacement`. `payload` is the `Load` of the robot, whose
-    spheres come last in `clearances`. If the configuration is not finite, the
-    output is `Clearances.unknown`.
+    The output `clearances` is cached: all systems that read it share one
+    computation for each configuration and map. The optional input
+    `distance_field` is a map that may change while the diagram runs. A new map
+    takes effect between two ticks, as a whole. The optional input
+    `base_uncertainty` bounds the error of the base's pose, as position and
+    heading error [m, rad]. If it is connected, the distances of both outputs
+    are reduced by this error; see `UncertainPlacement`. The optional input
+    `payload` is the `Load` that the robot carries. The spheres of the load come
+    last in `clearances`. If the configuration is not finite, `clearances` is
+    `Clearances.unknown`.
 
     Args:
-        robot: The robot, which places the spheres.
-        field: The distance field that is used while the input port is not
-            connected.
-        max_distance: Clearances beyond this distance are left out [m].
+        robot: The robot, whose forward kinematics places the spheres.
+        field: The distance field that is used if the input port
+            `distance_field` is not connected.
+        max_distance: Clearances beyond this distance are omitted [m].
 
     Example:
         >>> import remosplat_drake as rs
@@ -113,12 +115,12 @@ class DistanceOracle(LeafSystem):
 
         Args:
             builder: The builder of the diagram.
-            robot: The robot, which places the spheres.
-            field: The distance field that is used while the input port
+            robot: The robot, whose forward kinematics places the spheres.
+            field: The distance field that is used if the input port
                 `distance_field` is not connected.
-            configuration: Port of the measured configuration q.
-            max_distance: Clearances beyond this distance are left out [m]; at
-                least the controller's influence distance.
+            configuration: Output port of the measured configuration q.
+            max_distance: Clearances beyond this distance are omitted [m]. It
+                must be at least the controller's influence distance.
 
         Returns:
             The oracle.
@@ -131,7 +133,7 @@ class DistanceOracle(LeafSystem):
 
     @property
     def field(self) -> DistanceField:
-        """The field that is used while the input port is not connected."""
+        """The field that is used without the input `distance_field`."""
         return self._field
 
     def _current_field(self, context: Context) -> DistanceField:

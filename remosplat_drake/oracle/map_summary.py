@@ -1,8 +1,8 @@
-"""`MapSummary`: number of splats near the places where a robot works.
+"""`MapSummary`: numbers of splats near the places where a robot works.
 
-An oracle cannot distinguish free space from missing parts of a map: it reports
-free space where splats are too faint, cropped away or misplaced. So splats are
-counted before the robot moves.
+An oracle cannot distinguish free space from missing parts of a map. For
+example, it reports free space if splats are too faint, cropped away or
+misplaced. So the splats of a map are counted before the robot moves.
 """
 
 import dataclasses as dc
@@ -24,18 +24,18 @@ SPLATS, SOLIDS = "splats", "solids"
 """Kinds of maps: a Gaussian splat, or solids of known geometry."""
 
 LAYERS = 10
-"""Number of faint splats, one behind the other, that are opaque in depth
-views."""
+"""Number of faint splats that, one behind the other, count as a surface in
+depth views; it defines the opacity of a faint splat."""
 
 
 @dc.dataclass(frozen=True)
 class Place:
-    """A place where a robot will be.
+    """A place near which a robot will work.
 
     Attributes:
-        name: Name of the place: "the start", "target 1".
-        within_reach: Number of splats or solids within reach that the oracle
-            uses.
+        name: Name of the place, for example "the start" or "target 1".
+        within_reach: Number of splats or solids within reach of the place that
+            the oracle uses.
     """
 
     name: str
@@ -44,20 +44,22 @@ class Place:
 
 @dc.dataclass(frozen=True)
 class MapSummary:
-    """Numbers of splats or solids in a map, and within reach of the robot.
+    """Numbers of splats or solids in a map and near the robot's places.
 
     Attributes:
         kind: Either `SPLATS` or `SOLIDS`.
         kept: Number of splats or solids that the oracle uses.
-        faint: Number of splats that the oracle ignores because of their
-            opacity.
+        faint: Number of splats that the oracle ignores because their opacity is
+            too low.
         cropped: Number of splats that were cropped away.
-        reach: Distance up to which something is within reach of a place [m].
-        places: The start, and each target.
-        ignored: Fraction of the splats within reach that are ignored, from 0 to
-            1. Floors do not count, since they are cropped on purpose.
-        ignored_opacity: Fraction of the opacity within reach that is ignored,
-            from 0 to 1, each splat weighted by its opacity.
+        reach: Distance up to which a splat or solid is within reach of a place
+            [m].
+        places: The start and each target, with their numbers.
+        ignored: Fraction, from 0 to 1, of the splats within reach of a place
+            that the oracle ignores or that were cropped away. Splats of the
+            floor do not count, since they are cropped on purpose.
+        ignored_opacity: The same fraction, with each splat weighted by its
+            opacity.
     """
 
     kind: str
@@ -83,9 +85,9 @@ class MapSummary:
 def least_opacity(oracle: OracleMaker) -> float:
     """Returns the opacity below which an oracle ignores a splat.
 
-    Depth views have no such threshold. For them, it is the opacity of which
-    `LAYERS` splats, one behind the other, are opaque. For other oracles it is
-    unknown, and 0 is returned.
+    Depth views have no such threshold. For them, it is the opacity with which
+    `LAYERS` splats, one behind the other, reach `alpha_cutoff`. For the oracles
+    of other packages it is unknown, and 0 is returned.
     """
     if isinstance(oracle, SphereToEllipsoid):
         return oracle.min_opacity
@@ -97,11 +99,12 @@ def least_opacity(oracle: OracleMaker) -> float:
 def summarize_solids(
     scene: PrimitiveScene, places: Mapping[str, np.ndarray], reach: float
 ) -> MapSummary:
-    """Counts the solids of known geometry, like `summarize_splat` for splats.
+    """Counts the solids of a scene with known geometry.
 
     Args:
         scene: The scene.
-        places: Points p_WP where the robot will be, shape (3,), by name [m].
+        places: Points p_WP near which the robot will work, shape (3,), keyed by
+            name [m].
         reach: Distance up to which solids are within reach of a place [m].
     """
     field = SignedDistanceField(scene, rows="per_primitive")
@@ -130,12 +133,13 @@ def summarize_splat(
     """Counts the splats of a map that an oracle uses.
 
     Args:
-        splat_W: The map, cropped.
+        splat_W: The map, after it was cropped.
         cropped_W: The splats that were cropped away.
-        oracle: The oracle, which determines which splats count.
-        places: Points p_WP where the robot will be, shape (3,), by name [m].
+        oracle: The oracle, which determines the splats that are too faint.
+        places: Points p_WP near which the robot will work, shape (3,), keyed by
+            name [m].
         reach: Distance up to which splats are within reach of a place [m].
-        floor_height: Height below which everything is the floor [m].
+        floor_height: Height below which splats belong to the floor [m].
     """
     p_WP = np.array(list(places.values()), np.float32).reshape(-1, 3)
     opaque = splat_W.opacities >= least_opacity(oracle)
@@ -163,15 +167,15 @@ def summarize_splat(
 def _within(
     p_WK: np.ndarray, p_WP: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Finds the points (n, 3) that are within reach of places (k, 3).
+    """Finds the points, shape (n, 3), that are within reach of places (k, 3).
 
     Returns:
         Two arrays. The first has the indices (m,) of the points that are within
         reach of any place. The second has shape (k, m), and is true where the
         point is within reach of the place.
     """
-    # |K - P|^2 multiplied out, about a point near all places: a million
-    # splats take 20 ms, and rounding stays far below a millimetre.
+    # |K - P|^2 is expanded, with an origin near all places. So a million splats
+    # take 20 ms, and rounding errors are far below a millimetre.
     middle = p_WP.mean(axis=0)
     p, c = p_WK - middle, p_WP - middle
     # Points too far away for float32 are not within reach.
@@ -188,7 +192,7 @@ def _within(
 def _standing(
     splat_W: GaussianSplat, index: np.ndarray, floor_height: float
 ) -> np.ndarray:
-    """Returns the splats that are above the floor."""
+    """Returns the indices of those splats that are above the floor."""
     return index[splat_W.p_GK[index, 2] >= floor_height]
 
 

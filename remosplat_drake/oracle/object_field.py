@@ -1,4 +1,4 @@
-"""`ObjectField`: distances to objects, with contact rules."""
+"""`ObjectField`: distances to objects, changed by contact rules."""
 
 import hashlib
 from collections.abc import Sequence
@@ -30,20 +30,20 @@ from remosplat_drake.signals.thing import SOLID, Thing
 
 
 class ObjectArrays(NamedTuple):
-    """k objects, as arrays for kernels.
+    """Arrays of k objects for kernels.
 
     Attributes:
-        solids: Their boxes and cylinders; for a convex hull only its pose is
-            used.
-        reach: Radii of enclosing balls around their frames' origins, shape (k,)
-            [m].
-        planes: The planes of convex hulls in their frames, as unit normals and
-            offsets, shape (p, 4) [1, m].
-        first: Index of each object's first plane, and the end, shape (k + 1,);
-            boxes and cylinders have no planes.
-        relief: Relief that is added to the distance of each of the robot's
-            spheres from each object; the last row is for other spheres, shape
-            (n + 1, k) [m]; see `contact_rules`.
+        solids: The boxes and cylinders of the objects. Of a convex hull, only
+            the pose is used.
+        reach: Radii of balls that enclose the objects, with centres at the
+            origins of their frames, shape (k,) [m].
+        planes: The face planes of convex hulls in the objects' frames, as unit
+            normals and offsets, shape (p, 4) [1, m].
+        first: Index of each object's first plane, and the number of planes,
+            shape (k + 1,). Boxes and cylinders have no planes.
+        relief: Relief that is added to the distance of each robot sphere from
+            each object, shape (n + 1, k) [m]. The last row is for other
+            spheres; see `contact_rules.reliefs`.
     """
 
     solids: Primitives
@@ -54,16 +54,18 @@ class ObjectArrays(NamedTuple):
 
 
 class ObjectField(DistanceField):
-    """Distances to objects; contact rules may allow links to touch objects.
+    """Distances to objects, which contact rules may let some links touch.
 
     Distances to boxes and cylinders are exact. The distance to a convex hull is
-    the largest of the signed distances to the planes of its faces: exact inside
-    and in front of a face, and too small in front of edges and corners.
+    the largest of the signed distances to the planes of its faces. It is exact
+    inside the hull and in front of a face, and too small in front of edges and
+    corners.
 
     Args:
         objects: The objects at their present poses.
-        relief: The relief of each pair, as `contact_rules.reliefs` returns it;
-            None for none.
+        relief: The relief of each pair of a sphere and an object, as
+            `contact_rules.reliefs` returns it; None if there are no contact
+            rules.
     """
 
     def __init__(
@@ -95,7 +97,8 @@ class ObjectField(DistanceField):
         """Measures the clearance of each sphere; see `DistanceField`.
 
         Returns:
-            At most one row per sphere: the least distance, including reliefs.
+            At most one row per sphere, with the least distance including
+            reliefs.
         """
         maps = self.compiled_rows
         return query_maps(maps, spheres, max_distance, self.revision)
@@ -114,9 +117,9 @@ class ObjectField(DistanceField):
 def with_objects(
     scene: DistanceField, objects: ObjectField
 ) -> CompositeDistanceField:
-    """Returns the map of a scene and the objects in it.
+    """Returns the union of a scene's map and the objects in the scene.
 
-    The result has one row per sphere, like a map without objects.
+    The union returns one row per sphere, like a map without objects.
 
     Args:
         scene: The map without the objects.
@@ -127,7 +130,7 @@ def with_objects(
 
 @helper
 def _hull_distance(p_WS, solids, j, planes):
-    """Largest signed distance to planes of object j, and its gradient in W."""
+    """Returns the signed distance to convex hull j, and its gradient in W."""
     px, py, pz = in_primitive(p_WS, solids, j)
     most, at = -np.inf, 0
     for k in range(len(planes)):
@@ -151,11 +154,12 @@ def query(objects, spheres, answer):
 
     Args:
         objects: The `ObjectArrays`.
-        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
-            centre that a result must undercut, the height below which objects
-            are ignored [m], and the sphere's index.
-        answer: Output, shape (n, 8): the object's index or -1, its signed
-            distance from the centre plus the relief, p_WC and n_W.
+        spheres: Queries, shape (n, 6). The columns are the centre p_WS, the
+            distance from the centre below which objects are searched, the
+            height below which objects are ignored [m], and the sphere's index.
+        answer: Output, shape (n, 8). The columns are the object's index (-1
+            without a result), its signed distance from the centre plus the
+            relief, p_WC and n_W.
     """
     solids, first, relief = objects.solids, objects.first, objects.relief
     last = len(relief) - 1
@@ -167,7 +171,7 @@ def query(objects, spheres, answer):
         for j in range(len(solids.is_box)):
             if solids.top[j] <= spheres[i, 4]:
                 continue
-            # With an infinite relief, the distance is infinite.
+            # If the relief is infinite, the distance is infinite, too.
             within = least - relief[row, j] + objects.reach[j]
             if within <= 0.0 or _is_beyond(spheres[i], solids.p_WP[j], within):
                 continue
@@ -209,14 +213,14 @@ def _scene(solid: Box | Cylinder | ConvexHull) -> PrimitiveScene:
         return PrimitiveScene(cylinders=(solid,))
     if isinstance(solid, Box):
         return PrimitiveScene(boxes=(solid,))
-    # Only its pose and its planes are used, not the size.
+    # Only the pose and the planes of a convex hull are used, not its size.
     return PrimitiveScene(boxes=(Box(solid.X_WP, np.ones(3)),))
 
 
 def _planes(thing: SceneObject) -> np.ndarray:
     if not isinstance(thing.solid, ConvexHull):
         return np.zeros((0, 4))
-    # A face of several triangles has several equal equations.
+    # A face that consists of several triangles has several equal equations.
     equations = scipy.spatial.ConvexHull(thing.solid.vertices).equations
     return np.unique(equations.round(12), axis=0)
 

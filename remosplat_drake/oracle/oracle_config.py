@@ -1,4 +1,4 @@
-"""Configurations of the oracles that a scenario may name."""
+"""Configurations of the distance oracles that a scenario may use."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class MissingInputError(RemoSplatError):
-    """An input of an oracle is missing."""
+    """Raised if an input that an oracle needs is missing."""
 
 
 @dc.dataclass
@@ -39,19 +39,20 @@ class SphereToEllipsoid(Config):
 
     # Semi-axes of a splat, in standard deviations.
     n_sigma: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # Splats below this opacity are ignored; with 0, floaters count, too.
+    # Splats below this opacity are ignored. With 0, no floater is ignored.
     min_opacity: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # Number of bisection steps; 0 solves to double precision. The authors'
-    # benchmark stopped after 3 steps.
+    # Number of bisection steps of the closest point; 0 computes it to double
+    # precision. The authors' benchmark used 3 steps.
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
-    # Where distances are computed: `cpu`, `cuda`, or `auto`, which selects cuda
-    # if it is available. On few cores and for one robot the CPU is as fast.
+    # Device that computes distances: `cpu`, `cuda`, or `auto`, which selects
+    # cuda if it is available. For one robot, a few CPU cores are as fast as
+    # cuda.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
-    # Number of threads of a query on the CPU; with 1, the query time varies
-    # least.
+    # Number of threads of a query on the CPU. With 1, the duration of queries
+    # varies least.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # Use of the splats' own uncertainty, if they have it: `subtract`
-    # subtracts it from every distance, `ignore` leaves distances unchanged.
+    # Use of the splats' uncertainty, if the map has it: `subtract` subtracts it
+    # from each distance, `ignore` does not use it.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -64,7 +65,7 @@ class SphereToEllipsoid(Config):
         splat_W: GaussianSplat | None = None,
         truth: PrimitiveScene | None = None,
     ) -> DistanceField:
-        """Builds the field of a splat.
+        """Makes the distance field of a splat.
 
         Args:
             splat_W: The splat in W.
@@ -72,7 +73,7 @@ class SphereToEllipsoid(Config):
 
         Raises:
             MissingInputError: The scene has no splat.
-            FieldError: The backend cannot work here.
+            FieldError: The backend cannot work on this computer.
         """
         del truth  # Unused.
         if splat_W is None:
@@ -101,7 +102,7 @@ class SphereToEllipsoid(Config):
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Distances from six depth views per sphere, ignoring faint floaters.
+    """Distances in six depth views per sphere, in which faint floaters vanish.
 
     Example:
         >>> import remosplat_drake as rs
@@ -113,7 +114,7 @@ class DepthRasterization(Config):
 
     # Number of pixels along a side of a view.
     resolution: Annotated[int, Interval(ge=2, le=2048)] = 80
-    # Alpha that a pixel must accumulate to count as a surface.
+    # Alpha that a pixel must accumulate in order to count as a surface.
     alpha_cutoff: Annotated[float, Interval(gt=0, le=1)] = 0.7
     # Near plane of the views [m].
     near: Annotated[float, Interval(gt=0, le=1)] = 0.0106
@@ -121,17 +122,17 @@ class DepthRasterization(Config):
     far: Annotated[float, Interval(gt=0, le=100)] = 0.9
     # Whether only the nearest view of each sphere is computed.
     nearest_only: bool = False
-    # Where views are rendered: `cpu`, `cuda`, or `auto`, which selects cuda if
-    # it is available.
+    # Device that renders the views: `cpu`, `cuda`, or `auto`, which selects
+    # cuda if it is available.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # Use of the splats' own uncertainty, if they have it: `subtract`
-    # subtracts it from every distance, `ignore` leaves distances unchanged.
+    # Use of the splats' uncertainty, if the map has it: `subtract` subtracts it
+    # from each distance, `ignore` does not use it.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that the near plane is nearer than the far plane."""
+        """Checks that the near plane is in front of the far plane."""
         if not self.near < self.far:
             yield "far", f"must exceed `near`, got {self.far}"
 
@@ -140,7 +141,7 @@ class DepthRasterization(Config):
         splat_W: GaussianSplat | None = None,
         truth: PrimitiveScene | None = None,
     ) -> DistanceField:
-        """Builds the field of a splat.
+        """Makes the distance field of a splat.
 
         Args:
             splat_W: The splat in W.
@@ -148,12 +149,13 @@ class DepthRasterization(Config):
 
         Raises:
             MissingInputError: The scene has no splat.
-            FieldError: The backend cannot work here.
+            FieldError: The backend cannot work on this computer.
         """
         del truth  # Unused.
         if splat_W is None:
             raise MissingInputError("DepthRasterization needs scene.splat")
-        # Imported here, since their kernels cost start-up time.
+        # These modules are imported here, since loading their kernels takes
+        # time.
         from remosplat_drake.oracle.depth_sensor import DepthSensor
 
         sensor = DepthSensor(
@@ -206,7 +208,7 @@ class GroundTruth(Config):
         splat_W: GaussianSplat | None = None,
         truth: PrimitiveScene | None = None,
     ) -> SignedDistanceField:
-        """Builds the field of true geometry.
+        """Makes the distance field of the true geometry.
 
         Args:
             splat_W: Not used.
@@ -224,16 +226,16 @@ class GroundTruth(Config):
 
 
 OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
-"""Any of the oracles that a scenario may name."""
+"""Type of the configuration of any oracle of this package."""
 
 
 class OracleMaker(Protocol):
-    """Interface of an oracle's settings, which a user's class may implement."""
+    """Protocol of an oracle's configuration, for a user's own class."""
 
     def make(
         self, splat_W: GaussianSplat | None, truth: PrimitiveScene | None
     ) -> DistanceField:
-        """Builds the field.
+        """Makes the distance field.
 
         Args:
             splat_W: The scene's splat in W, if it has one.
@@ -248,13 +250,13 @@ def make_field(
     truth: PrimitiveScene | None,
     where: str,
 ) -> DistanceField:
-    """Builds the distance field that a configuration names.
+    """Makes the distance field that a configuration describes.
 
     Args:
-        config: The oracle and its parameters.
+        config: The configuration of the oracle.
         splat_W: The scene's splat in W, if it has one.
         truth: The scene's true geometry, if it is known.
-        where: The file that errors name.
+        where: The file with the configuration, which errors name.
 
     Raises:
         FieldError: An input of the oracle is missing, or a value is out of
@@ -279,5 +281,5 @@ def make_field(
 
 
 def _threads(config: SphereToEllipsoid | DepthRasterization) -> int:
-    """Returns the requested number of threads, at most the available ones."""
+    """Returns the number of threads, at most the number of available ones."""
     return min(config.threads, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore

@@ -1,4 +1,4 @@
-"""Finds the points of a map or an image that show an object."""
+"""Finds the points of a map or of an image that are on a given object."""
 
 import numpy as np
 
@@ -10,19 +10,19 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 def own_points(
     p_W: np.ndarray, thing: SceneObject, margin: float, *, stands: bool = True
 ) -> np.ndarray:
-    """Finds the points that show an object, which are near its surface.
+    """Finds the points that are near the surface of an object.
 
-    Points at the foot of an object that stands are excluded, since they may
-    show its support.
+    If the object stands on a support, points at its foot are excluded, since
+    they may be on the support.
 
     Args:
         p_W: Points on surfaces in W, shape (n, 3) [m].
-        thing: The object.
+        thing: The object, at its present pose.
         margin: Largest distance of the points from the object's surface [m].
         stands: Whether the object stands on a support.
 
     Returns:
-        Whether each point shows the object, shape (n,).
+        Whether each point is on the object, shape (n,).
     """
     distance = ObjectField([thing]).clearances(Spheres.at(p_W)).distance
     own = np.abs(distance) <= margin

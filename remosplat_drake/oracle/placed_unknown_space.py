@@ -18,29 +18,32 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 
 _UPRIGHT = 1e-9
-"""Largest horizontal component of a z axis that counts as rounding."""
+"""Largest horizontal component of G's z axis in W that is a rounding error;
+above it, G is tilted."""
 
 _BENEATH = 0.4
-"""Thickness of free space beneath the floor around a tilted grid [m]."""
+"""Thickness of the layer of free space beneath the floor that is added around a
+tilted grid [m]."""
 
 
 class PlacedUnknownSpace(DistanceField):
-    """The exact signed distance to unseen space of a capture, in W.
+    """The exact signed distance, in W, to the unseen space of a capture.
 
-    Queries are transformed into the grid's frame G, not the grid into W, so any
-    pose X_WG is exact. For a sphere, voxels with centres below its
-    `ignore_below` in W count as seen. If G is tilted, layers of the grid are
-    not horizontal in W. Then a second grid without the voxels below
-    `floor_height` serves the spheres with `ignore_below` at or above that
-    height.
+    Queries are transformed into the grid's frame G, and not the grid into W. So
+    the result is exact for any pose X_WG. For each sphere, voxels with centres
+    below its `ignore_below` in W count as seen. If G is tilted, the layers of
+    the grid are not horizontal in W. Then spheres whose `ignore_below` is at or
+    above `floor_height` query a second grid, in which the voxels below
+    `floor_height` are seen.
 
     Args:
-        coverage: The seen space, in G.
+        coverage: The space that cameras have seen, in G.
         X_WG: Pose of G in W.
-        floor_height: Height in W below which floor links ignore the scene [m].
+        floor_height: Height in W below which links close to the floor ignore
+            the scene [m].
 
     Raises:
-        RemoSplatError: No voxel was seen.
+        RemoSplatError: No voxel has been seen.
     """
 
     def __init__(
@@ -66,7 +69,7 @@ class PlacedUnknownSpace(DistanceField):
 
     @property
     def for_planning(self) -> DistanceField:
-        """The grid itself if G is W; see `DistanceField.for_planning`."""
+        """The field of the grid if G is W; see `DistanceField.for_planning`."""
         return self._field if self._is_in_W else self
 
     @property
@@ -119,7 +122,7 @@ class PlacedUnknownSpace(DistanceField):
         floor_G: np.ndarray,
         max_distance: float,
     ) -> Clearances:
-        """Queries a grid, in its frame."""
+        """Queries a grid in its frame, and transforms the result to W."""
         p_GS = (spheres.p_WS - self._p_WG) @ self._R_WG
         asked = dc.replace(spheres, p_WS=p_GS, ignore_below=floor_G)
         answer = field.clearances(asked, max_distance)
@@ -135,7 +138,7 @@ class PlacedUnknownSpace(DistanceField):
 def _without_floor(
     coverage: Coverage, X_WG: RigidTransform, floor_height: float
 ) -> Coverage:
-    """Returns the grid, enlarged, with space below the floor in W as seen."""
+    """Returns an enlarged grid in which the space below the floor is seen."""
     layers = int(np.ceil(_BENEATH / coverage.voxel))
     state = np.pad(coverage.state, layers, constant_values=UNSEEN)
     lower = coverage.lower - layers * coverage.voxel
@@ -151,7 +154,7 @@ def _without_floor(
 
 
 def _merged(answers: list[Clearances]) -> Clearances:
-    """Merges results for different spheres."""
+    """Merges the clearances of different spheres."""
     names = "sphere", "distance", "direction_W", "p_WC"
     parts = {
         name: np.concatenate([getattr(answer, name) for answer in answers])

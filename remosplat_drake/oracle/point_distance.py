@@ -1,6 +1,7 @@
 """`PointDistanceField`: distance to a cloud of measured surface points.
 
-The points come from a capture's depth images, if true geometry is unknown.
+The points come from the depth images of a capture. Reports use this field if
+the true geometry is unknown.
 """
 
 import hashlib
@@ -14,16 +15,16 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class PointDistanceField(DistanceField):
-    """Distances to the nearest point of a cloud, which has no inside.
+    """Distances to the nearest point of a point cloud, which has no inside.
 
-    A sphere whose centre has passed through a surface counts as outside again.
-    Points are samples of a surface, so distances are never too small. In front
-    of a flat surface at distance d they are too large by at most sqrt(d^2 +
-    s^2) - d, where s is the largest distance from a surface point to its
-    nearest sample.
+    If the centre of a sphere has passed through a surface, its distance is
+    positive again. Points are samples of a surface, so distances are never too
+    small. In front of a flat surface at the distance d, they are too large by
+    at most sqrt(d^2 + s^2) - d. Here s is the largest distance from a point of
+    the surface to its nearest sample.
 
-    A sphere ignores points below its `ignore_below`. For a centre that lies
-    exactly on a point the direction is -z.
+    A sphere ignores points below its `ignore_below`. If the centre coincides
+    with a point, the direction is -z.
 
     Args:
         p_WP: The points in W, shape (n, 3) [m].
@@ -44,7 +45,8 @@ class PointDistanceField(DistanceField):
         self.p_WP = p_WP
         digest = hashlib.sha256(p_WP.tobytes()).hexdigest()[:16]
         self.revision = f"point-distance-{digest}"
-        # One tree per floor height; a robot has one or two heights.
+        # There is one tree for each value of `ignore_below`; a robot has one or
+        # two values.
         self._trees: dict[float, KDTree] = {}
 
     def clearances(
@@ -54,7 +56,7 @@ class PointDistanceField(DistanceField):
 
         Args:
             spheres: The robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Raises:
             ValueError: A centre is not finite, or a radius or `ignore_below` is
@@ -75,7 +77,8 @@ class PointDistanceField(DistanceField):
             rows = np.flatnonzero(floors == floor)
             if tree.n == 0 or bound[rows].max() < 0:
                 continue
-            # The bound of the tree is exclusive, as `max_distance` is.
+            # The upper bound of the tree's query is exclusive, like
+            # `max_distance`.
             offset[rows], point = tree.query(
                 spheres.p_WS[rows], distance_upper_bound=bound[rows].max()
             )

@@ -1,4 +1,4 @@
-"""Splats as solids in a hierarchy, for `SphereToEllipsoidField`."""
+"""Builds the hierarchy of splats as solids for `SphereToEllipsoidField`."""
 
 import hashlib
 import zlib
@@ -31,10 +31,10 @@ _NONE = np.zeros(0, np.float32)
 _NONE.flags.writeable = False  # As a splat's arrays: one kernel.
 
 PACKED = 12
-"""Number of values of a packed splat."""
+"""Number of values of a splat that `pack_solids` has packed."""
 
 _BLOCK = 1 << 12
-"""Number of splats whose records fit into a core's cache."""
+"""Number of splats whose records fit into the cache of a processor core."""
 
 _SHARE = 1 << 16
 """Number of consecutive splats or nodes that a thread processes."""
@@ -47,14 +47,14 @@ def prepare_solids(
 
     Args:
         splat_W: The Gaussian splat.
-        n_sigma: Semi-axes in standard deviations.
+        n_sigma: Length of a splat's semi-axes in standard deviations.
         min_opacity: Splats below this opacity are omitted.
-        solved: Whether closest points are converged.
+        solved: Whether closest points are computed to double precision.
 
     Returns:
-        Four arrays by name: `wide` and `children` are the hierarchy as `widen`
-        makes it; `records` are the splats in leaf order, see `pack_solids`, and
-        `order` their indices.
+        Four arrays, keyed by name. `wide` and `children` are the hierarchy,
+        which `widen` makes. `records` are the splats in leaf order, packed by
+        `pack_solids`, and `order` their indices in the splat.
     """
     index = _opaque(splat_W, min_opacity)
     if not is_kept(len(index)):
@@ -75,10 +75,12 @@ def prepare_solids(
 def _key(
     splat_W: GaussianSplat, n_sigma: float, min_opacity: float, solved: bool
 ) -> str:
-    """Returns a key of all inputs of the boxes: shapes, but not colours.
+    """Returns the cache key of a hierarchy: a checksum of its inputs.
 
-    Checksums suffice and are faster than digests: a hierarchy of other splats,
-    or of a program with other boxes, is detected by its boxes.
+    The inputs are the shapes of the splats, but not their colours. Checksums
+    are sufficient, and are faster than digests: if a hierarchy was made from
+    other splats, or by a version that computes other boxes, a check of the
+    boxes detects it.
     """
     arrays = [splat_W.p_GK, splat_W.quaternions, splat_W.scales]
     arrays.append(splat_W.opacities)
@@ -93,7 +95,7 @@ def _key(
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Writes splats as rows of 16 numbers, described in `solid`.
+    """Returns splats as rows of 16 numbers, which `solid` describes.
 
     Returns:
         The rows, shape (N, 16), and the splats' ascending indices, shape (N,).
@@ -109,7 +111,7 @@ def splat_records(
 
 
 def _opaque(splat_W: GaussianSplat, min_opacity: float) -> np.ndarray:
-    """Returns the indices of splats that are opaque enough."""
+    """Returns the indices of the splats with sufficient opacity."""
     opaque = np.flatnonzero(splat_W.opacities >= min_opacity)
     return opaque.astype(np.int32)
 
@@ -120,7 +122,7 @@ def _use_records(
     n_sigma: float,
     use: Callable[[slice, np.ndarray], None],
 ) -> None:
-    """Unpacks splats block by block, and calls `use(rows, records)`."""
+    """Unpacks blocks of splats, and calls `use(rows, records)` for each."""
     in_turn = np.arange(_BLOCK, dtype=np.int32)
 
     def work(share: slice) -> None:
@@ -142,7 +144,7 @@ def _pack(
     places: np.ndarray,
     packed: np.ndarray,
 ) -> None:
-    """Packs some splats into rows at these places."""
+    """Packs some splats into given rows of an array."""
     uncertainty = splat_W.uncertainty
     pack_solids(
         index,
@@ -158,7 +160,7 @@ def _pack(
 def _boxes(
     splat_W: GaussianSplat, index: np.ndarray, n_sigma: float, solved: bool
 ) -> np.ndarray:
-    """Returns the table of the splats' boxes for `hierarchy_of`."""
+    """Returns the table of the splats' boxes that `hierarchy_of` takes."""
     table = np.empty((len(index), 8), np.float32)
 
     def bound(rows: slice, records: np.ndarray) -> None:
@@ -175,9 +177,10 @@ def _searched(
     index: np.ndarray,
     hierarchy: BoundingVolumeHierarchy,
 ) -> dict[str, np.ndarray]:
-    """Returns the data of queries: wide hierarchy and splats in leaf order."""
+    """Returns the data for queries: wide hierarchy, splats in leaf order."""
     wide, children = widen(hierarchy.nodes, hierarchy.links, LEAF_SIZE)
-    # Sequential reads with scattered writes are faster than the reverse.
+    # Sequential reads with scattered writes are faster than scattered reads
+    # with sequential writes.
     places = np.empty(len(index), np.int32)
     places[hierarchy.order] = np.arange(len(index), dtype=np.int32)
     records = np.empty((len(index), PACKED), np.float32)
@@ -201,7 +204,7 @@ def _holds(
     n_sigma: float,
     solved: bool,
 ) -> bool:
-    """Whether every box contains all boxes below it."""
+    """Whether each box of the hierarchy contains all boxes below it."""
 
     def look(nodes: slice) -> bool:
         return are_enclosed(

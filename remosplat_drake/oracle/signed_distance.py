@@ -1,9 +1,9 @@
 """`SignedDistanceField`: exact distances to boxes and cylinders.
 
-It is the paper's ground-truth baseline (RMMI) and the reference for all other
-fields. Distances are signed: negative inside a solid. Where the gradient is not
-unique (the centre of a box, the axis of a cylinder) a fixed choice is made, so
-that equal queries get equal results.
+This field is the paper's ground-truth baseline (RMMI), and the reference of all
+other fields. Distances are signed, and negative inside a solid. At points where
+the gradient is not unique (the centre of a box, the axis of a cylinder), a
+fixed gradient is chosen. So equal queries have equal results.
 """
 
 from functools import cached_property
@@ -36,13 +36,14 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import SOLID, Thing
 
 ROWS = ("closest", "per_primitive")
-"""Which rows the field returns: one per sphere, or per sphere and primitive."""
+"""The rows that the field returns: one per sphere, or one per sphere and
+primitive."""
 
 
 class SignedDistanceField(DistanceField):
     """The exact signed distance to a `PrimitiveScene` (ground truth).
 
-    A sphere ignores primitives that lie wholly below its `ignore_below`.
+    A sphere ignores primitives that are completely below its `ignore_below`.
 
     Args:
         scene: The solids.
@@ -63,12 +64,12 @@ class SignedDistanceField(DistanceField):
 
     @property
     def compiled(self) -> "Packed[Primitives]":
-        """The primitives' arrays; see `DistanceField.compiled`."""
+        """The arrays of the primitives; see `DistanceField.compiled`."""
         return self._primitives
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """The primitives' arrays; see `DistanceField.compiled_rows`."""
+        """The arrays of the primitives; see `DistanceField.compiled_rows`."""
         if self.rows != "closest":
             return None
         return together([self._primitives])
@@ -97,15 +98,15 @@ class SignedDistanceField(DistanceField):
 
 
 class Primitives(NamedTuple):
-    """Boxes and cylinders, as arrays for kernels.
+    """Arrays of k boxes and cylinders for kernels.
 
     Attributes:
         is_box: Whether each primitive is a box, shape (k,).
-        size: Half extents of boxes; radius, radius and half height of
-            cylinders, shape (k, 3) [m].
+        size: Half edges of a box; radius, radius and half height of a cylinder,
+            shape (k, 3) [m].
         R_WP: Orientations, shape (k, 3, 3).
         p_WP: Centres in W, shape (k, 3) [m].
-        top: Heights of their highest points in W, shape (k,) [m].
+        top: Heights of the primitives' highest points in W, shape (k,) [m].
     """
 
     is_box: np.ndarray
@@ -142,10 +143,10 @@ def primitive_arrays(scene: PrimitiveScene) -> Primitives:
 
 @helper
 def primitive_distance(p_WS, primitives, j):
-    """Computes the signed distance of a point to a primitive.
+    """Computes the signed distance of a point from a primitive.
 
     Args:
-        p_WS: The point in W; further entries are not read.
+        p_WS: The point in W; only its first three entries are used.
         primitives: The `Primitives`.
         j: Index of the primitive.
 
@@ -162,9 +163,9 @@ def primitive_distance(p_WS, primitives, j):
 
 @helper
 def in_primitive(p_WS, primitives, j):
-    """Returns a point's three coordinates in the frame P of primitive j [m].
+    """Returns a point's coordinates in the frame P of primitive j [m].
 
-    The point may consist of numbers or of lanes.
+    The coordinates are numbers, or SIMD lanes of several points.
     """
     R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
     x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
@@ -177,7 +178,7 @@ def in_primitive(p_WS, primitives, j):
 
 @helper
 def in_world(primitives, j, x, y, z):
-    """Returns the entries in W of a vector in the frame P of primitive j."""
+    """Expresses a vector in W that is given in the frame P of primitive j."""
     R_WP = primitives.R_WP[j]
     return (
         R_WP[0, 0] * x + R_WP[0, 1] * y + R_WP[0, 2] * z,
@@ -188,17 +189,17 @@ def in_world(primitives, j, x, y, z):
 
 @helper
 def write_answer(answer, number, distance, p_WS, d, gx, gy, gz):
-    """Writes the result of a query; see `compiled_map.ask`.
+    """Writes the result of a query in the form of `compiled_map.ask`.
 
     Args:
         answer: Output, shape (8,).
-        number: Number of the nearest primitive.
-        distance: The signed distance that is reported [m].
-        p_WS: The point in W; further entries are not read.
+        number: Index of the nearest primitive.
+        distance: The signed distance to report [m].
+        p_WS: The point in W; only its first three entries are used.
         d: The point's signed distance from the primitive [m].
-        gx: The x entry of the gradient of `d` in W.
-        gy: Its y entry.
-        gz: Its z entry.
+        gx: The x component of the gradient of `d` in W.
+        gy: The y component of this gradient.
+        gz: The z component of this gradient.
     """
     answer[0], answer[1] = number, distance
     answer[2] = p_WS[0] - d * gx
@@ -213,11 +214,13 @@ def query(primitives, spheres, answer):
 
     Args:
         primitives: The `Primitives`.
-        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
-            centre that a result must undercut, and the height below which
-            primitives are ignored [m].
-        answer: Output, shape (n, 8): the primitive's index or -1, its signed
-            distance from the centre, p_WC and n_W.
+        spheres: Queries, shape (n, 6). The columns are the centre p_WS, the
+            distance from the centre below which primitives are searched, and
+            the height below which primitives are ignored [m]. The last column
+            is not used.
+        answer: Output, shape (n, 8). The columns are the primitive's index (-1
+            without a result), its signed distance from the centre, p_WC and
+            n_W.
     """
     n, columns = len(answer), np.empty((5, WIDTH))
     for first in range(0, n, WIDTH):
@@ -237,7 +240,7 @@ def query(primitives, spheres, answer):
 
 @helper
 def _nearest(primitives, columns):
-    """Returns the numbers of the nearest primitives, -1 without one, as lanes.
+    """Returns the indices of the nearest primitives as lanes; -1 for none.
 
     Args:
         primitives: The `Primitives`.

@@ -1,4 +1,4 @@
-"""Checks distance queries of spheres, and formats them for kernels."""
+"""Checks distance queries of spheres, and makes arrays of them for kernels."""
 
 import math
 
@@ -12,20 +12,20 @@ from remosplat_drake.signals.distance_field import Clearances
 UNDEFINED = (
     "a sphere's centre is not finite, or its radius or ignore_below is NaN"
 )
-"""Error for undefined spheres. Comparisons with NaN are false, so such a sphere
-would count as free."""
+"""Error message for invalid spheres. Comparisons with NaN are false, so a
+sphere with a NaN would count as free of collision."""
 
 
 def query_maps(
     maps: Packed[Maps], spheres: Spheres, max_distance: float, revision: str
 ) -> Clearances:
-    """Computes the clearances from several maps, in one compiled call.
+    """Computes the clearances from several maps in one compiled call.
 
     Args:
-        maps: The maps, as `DistanceField.compiled_rows`.
+        maps: The maps, in the form of `DistanceField.compiled_rows`.
         spheres: The n robot spheres, placed in W.
-        max_distance: Rows at or beyond this distance are left out [m].
-        revision: Name of the maps' content.
+        max_distance: Rows at or beyond this distance are omitted [m].
+        revision: Name of the maps' content, which the result contains.
 
     Raises:
         ValueError: A centre is not finite, or a radius or `ignore_below` is
@@ -33,7 +33,7 @@ def query_maps(
     """
     sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
         maps,
-        # Copies, since Numba compiles for writable arrays.
+        # The arrays are copied, since kernels are compiled for writable arrays.
         np.array(spheres.p_WS, float),
         np.array(spheres.radius, float),
         np.array(spheres.ignore_below, float),
@@ -46,16 +46,17 @@ def query_maps(
 
 
 def sphere_queries(spheres: Spheres, max_distance: float) -> np.ndarray:
-    """Makes the query array for `compiled_map.ask`.
+    """Makes the array of queries for `compiled_map.ask`.
 
     Args:
         spheres: The n robot spheres, placed in W.
-        max_distance: Distance below which results are returned [m].
+        max_distance: Distance from a sphere's surface below which surfaces are
+            searched [m].
 
     Returns:
-        Centres, distances from them that a result must undercut, heights
-        below which the scene is ignored [m], and indices of the spheres, shape
-        (n, 6).
+        The queries, shape (n, 6). The columns are the centres, the distances
+        from the centres below which surfaces are searched, the heights below
+        which the scene is ignored [m], and the indices of the spheres.
 
     Raises:
         ValueError: A centre is not finite, or a radius or `ignore_below` is

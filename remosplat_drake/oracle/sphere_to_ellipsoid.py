@@ -23,28 +23,31 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _ONE_AT_A_TIME = Lock()
-"""Lock of parallel loops: Numba's simplest threading layer aborts if two run at
-once."""
+"""Lock of parallel loops, since Numba's simplest threading layer aborts if two
+of them run at the same time."""
 
 
 class SphereToEllipsoidField(DistanceField):
-    """Exact distance from robot spheres to the nearest splat's n-sigma shape.
+    """Exact distance from robot spheres to the splats' n-sigma shapes.
 
-    See section IV-C.1 of the paper. A 3DGS splat is an ellipsoid with a signed
-    distance: inside, it is negative, and the direction points away from the
+    Section IV-C.1 of the paper describes it. A 3DGS splat is an ellipsoid with
+    a signed distance. If a sphere's centre is inside the ellipsoid, the
+    distance of the centre is negative, and the direction points away from the
     nearest surface point. A 2DGS splat is a flat, filled disc, which has no
-    inside: the distance of a sphere's centre is never negative, the direction
-    flips when the centre crosses the disc, and for a centre exactly on the disc
-    the direction is the disc's normal R_WK[:, 2]. A sphere that intersects an
-    ellipsoid or a disc has a negative clearance.
+    inside. The distance of a centre from a disc is never negative, and the
+    direction flips when the centre crosses the disc. If the centre is on the
+    disc, the direction is the disc's normal R_WK[:, 2]. A sphere that
+    intersects an ellipsoid or a disc has a negative clearance.
 
-    If splats have an uncertainty, the true surface may be that much in front of
-    them. A sphere's clearance is then the least over all splats of distance
-    minus uncertainty; closest point and direction are those of that splat's
-    n-sigma shape.
+    If splats have an uncertainty, the true surface may be in front of a splat
+    by this distance. The clearance of a sphere is then the smallest difference,
+    over all splats, of the distance and the uncertainty of a splat. The closest
+    point and the direction are those of the n-sigma shape of the splat with
+    this difference.
 
-    The result is exact: with any number of threads, it equals a search over all
-    splats, with ties to the lowest index.
+    The result is exact: for any number of threads, it equals that of a search
+    over all splats. Of equally near splats, the one with the lowest index is
+    returned.
     """
 
     def __init__(
@@ -58,25 +61,27 @@ class SphereToEllipsoidField(DistanceField):
         subtract_uncertainty: bool = True,
         prepared: Mapping[str, np.ndarray] | None = None,
     ):
-        """Builds the hierarchy, which takes too long for a control tick.
+        """Builds the hierarchy of splats, which takes longer than a tick.
 
         Args:
             splat_W: The Gaussian splat, expressed in W.
-            n_sigma: Semi-axes of a splat in standard deviations.
-            min_opacity: Splats below this opacity are ignored: with 0, as in
+            n_sigma: Length of a splat's semi-axes in standard deviations.
+            min_opacity: Splats below this opacity are ignored. With 0, as in
                 the paper, floaters block the robot.
-            bisection_steps: None solves for the closest point to double
-                precision. A number is the number of bisection steps (the
-                authors' benchmark used 3). A distance may then be wrong by a
-                large part of the splat's size, but is still a distance to a
-                point in its box, and the field is not Lipschitz continuous.
+            bisection_steps: Number of bisection steps that compute the closest
+                point; the authors' benchmark used 3. A distance may then be
+                wrong by a large part of the splat's size, but is still a
+                distance to a point in the splat's box. The field is then not
+                Lipschitz continuous. If the number is None, the closest point
+                is computed to double precision.
             num_threads: Number of threads of a query, at most the number of
-                cores. With one, the query time varies little; two are slightly
-                faster in the median, but far slower if the cores are busy.
+                cores. With one thread, the duration of queries varies little.
+                Two threads are slightly faster in the median, but much slower
+                if the cores are busy.
             subtract_uncertainty: Whether the splats' uncertainty is subtracted
                 from distances.
-            prepared: The `prepared` of an equal field, to avoid building the
-                hierarchy again. Kernels do not check its indices.
+            prepared: The attribute `prepared` of an equal field, so that the
+                hierarchy is not built again. Kernels do not check its indices.
 
         Raises:
             ValueError: A parameter is out of range.
@@ -99,7 +104,8 @@ class SphereToEllipsoidField(DistanceField):
             if not subtract_uncertainty:
                 kept = splat_W.with_uncertainty(None)
             solved = bisection_steps is None
-            # The revision's hash is slow, too: compute it in parallel.
+            # The hash of the revision takes long, too, so it is computed in
+            # parallel.
             prepared, _ = both(
                 lambda: prepare_solids(kept, n_sigma, min_opacity, solved),
                 lambda: splat_W.content_hash,
@@ -126,7 +132,7 @@ class SphereToEllipsoidField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that are expensive to compute, for the constructor."""
+        """Precomputed arrays for the argument `prepared` of an equal field."""
         tree = self._tree
         return {
             "wide": tree.wide,
@@ -147,7 +153,7 @@ class SphereToEllipsoidField(DistanceField):
 
     @property
     def num_splats(self) -> int:
-        """Number of splats that are opaque enough to count."""
+        """Number of splats with sufficient opacity."""
         return len(self._tree.records)
 
     def clearances(
@@ -157,7 +163,7 @@ class SphereToEllipsoidField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
             At most one row per sphere.
@@ -187,11 +193,12 @@ class SphereToEllipsoidField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Splats at or beyond this distance do not count [m].
+            max_distance: Splats at or beyond this distance are ignored [m].
 
         Returns:
-            Its index, shape (n,), int64, and the clearance to it, shape (n,)
-            [m]; -1 and inf if no splat is nearer than `max_distance`.
+            The index of the nearest splat, shape (n,), int64, and the clearance
+            to it, shape (n,) [m]. They are -1 and inf if no splat is nearer
+            than `max_distance`.
         """
         answer = self._answer(spheres, max_distance)
         place = answer[:, 0].astype(np.int64)

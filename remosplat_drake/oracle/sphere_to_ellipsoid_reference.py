@@ -1,7 +1,7 @@
-"""Slow reference of the sphere-to-ellipsoid distance: all pairs, bisection.
+"""Slow reference of the distance to ellipsoids, by bisection for all pairs.
 
-Unlike `sphere_to_ellipsoid.py`, it has no hierarchy, no bounds and no Newton
-steps. Tests and benchmarks compare the two.
+Unlike `sphere_to_ellipsoid.py`, this module uses no hierarchy, no bounds and no
+Newton steps. Tests and benchmarks compare the two modules.
 """
 
 import numpy as np
@@ -15,19 +15,22 @@ def nearest_splats(
     n_sigma: float = 1.0,
     chunk: int = 8,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Finds the nearest splat of each query point by trying them all.
+    """Finds the nearest splat of each query point by a search over all splats.
 
-    A splat's uncertainty, if it has one, is subtracted from its distance.
+    The uncertainty of a splat, if it has one, is subtracted from its distance.
 
     Args:
         splat_W: Discs or ellipsoids in W.
         p_WQ: Query points, shape (n, 3) [m].
-        n_sigma: Semi-axes of a splat in standard deviations.
-        chunk: Number of points in a pass, which limits the memory.
+        n_sigma: Length of a splat's semi-axes in standard deviations.
+        chunk: Number of query points that are processed together, which limits
+            the use of memory.
 
     Returns:
-        Signed distance less uncertainty (n,) [m], closest point p_WC (n, 3)
-        [m] and the index of the nearest splat (n,), the lowest one on a tie.
+        Three arrays: the signed distance minus the uncertainty, shape (n,) [m];
+        the closest point p_WC, shape (n, 3) [m]; and the index of the nearest
+        splat, shape (n,), which is the lowest index if several splats are
+        equally near.
     """
     distance = np.empty(len(p_WQ))
     p_WC = np.empty((len(p_WQ), 3))
@@ -60,17 +63,17 @@ def nearest_splats(
 def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
     """Computes closest surface points of centred ellipsoids and solid discs.
 
-    Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
-    Hyperellipsoid": with x_i = e_i^2 y_i / (T + e_i^2), bisect T until x is
-    on the surface.
+    The closest point is x_i = e_i^2 y_i / (T + e_i^2). T is computed by
+    bisection, such that x is on the surface (Eberly, "Distance from a Point to
+    an Ellipse, an Ellipsoid, or a Hyperellipsoid").
 
     Args:
         y: Points, shape (..., 3) [m].
-        semi_axes: Semi-axes, shape (..., 3) [m]; a zero third one makes a solid
-            disc.
+        semi_axes: Semi-axes, shape (..., 3) [m]. If the third is zero, the
+            shape is a filled disc.
 
     Returns:
-        Shape (..., 3) [m].
+        The closest points, shape (..., 3) [m].
     """
     y, e = np.broadcast_arrays(y, semi_axes)
     is_disc = e[..., 2] == 0
@@ -90,8 +93,9 @@ def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
         outside = np.sum(_ratio(n, t + shift) ** 2, -1, keepdims=True) > 1
         low, high = np.where(outside, t, low), np.where(outside, high, t)
     p = _ratio(n, t + shift)
-    # On the plane of the longer axes near the centre no root exists: the
-    # closest point leaves the plane along the (last) shortest axis.
+    # For a point in the plane of the two longer axes and near the centre, no
+    # root exists. The closest point is then outside this plane, along the
+    # shortest axis (the last of equally short axes).
     rest = 1 - np.sum(p**2, axis=-1)
     leaves = ~is_disc & (rest > 0) & (high[..., 0] < 1) & _none_along(n, shift)
     last = 2 - np.argmax(shift[..., ::-1] == 0, axis=-1)
@@ -104,19 +108,19 @@ def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
 
 
 def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Returns the quotient, and 0 where a is 0."""
+    """Returns the quotient a / b, or 0 where a is 0."""
     return np.divide(a, b, out=np.zeros_like(a), where=a > 0)
 
 
 def _none_along(n: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """True where y has no component along any shortest axis."""
+    """Whether y has no component along any of the shortest axes."""
     return np.all((shift > 0) | (n == 0), axis=-1)
 
 
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Packs splats as `prepared_solids.splat_records` does."""
+    """Returns splats in the form of `prepared_solids.splat_records`."""
     index = np.flatnonzero(splat_W.opacities >= min_opacity)
     scales = splat_W.scales[index]
     semi_axes = np.zeros((len(index), 3))

@@ -1,15 +1,18 @@
-r"""`UncertainPlacement`: a map with an uncertain pose relative to the robot.
+r"""`UncertainPlacement`: a map whose pose relative to the robot is uncertain.
 
-If the base's pose is uncertain, so is the map's pose relative to the robot: the
-map is shifted by at most s and turned by at most t about the base's position. A
-point at the distance r from there is displaced by at most s + t r. So a sphere
-is nearer to the scene by at most
+If the pose of the robot's base is uncertain, the map's pose relative to the
+robot is uncertain, too. Let s be the largest position error and t the largest
+heading error of the base. Then the map is shifted by at most s, and turned by
+at most t about the base's position. A point at the distance r from the base is
+displaced by at most s + t r. So a sphere may be nearer to the scene than in the
+map by at most
 
     w = s + t r,
 
-with its lever arm r. So each sphere has its own margin, which is larger for a
-stretched arm. The margins are valid along a whole path, since the robot's
-motion relative to its start is known exactly; only the start is uncertain.
+where r is the sphere's horizontal distance from the base. So each sphere has
+its own margin, which is larger if the arm is stretched. The margins are valid
+along a whole path: the robot's motion relative to its start is known exactly,
+and only the start is uncertain.
 """
 
 import numpy as np
@@ -25,14 +28,15 @@ class UncertainPlacement(DistanceField):
     """A distance field for a robot with an uncertain base pose.
 
     The margin w of a sphere is subtracted from its distance to the map. The
-    result is divided by 1 + t, with the largest heading error t, since w
-    changes by t per metre. So the field stays 1-Lipschitz and conservative.
+    result is divided by 1 + t, where t is the largest heading error, since w
+    changes by at most t per metre. So the field remains 1-Lipschitz and
+    conservative.
     """
 
     def __init__(
         self, field: DistanceField, p_WB: np.ndarray, shift: float, turn: float
     ):
-        """Enlarges a map's obstacles.
+        """Makes a field that subtracts the margins from a map's distances.
 
         Args:
             field: The map.
@@ -48,22 +52,22 @@ class UncertainPlacement(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """The map without margins: safety does not depend on rollouts."""
+        """The map without margins, since safety does not depend on rollouts."""
         return self._field.for_look_ahead
 
     @property
     def for_planning(self) -> DistanceField:
-        """The map without margins: safety does not depend on planned paths."""
+        """The map without margins, since safety does not depend on planning."""
         return self._field.for_planning
 
     @property
     def surfaces(self) -> DistanceField | None:
-        """The surfaces of the map, if it has them."""
+        """The surfaces of the map; None if it has none."""
         return self._field.surfaces
 
     @property
     def placed(self) -> tuple[Packed, Misplacement] | None:
-        """The map's placement, with this uncertainty."""
+        """The compiled map, with the bounds of its placement error."""
         compiled = self._field.compiled
         if compiled is None:
             return None
@@ -83,7 +87,7 @@ class UncertainPlacement(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures clearances minus the uncertainty."""
+        """Measures clearances, reduced by the margins."""
         if not len(spheres):
             return self._field.clearances(spheres, max_distance)
         margin, scale = self.margin(spheres.p_WS), 1.0 + self._turn

@@ -1,4 +1,4 @@
-"""`UnknownSpaceField`: distance to space that no camera has seen."""
+"""`UnknownSpaceField`: distances to space that no camera has seen."""
 
 import hashlib
 from collections.abc import Mapping
@@ -25,22 +25,23 @@ from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 class UnknownSpaceField(DistanceField):
     """The exact signed distance to the unseen voxels of a grid, as one solid.
 
-    Space outside the grid is unseen, too. A sphere whose centre is in unseen
-    space has a negative distance, and its direction points away from the
-    nearest seen voxel. For a sphere, voxels with centres below its
+    Space outside the grid is unseen, too. If the centre of a sphere is in
+    unseen space, its distance is negative, and its direction points away from
+    the nearest seen voxel. For each sphere, voxels with centres below its
     `ignore_below` count as seen.
 
-    The result is exact and equals that of `unknown_space_reference`.
+    The result is exact, and equals that of `unknown_space_reference`.
 
     Args:
-        unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
+        unseen: Whether each voxel is unseen, shape (nx, ny, nz), bool.
         lower: Lower corner of the grid in W, shape (3,) [m].
         voxel: Edge length of a voxel [m].
-        prepared: The `prepared` of an equal field, to avoid computing the
-            octree again. Kernels do not check its indices.
+        prepared: The attribute `prepared` of an equal field, so that the octree
+            is not computed again. Kernels do not check its indices.
 
     Raises:
-        RemoSplatError: The grid is invalid, or no voxel of it was seen.
+        RemoSplatError: The grid is invalid, or none of its voxels has been
+            seen.
     """
 
     def __init__(
@@ -65,7 +66,8 @@ class UnknownSpaceField(DistanceField):
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
         grid = _prepare(unseen) if prepared is None else prepared
         for array in grid.values():
-            # Gives the arrays one type, so that the kernel is compiled once.
+            # The conversion gives all arrays the same type, so that the kernel
+            # is compiled only once.
             array.flags.writeable = False
         self._octree = VoxelOctree(
             grid["unseen"],
@@ -78,12 +80,12 @@ class UnknownSpaceField(DistanceField):
 
     @property
     def unseen(self) -> np.ndarray:
-        """Which voxels no camera has seen, shape (nx, ny, nz), bool."""
+        """Whether each voxel is unseen, shape (nx, ny, nz), bool."""
         return self._octree.unseen[1:-1, 1:-1, 1:-1]
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that are expensive to compute, for the constructor."""
+        """Precomputed arrays for the argument `prepared` of an equal field."""
         return {
             "unseen": self._octree.unseen,
             "children": self._octree.children,
@@ -106,7 +108,7 @@ class UnknownSpaceField(DistanceField):
 
         Args:
             spheres: The robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Raises:
             ValueError: A centre is not finite, or a radius or `ignore_below` is
@@ -141,12 +143,12 @@ def unknown_space_field(
     """Makes a distance field of unseen space.
 
     Args:
-        coverage: The seen space.
-        prepared: Arrays that an equal field has prepared; see
+        coverage: The space that cameras have seen.
+        prepared: The attribute `prepared` of an equal field; see
             `UnknownSpaceField`.
 
     Raises:
-        RemoSplatError: No voxel was seen.
+        RemoSplatError: No voxel has been seen.
     """
     unseen = coverage.state == UNSEEN
     return UnknownSpaceField(

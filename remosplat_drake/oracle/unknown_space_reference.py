@@ -1,4 +1,4 @@
-"""Slow reference of the distance to unseen voxels: tries all of them.
+"""Slow reference of the distance to unseen space, by search of all voxels.
 
 Tests compare `UnknownSpaceField` with it.
 """
@@ -11,12 +11,13 @@ from remosplat_drake.robot.sphere_model import Spheres
 def signed_distances(
     unseen: np.ndarray, lower: np.ndarray, voxel: float, spheres: Spheres
 ) -> np.ndarray:
-    """Measures distances to the boundary of unseen space over all voxels.
+    """Computes distances to the boundary of unseen space over all voxels.
 
-    One layer of unseen voxels around the grid represents all space outside.
+    A layer of unseen voxels around the grid represents all space outside the
+    grid.
 
     Args:
-        unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
+        unseen: Whether each voxel is unseen, shape (nx, ny, nz), bool.
         lower: Lower corner of the grid in W, shape (3,) [m].
         voxel: Edge length of a voxel [m].
         spheres: The n spheres, placed in W.
@@ -33,8 +34,8 @@ def signed_distances(
         solid = unseen.ravel() & (center[:, 2] >= spheres.ignore_below[i])
         gap = np.maximum(low - p_WS, p_WS - (low + voxel))
         distance = np.linalg.norm(np.maximum(gap, 0), axis=1)
-        # The voxel that contains the centre, or the nearest one if it is
-        # outside.
+        # This is the voxel that contains the centre, or the nearest voxel if
+        # the centre is outside the grid.
         home = solid[distance.argmin()]
         others = distance[~solid] if home else distance[solid]
         sign = -1 if home else 1

@@ -1,8 +1,8 @@
-"""Complete depth images of a sensor, fast enough for display (Numba).
+"""Renders complete depth images of a sensor, fast enough for display (Numba).
 
-The distance oracle makes no images, since it needs only the nearest pixel of
-each view. Images ignore the splats' uncertainty; apart from that, they equal
-those of `depth_rasterization_reference.render` in every pixel.
+The distance oracle renders no images, since it needs only the nearest pixel of
+each view. The images of this module ignore the splats' uncertainty. Apart from
+that, each pixel equals that of `depth_rasterization_reference.render`.
 """
 
 import dataclasses as dc
@@ -29,11 +29,11 @@ class SphereViews:
     """The six depth images from the centre of one robot sphere.
 
     Attributes:
-        images: Depth z and accumulated alpha, see `DepthImages`.
-        ranges: Distance of each pixel's point from the centre, shape
-            (6, r, r) [m]; inf where the pixel does not count.
+        images: Depth z and accumulated alpha of all pixels; see `DepthImages`.
+        ranges: Distance of each pixel's point from the centre, shape (6, r, r)
+            [m]; inf if the pixel does not count as a surface.
         p_WP: The pixels' points in W, shape (6, r, r, 3) [m]; not finite if the
-            pixel does not count.
+            pixel does not count as a surface.
         nearest: Row and column of each view's nearest pixel, shape (6, 2).
         p_WS: The sphere's centre, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
@@ -50,20 +50,20 @@ class SphereViews:
 
     @property
     def clearances(self) -> np.ndarray:
-        """Clearance of each view's nearest pixel, (6,) [m]; inf if none."""
+        """Clearance of each view's nearest pixel, (6,) [m]; inf without one."""
         view = np.arange(N_VIEWS)
         return self.ranges[view, *self.nearest.T] - self.radius
 
     @property
     def nearest_points(self) -> np.ndarray:
-        """Scene point of each view's nearest pixel in W, shape (6, 3) [m]."""
+        """Point of each view's nearest pixel in W, shape (6, 3) [m]."""
         return self.p_WP[np.arange(N_VIEWS), *self.nearest.T]
 
 
 def look_around(
     splat_W: GaussianSplat, sensor: DepthSensor, spheres: Spheres, i: int
 ) -> SphereViews:
-    """Renders the six views from sphere i of a splat in W."""
+    """Renders six depth views of a splat in W from the centre of sphere i."""
     p_WS, radius = spheres.p_WS[i], float(spheres.radius[i])
     R_WD = np.array(sensor.R_WD(spheres.R_WL)[i])
     images = render(splat_W, p_WS, R_WD, sensor, spheres.ignore_below[i])
@@ -97,7 +97,7 @@ def render(
     Arguments and result are those of `depth_rasterization_reference.render`.
     """
     rules = make_rules(sensor, splat_W.is_surfel)
-    # The corners of the far plane are the farthest points of all pixels.
+    # No point of a pixel is farther away than the corners of the far plane.
     largest = splat_W.scales.max(axis=1) * sensor.n_sigma
     offset = np.linalg.norm(splat_W.p_GK - p_WS, axis=1)
     reach = np.sqrt(3) * sensor.far / max(1 - rules.spread, 1e-9)
@@ -121,7 +121,7 @@ def render(
 
 @numpy_kernel
 def _fragments(records, rules, p_WV, R_WV):
-    """Returns a view's fragments in any order: pixel, depth z and alpha."""
+    """Returns a view's fragments (pixel, depth z, alpha) in any order."""
     pixels, depths, alphas = [0], [0.0], [0.0]
     resolution = rules.resolution
     for k in range(len(records)):
@@ -151,8 +151,8 @@ def _fragments(records, rules, p_WV, R_WV):
 def _ball_span(x, z, radius):
     """Returns the ray coordinates that bound the image of a ball at (x, z).
 
-    Seen along the other axis the ball is a disc; its tangents through the
-    camera enclose it. Empty if low > high.
+    In the projection along the other image axis, the ball is a disc, and its
+    tangents through the camera enclose it. The interval is empty if low > high.
     """
     distance = np.sqrt(x * x + z * z)
     if distance <= radius:
@@ -167,7 +167,7 @@ def _ball_span(x, z, radius):
 
 @numpy_kernel
 def _composite(pixel, z, alpha, rules, depth, accumulated):
-    """Fills median depth and alpha from fragments sorted by pixel and z."""
+    """Computes median depth and alpha from fragments, sorted by pixel and z."""
     first, n = 0, len(pixel)
     while first < n:
         clear, median, end = 1.0, z[first], first

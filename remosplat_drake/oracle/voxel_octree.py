@@ -1,27 +1,28 @@
-"""`VoxelOctree`: an octree of seen and unseen voxels of a grid."""
+"""`VoxelOctree`: an octree over the seen and unseen voxels of a grid."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 SEEN, UNSEEN = 0, 1
-"""Kinds of voxels, as columns of `VoxelOctree.children`."""
+"""Kinds of voxels, which are the columns of `VoxelOctree.children`."""
 
 
 class VoxelOctree(NamedTuple):
-    """A grid of unseen and seen voxels; the outermost are unseen.
+    """An octree over a grid of voxels; the outermost voxels are unseen.
 
-    A node of level l spans 2^l voxels along each axis; one of level 0 is a
-    voxel, and the only one of the highest level is the root.
+    A node of level l spans 2^l voxels along each axis. The nodes of level 0 are
+    the voxels, and the only node of the highest level is the root.
 
     Attributes:
-        unseen: Which voxels are unseen, shape (nx, ny, nz), bool.
-        children: For each node above level 0, the children with seen and with
-            unseen voxels, shape (m, 2), uint8. Bit 4 a + 2 b + c is set for
-            child (2 i + a, 2 j + b, 2 k + c) of node (i, j, k).
-        levels: For each level, the row of its first node in `children` and the
-            numbers of nodes along y and z, shape (n, 3); a level's rows are in
-            C order. Level 0 has no rows.
+        unseen: Whether each voxel is unseen, shape (nx, ny, nz), bool.
+        children: For each node above level 0, two bit masks of its children,
+            shape (m, 2), uint8: those that contain seen voxels, and those that
+            contain unseen voxels. Child (2 i + a, 2 j + b, 2 k + c) of node (i,
+            j, k) has bit 4 a + 2 b + c.
+        levels: For each level, the row of its first node in `children`, and the
+            numbers of its nodes along y and z, shape (n, 3). The rows of a
+            level are in C order. Level 0 has no rows in `children`.
         lower: Lower corner of the grid, shape (3,) [m].
         voxel: Edge length of a voxel [m].
     """
@@ -52,7 +53,7 @@ def child_masks(unseen: np.ndarray) -> np.ndarray:
     """Returns the `children` of an octree over a grid.
 
     Args:
-        unseen: Which voxels are unseen, shape (nx, ny, nz), bool.
+        unseen: Whether each voxel is unseen, shape (nx, ny, nz), bool.
     """
     there, rows = np.stack([~unseen, unseen], axis=-1), []
     while max(there.shape[:3]) > 1:

@@ -1,1 +1,1 @@
-"""Distances to splats on a CUDA device, in batches, equal to the CPU's."""
+"""Computes distances to splats on a CUDA device, like the CPU's fields."""

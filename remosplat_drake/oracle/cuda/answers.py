@@ -12,19 +12,20 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 NOTHING = 1e30
-"""Distances from this value on mean that there is no surface [m]."""
+"""A distance at or above this value means that there is no surface [m]."""
 
 
 def batch_answer(
     batch: SphereBatch, reach: "Tensor", direction_W: "Tensor"
 ) -> ClearanceBatch:
-    """Makes the result of a batch query, in the array type of its centres.
+    """Returns the result of a batch query, in the array type of its centres.
 
     Args:
         batch: The query.
-        reach: Distances from the centres, shape (c, n, k) [m]; `NOTHING` or
-            more where there is none.
-        direction_W: Directions, shape (c, n, k, 3).
+        reach: Distances from the sphere centres to the scene, shape (c, n, k)
+            [m]; at least `NOTHING` if there is no surface.
+        direction_W: Directions from the centres to the scene, shape (c, n, k,
+            3).
     """
     import torch
 

@@ -1,9 +1,10 @@
-"""Splats in clusters of 32 neighbours, for search on a GPU.
+"""Sorts splats into clusters of 32 neighbours, for search on a GPU.
 
-A warp of 32 threads tests the 32 boxes or splats of one node at a time, so each
-node of the hierarchy has 32 children, and needs no links to them. Splats are
-sorted along a space-filling curve, with large splats apart from small ones.
-Clusters are consecutive runs of this order: sorting is the whole construction.
+A warp of 32 GPU threads tests the 32 boxes or splats of one node in parallel.
+So each node of the hierarchy has 32 children, and no links to them are stored.
+Splats are sorted along a space-filling curve, and large splats separately from
+small ones. A cluster consists of 32 consecutive splats in this order, so the
+sort is the whole construction.
 """
 
 import ctypes
@@ -13,10 +14,11 @@ from collections.abc import Callable
 import numpy as np
 
 CLUSTER = 32
-"""Number of splats of a cluster, and of clusters of a group."""
+"""Number of splats in a cluster, and of clusters in a group."""
 
 _BITS = 20
-"""Bits of each coordinate along the curve: three coordinates fill 60."""
+"""Number of bits of each coordinate on the curve. Three coordinates take 60
+bits."""
 
 _SPREAD = (
     (32, 0x1F00000000FFFF),
@@ -25,18 +27,21 @@ _SPREAD = (
     (4, 0x10C30C30C30C30C3),
     (2, 0x1249249249249249),
 )
-"""Shifts and masks that put two empty bits between all bits of a number."""
+"""Shifts and masks that insert two zero bits between adjacent bits of a
+number."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Clusters:
-    """Splats in the order of a curve, and the boxes around them.
+    """Splats sorted along a space-filling curve, and bounding boxes of them.
 
     Attributes:
         records: Data of each splat for kernels, shape (N, 16), float32.
-        clusters: Boxes of 32 splats each, shape (K, 8), float32: lower corner,
-            height of the highest centre inside, upper corner, zero [m].
-        groups: Boxes of 32 clusters each, of the same shape (M, 8).
+        clusters: Bounding boxes of 32 splats each, shape (K, 8), float32. The
+            columns are the lower corner, the height of the highest splat centre
+            in the box, the upper corner, and zero [m].
+        groups: Bounding boxes of 32 clusters each, shape (M, 8), with the same
+            columns.
         order: The splats' indices in the order of the records, shape (N,),
             int32.
     """
@@ -61,10 +66,11 @@ class ClustersArgument(ctypes.Structure):
 
     @staticmethod
     def of(arrays, address: Callable) -> "ClustersArgument":
-        """Makes the argument from arrays or tensors like those of `Clusters`.
+        """Makes the argument from the arrays of `Clusters`, or from tensors.
 
         Args:
-            arrays: An object with the attributes of `Clusters`.
+            arrays: An object with the attributes of `Clusters`, as arrays or
+                tensors.
             address: Function that returns an array's address.
         """
         return ClustersArgument(
@@ -85,7 +91,7 @@ def make_clusters(
     Args:
         records: Data of each splat for kernels, shape (N, 16); the first three
             columns are its centre [m].
-        half: Half edges of the boxes around the splats, shape (N, 3) [m].
+        half: Half edges of each splat's bounding box, shape (N, 3) [m].
         index: The splats' indices, shape (N,).
     """
     center = records[:, :3]
@@ -110,17 +116,17 @@ def make_clusters(
 
 
 def curve_order(center: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Sorts splats along a Morton curve, those of similar size together.
+    """Sorts splats by size class, and then along a Morton curve.
 
-    A splat much larger than its neighbours would enlarge the box of its whole
-    cluster.
+    The sizes are separated, since a splat that is much larger than its
+    neighbours would enlarge the box of its whole cluster.
 
     Args:
         center: Centres, shape (N, 3) [m].
-        size: Sizes, shape (N,) [m].
+        size: Sizes of the splats, shape (N,) [m].
 
     Returns:
-        The splats' indices in that order, shape (N,).
+        The splats' indices in the sorted order, shape (N,).
     """
     if len(center) == 0:
         return np.zeros(0, np.int64)
@@ -145,7 +151,7 @@ def _reduced(function: np.ufunc, values: np.ndarray) -> np.ndarray:
 
 
 def _outwards(boxes: np.ndarray) -> np.ndarray:
-    """Rounds boxes outwards to single precision."""
+    """Rounds the corners of boxes outwards to single precision."""
     rounded = boxes.astype(np.float32)
     rounded[:, :3] = np.nextafter(rounded[:, :3], np.float32(-np.inf))
     rounded[:, 3:7] = np.nextafter(rounded[:, 3:7], np.float32(np.inf))
@@ -153,9 +159,10 @@ def _outwards(boxes: np.ndarray) -> np.ndarray:
 
 
 def split_positions(p_WS: np.ndarray) -> np.ndarray:
-    """Splits positions into sums of two triples of floats.
+    """Splits positions into sums of two vectors in single precision.
 
-    The difference from a nearby point then keeps single precision.
+    So the difference between a position and a nearby point can be computed to
+    the precision of a float.
 
     Args:
         p_WS: Positions, shape (..., 3) [m].

@@ -1,4 +1,4 @@
-"""`CudaDepthField`: exact distances from virtual depth views, on a GPU."""
+"""`CudaDepthField`: distances from virtual depth views, on a CUDA device."""
 
 import ctypes
 import dataclasses as dc
@@ -34,15 +34,16 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 SOURCE = "depth_views.cu"
-"""The kernel's source."""
+"""File name of the kernels' CUDA source."""
 
 LIGHT = 2.0**20
-"""log2 of the unit in which kernels count absorbed light."""
+"""Number of counts in which kernels express one unit of absorbed light.
+Absorbed light is the negative log2 of the transmittance."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""Largest number of pixels that a block draws, unless one row has more. The
-first number is for many views, the second if there are too few views to occupy
-all blocks."""
+"""Largest number of pixels that a thread block draws, unless one row has more.
+The second number is used if there are too few views to occupy all blocks, and
+otherwise the first."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
@@ -55,23 +56,24 @@ _MOST_OPAQUE = 0.999
 class CudaDepthField(DistanceField):
     """`DepthRasterizationField`, computed on a CUDA device.
 
-    Every ray's fragments are composited in their order along it, as
-    `DepthSensor` defines. Computation is in single precision: if the light
-    absorbed along a ray is within about 10^-6 of a threshold, another fragment
-    may be the median.
+    The fragments of each ray are composited in their order along the ray, as
+    `DepthSensor` defines. The computation uses single precision. So if the
+    light absorbed along a ray differs by less than about 10^-6 from a
+    threshold, the kernel may choose another fragment as the median.
 
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and the definition of a surface.
-        nearest_only: Return only the nearest view of each sphere (cheaper).
+        nearest_only: Whether only the nearest view of each sphere is returned,
+            which takes less time.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from
             distances.
-        prepared: The `prepared` of an equal field, to avoid sorting the splats
-            again. Kernels do not check these arrays.
+        prepared: The attribute `prepared` of an equal field, so that the splats
+            are not sorted again. Kernels do not check these arrays.
 
     Raises:
-        FieldError: The sensor has a low-pass filter, or an `alpha_cutoff` above
-            0.999.
+        FieldError: The sensor uses the low-pass filter, or its `alpha_cutoff`
+            exceeds 0.999.
         RemoSplatError: torch or a CUDA device is missing.
     """
 
@@ -127,7 +129,7 @@ class CudaDepthField(DistanceField):
 
     @property
     def settings(self) -> dict:
-        """The constructor's arguments except the splat, as plain values."""
+        """The constructor's arguments, except the splat, as JSON values."""
         return {
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
@@ -136,12 +138,12 @@ class CudaDepthField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that are expensive to compute, for the constructor."""
+        """Precomputed arrays for the argument `prepared` of an equal field."""
         return dict(vars(self._clusters))
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact, Lipschitz continuous distance to splats as solids."""
+        """The field of exact distances to splats as solids (Lipschitz)."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )
@@ -153,10 +155,10 @@ class CudaDepthField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
-            Up to six rows per sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere and then by view.
 
         Raises:
             ValueError: A centre is not finite, or a radius or `ignore_below` is
@@ -166,7 +168,7 @@ class CudaDepthField(DistanceField):
         reach = self._bound(asked[:, 3])
         rows = sphere_rows(asked[:, :3], reach, asked[:, 4])
         R_WD = self.sensor.R_WD(spheres.R_WL).astype(np.float32)
-        # One copy takes less time than two.
+        # One transfer of both arrays takes less time than two transfers.
         both = np.concatenate([rows.ravel(), R_WD.ravel()])
         on_device = to_device(both, self._scene.device).split(
             [rows.size, R_WD.size]
@@ -188,7 +190,7 @@ class CudaDepthField(DistanceField):
     def clearances_batch(
         self, batch: SphereBatch, max_distance: float = np.inf
     ) -> ClearanceBatch:
-        """Measures all configurations in one call; see `DistanceField`.
+        """Measures a batch of configurations; see `DistanceField`.
 
         There are six rows per sphere, one per view.
         """
@@ -206,11 +208,11 @@ class CudaDepthField(DistanceField):
         return batch_answer(batch, answer[..., 0], answer[..., 1:])
 
     def _bound(self, reach: np.ndarray) -> np.ndarray:
-        """Limits ranges to that of the far plane's corners."""
+        """Returns ranges, limited to the range of the far plane's corners."""
         return np.minimum(reach, self.sensor.far * math.sqrt(3))
 
     def _answer(self, rows: "Tensor", R_WD: "Tensor") -> "Tensor":
-        """Ranges and directions of the nearest pixels, (n, 6, 4)."""
+        """Returns ranges and directions of the nearest pixels, (n, 6, 4)."""
         import torch
 
         n, device = len(rows), rows.device
@@ -221,8 +223,8 @@ class CudaDepthField(DistanceField):
         few = n_views * self._rules.bands < 8 * self._blocks
         rules = self._rules_of_few if few else self._rules
         blocks = min(n_views * rules.bands, self._blocks)
-        # Keys of views (64 bits), keys of spheres (32 bits), and the work
-        # counter.
+        # The buffer contains the keys of the views (64 bits), the keys of the
+        # spheres (32 bits), and the work counter.
         keys = torch.full(
             (n_views + n // 2 + 1,), -1, dtype=torch.int64, device=device
         )
@@ -268,7 +270,7 @@ class CudaDepthField(DistanceField):
 
 
 class RulesArgument(ctypes.Structure):
-    """The settings of a `DepthSensor` for the kernel; see depth_views.cu."""
+    """Settings of a `DepthSensor` as an argument of depth_views.cu."""
 
     _fields_ = (
         ("resolution", ctypes.c_int),
@@ -294,16 +296,16 @@ class RulesArgument(ctypes.Structure):
         band: int = _BAND,
         room: int = _ROOM,
     ) -> "RulesArgument":
-        """Makes the rules of a sensor for discs or ellipsoids.
+        """Makes the argument from the settings of a sensor.
 
         Args:
             sensor: The views.
             is_surfel: Whether the splats are discs.
             nearest_only: Whether only a sphere's nearest view is computed.
-            uncertainty: The splats' largest uncertainty [m].
-            band: Largest number of pixels that a block draws, unless one row
-                has more.
-            room: Largest number of splats that a block lists at once.
+            uncertainty: The largest uncertainty of the splats [m].
+            band: Largest number of pixels that a thread block draws, unless one
+                row has more.
+            room: Largest number of splats in the list of a thread block.
         """
         r = sensor.resolution
         band_rows = math.ceil(r / math.ceil(r * r / band))
@@ -317,8 +319,8 @@ class RulesArgument(ctypes.Structure):
             nearest_only=nearest_only,
             median_light=median,
             opaque_light=opaque,
-            # Larger alphas are clamped to this limit, which does not change the
-            # result.
+            # The light of larger alphas is clamped to this limit, which does
+            # not change the result.
             most_light=max(median, opaque),
             near=sensor.near,
             far=sensor.far,
@@ -328,17 +330,17 @@ class RulesArgument(ctypes.Structure):
 
     @property
     def scratch_bytes(self) -> int:
-        """Shared memory of a block: pixels' bits, and stored fragments."""
+        """Shared memory of a block, for pixels and fragments [bytes]."""
         return 12 * self._words + 8 * _KEPT * _THREADS
 
     @property
     def list_bytes(self) -> int:
-        """Memory for a block's list of splats, and a key for each pixel."""
+        """Memory for a block's list of splats and its pixels' keys [bytes]."""
         return _LISTED_BYTES * self.room + 128 * self._words
 
     @property
     def _words(self) -> int:
-        """Number of words that hold a bit for each pixel of a band."""
+        """Number of 32-bit words that contain one bit per pixel of a band."""
         return math.ceil(self.band_rows * self.resolution / 32)
 
 
@@ -346,7 +348,7 @@ def check_sensor(sensor: DepthSensor) -> None:
     """Checks that the kernel supports the settings of a sensor.
 
     Raises:
-        FieldError: It does not.
+        FieldError: The kernel does not support a setting; the error names it.
     """
     if sensor.low_pass_filter:
         raise FieldError(
@@ -364,7 +366,7 @@ def check_sensor(sensor: DepthSensor) -> None:
 
 
 def view_clusters(splat_W: GaussianSplat, sensor: DepthSensor) -> Clusters:
-    """Sorts the splats that a sensor can see into clusters."""
+    """Sorts the splats that a sensor can see into `Clusters`."""
     seen, half = footprint_records(splat_W, sensor)
     index = seen[:, 15].astype(np.int64)
     records = np.zeros_like(seen)

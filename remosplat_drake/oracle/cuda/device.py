@@ -1,4 +1,4 @@
-"""Data of splats and queries on a CUDA device."""
+"""Copies data of splats and queries to a CUDA device."""
 
 from typing import TYPE_CHECKING
 
@@ -22,11 +22,13 @@ class DeviceClusters:
     """Copies of `Clusters` on a CUDA device.
 
     Attributes:
-        device: The device: torch's current one at construction.
-        multiprocessors: Number of its multiprocessors.
+        device: The CUDA device, which was torch's current device at
+            construction.
+        multiprocessors: Number of the device's multiprocessors.
         records: Copy of `Clusters.records`. The other arrays of `Clusters` are
             copied to attributes of the same names.
-        argument: The argument of kernels.
+        argument: The kernels' argument, which contains the addresses of the
+            copies.
     """
 
     def __init__(self, clusters: Clusters):
@@ -67,18 +69,18 @@ def to_device(array: np.ndarray, device: "torch.device") -> "Tensor":
 def sphere_rows(
     p_WS: np.ndarray, reach: np.ndarray, ignore_below: np.ndarray
 ) -> np.ndarray:
-    """Makes the rows that describe spheres for kernels.
+    """Makes the rows by which kernels read spheres.
 
     Args:
         p_WS: Centres, shape (n, 3) [m].
-        reach: Distances from the centres that a result must undercut, shape
-            (n,) [m].
+        reach: Distances from the centres below which kernels search for
+            surfaces, shape (n,) [m].
         ignore_below: Heights below which splats are ignored, shape (n,) [m].
 
     Returns:
         Split positions, reaches and heights, shape (n, 8), float32. Heights are
-        rounded up, which excludes the same splats, since heights of splats are
-        floats.
+        rounded up. They exclude the same splats as before, since the heights of
+        splats are single-precision numbers, too.
     """
     rows = np.empty((len(p_WS), 8), np.float32)
     rows[:, :6] = split_positions(p_WS)
@@ -93,11 +95,12 @@ def sphere_rows(
 def batch_rows(
     batch: SphereBatch, reach: np.ndarray, device: "torch.device"
 ) -> "Tensor":
-    """Makes the `sphere_rows` of a batch on a device, shape (c n, 8), float32.
+    """Makes the `sphere_rows` of a batch as a tensor, shape (c n, 8), float32.
 
     Args:
         batch: The spheres.
-        reach: As in `sphere_rows`, for the n spheres of each configuration.
+        reach: As in `sphere_rows`; the same for all configurations, shape (n,)
+            [m].
         device: The device.
 
     Raises:
@@ -120,14 +123,14 @@ def batch_rows(
 
 
 def on_host(array) -> np.ndarray:
-    """Returns an array or tensor as an array of doubles."""
+    """Returns an array or a tensor as a NumPy array in double precision."""
     if isinstance(array, np.ndarray):
         return array.astype(float)
     return array.detach().cpu().numpy().astype(float)
 
 
 def like(answer: "Tensor", asked) -> "np.ndarray | Tensor":
-    """Converts a tensor to the query's type: array, or tensor on a device."""
+    """Converts a tensor to the query's type: NumPy array or torch tensor."""
     if isinstance(asked, np.ndarray):
         return answer.cpu().numpy().astype(float)
     return answer.to(asked.device, asked.dtype)

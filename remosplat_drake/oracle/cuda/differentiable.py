@@ -1,4 +1,4 @@
-"""Distances that torch can differentiate with respect to sphere centres."""
+"""Makes distances that torch differentiates with respect to sphere centres."""
 
 from functools import cache
 from typing import TYPE_CHECKING
@@ -10,20 +10,20 @@ if TYPE_CHECKING:
 def differentiable(
     p_WS: "Tensor", distance: "Tensor", direction_W: "Tensor"
 ) -> "Tensor":
-    """Returns distances with their gradient with respect to sphere centres.
+    """Returns distances whose gradient with respect to centres torch computes.
 
     Args:
         p_WS: Centres, shape (c, n, 3) [m].
         distance: Distances, shape (c, n, k) [m].
-        direction_W: Directions towards the scene, shape (c, n, k, 3): minus
-            the gradient, zero for rows that do not exist.
+        direction_W: Directions towards the scene, shape (c, n, k, 3). They are
+            the negative gradient, and are zero for rows that do not exist.
     """
     return _distance().apply(p_WS, distance, direction_W)
 
 
 @cache
 def _distance():
-    """Returns the torch function for values that are already computed."""
+    """Returns the torch function, for distances that are already computed."""
     import torch
 
     class Distance(torch.autograd.Function):

@@ -1,8 +1,8 @@
-"""Compiles CUDA C++ at run time, and launches it on torch's stream.
+"""Compiles CUDA C++ at run time, and launches kernels on torch's stream.
 
-NVRTC, the compiler, is part of every CUDA build of torch, and every system with
-a GPU has the driver. So users need no nvcc, no C++ compiler and no other
-package. Compiled code is kept in the user's cache.
+The compiler NVRTC is part of every CUDA build of torch, and every system with
+an NVIDIA GPU has the driver. So users need neither nvcc nor a C++ compiler nor
+another package. Compiled code is kept in the user's cache.
 """
 
 import contextlib
@@ -44,7 +44,7 @@ class Program:
         handle = ctypes.c_int()
         self._call("cuDeviceGet", ctypes.byref(handle), device)
         self._context, self._module = _HANDLE(), _HANDLE()
-        # The same context as torch's.
+        # This is the same CUDA context as torch's.
         context = ctypes.byref(self._context)
         self._call("cuDevicePrimaryCtxRetain", context, handle)
         self._call("cuCtxSetCurrent", self._context)
@@ -68,7 +68,7 @@ class Program:
             threads: Number of threads of a block.
             arguments: ctypes values or structures, in the order of the kernel's
                 parameters.
-            shared_bytes: Size of the dynamic shared memory.
+            shared_bytes: Size of a block's dynamic shared memory.
         """
         import torch
 
@@ -85,7 +85,7 @@ class Program:
             *[ctypes.addressof(argument) for argument in arguments]
         )
         stream = torch.cuda.current_stream(self._device).cuda_stream
-        # A thread that has not used this device yet has no context.
+        # A CPU thread that has not used this device yet has no CUDA context.
         self._call("cuCtxSetCurrent", self._context)
         self._call(
             "cuLaunchKernel",
@@ -107,7 +107,7 @@ class Program:
 
 @cache
 def load_program(source: str, device: int) -> Program:
-    """Compiles and loads a source file once; see `Program`."""
+    """Returns the `Program` of a source file, which is loaded only once."""
     return Program(source, device)
 
 
@@ -117,7 +117,8 @@ def find_compiler() -> ctypes.CDLL | None:
 
     major = str(torch.version.cuda).split(".")[0]
     name = f"libnvrtc.so.{major}"
-    # NVRTC finds its second library by name, if that is already loaded.
+    # NVRTC finds its second library by its name if this library is already
+    # loaded.
     for path in _brought(f"libnvrtc-builtins.so.{major}"):
         with contextlib.suppress(OSError):
             ctypes.CDLL(str(path))
@@ -128,7 +129,7 @@ def find_compiler() -> ctypes.CDLL | None:
 
 
 def _brought(name: str) -> list[Path]:
-    """Returns the path of a library in NVIDIA's wheels; None if absent."""
+    """Returns the path of a library from NVIDIA's wheels; None if absent."""
     spec = importlib.util.find_spec("nvidia")
     folders = spec.submodule_search_locations if spec else None
     return [
@@ -173,12 +174,12 @@ def compile_source(
 
     Args:
         name: Name of the source, for messages.
-        source: Its text.
-        headers: Texts of the included files, by name.
-        capability: Compute capability of the device, 90 for 9.0.
+        source: Text of the source.
+        headers: Texts of the included files, keyed by name.
+        capability: Compute capability of the device; 90 means 9.0.
 
     Raises:
-        RemoSplatError: NVRTC is missing, or does not accept the source.
+        RemoSplatError: NVRTC is missing, or cannot compile the source.
     """
     nvrtc = find_compiler()
     if nvrtc is None:
@@ -200,13 +201,14 @@ def compile_source(
     nvrtc.nvrtcGetNumSupportedArchs(ctypes.byref(count))
     known = (ctypes.c_int * count.value)()
     nvrtc.nvrtcGetSupportedArchs(known)
-    # If the GPU is newer than the compiler, the driver translates the code.
+    # If the compiler does not support the GPU, it generates PTX code, which the
+    # driver translates.
     kind = "CUBIN" if capability in known else "PTX"
     arch = f"sm_{capability}" if kind == "CUBIN" else f"compute_{max(known)}"
     options = [
         f"--gpu-architecture={arch}".encode(),
         b"-std=c++17",
-        # Generic lambdas run on the device, too.
+        # This option allows generic lambdas in device code.
         b"--device-as-default-execution-space",
     ]
     failed = nvrtc.nvrtcCompileProgram(

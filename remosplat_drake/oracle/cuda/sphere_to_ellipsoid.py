@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 SOURCE = "nearest_splat.cu"
-"""The kernel's source."""
+"""File name of the kernel's CUDA source."""
 
 _THREADS = 128
 
@@ -37,18 +37,18 @@ _THREADS = 128
 class CudaSphereToEllipsoidField(DistanceField):
     """`SphereToEllipsoidField`, computed on a CUDA device.
 
-    Computation is in single precision: distances differ from the CPU's by a
-    relative error of about 10^-7. If two splats are equally near, the GPU and
-    the CPU may return different ones.
+    The computation uses single precision, so distances differ from the CPU's by
+    a relative error of about 10^-7. If two splats are equally near, the GPU and
+    the CPU may return different splats.
 
     Args:
         splat_W: The Gaussian splat, expressed in W.
-        n_sigma: Semi-axes of a splat in standard deviations.
+        n_sigma: Length of a splat's semi-axes in standard deviations.
         min_opacity: Splats below this opacity are ignored.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from
             distances.
-        prepared: The `prepared` of an equal field, to avoid sorting the splats
-            again. Kernels do not check these arrays.
+        prepared: The attribute `prepared` of an equal field, so that the splats
+            are not sorted again. Kernels do not check these arrays.
 
     Raises:
         RemoSplatError: torch or a CUDA device is missing.
@@ -91,7 +91,7 @@ class CudaSphereToEllipsoidField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that are expensive to compute, for the constructor."""
+        """Precomputed arrays for the argument `prepared` of an equal field."""
         return dict(vars(self._clusters))
 
     def clearances(
@@ -101,7 +101,7 @@ class CudaSphereToEllipsoidField(DistanceField):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
             At most one row per sphere.
@@ -127,14 +127,14 @@ class CudaSphereToEllipsoidField(DistanceField):
     def clearances_batch(
         self, batch: SphereBatch, max_distance: float = np.inf
     ) -> ClearanceBatch:
-        """Measures all configurations in one call; see `DistanceField`."""
+        """Measures a batch of configurations; see `DistanceField`."""
         reach = on_host(batch.radius) + max_distance
         rows = batch_rows(batch, reach, self._scene.device)
         answer = self._answer(rows).view(*batch.p_WS.shape[:2], 1, 8)
         return batch_answer(batch, answer[..., 0], answer[..., 4:7])
 
     def _answer(self, rows: "Tensor") -> "Tensor":
-        """Computes distances from the centres, vectors and directions."""
+        """Returns distances, vectors to closest points, and directions."""
         import torch
 
         n = len(rows)
@@ -161,7 +161,7 @@ class CudaSphereToEllipsoidField(DistanceField):
 def solid_clusters(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> Clusters:
-    """Sorts the splats of sufficient opacity, as solids, into clusters."""
+    """Sorts the splats of sufficient opacity into clusters of solids."""
     records, index = splat_records(splat_W, min_opacity, n_sigma)
     axes = records[:, 3:12].reshape(-1, 3, 3) * records[:, 12:15, None]
     half = np.sqrt(np.einsum("nki,nki->ni", axes, axes)) + records[:, 15:]

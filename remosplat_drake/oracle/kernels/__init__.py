@@ -1,4 +1,4 @@
-"""The compiled inner loops of the distance oracles, on plain arrays.
+"""Compiled inner loops of the distance oracles, which work on plain arrays.
 
-Tests compare each with a slow, readable reference.
+Tests compare each kernel with a slow, readable reference.
 """

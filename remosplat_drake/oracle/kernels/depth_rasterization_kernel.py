@@ -1,15 +1,18 @@
 """Finds the nearest pixels of depth views without rendering them (Numba).
 
-Only the smallest range of each view is computed. Fragments are stored in any
-order. An additional fragment can only move a median nearer, and only increase
-the accumulated alpha. So the smallest median of all complete pixels so far is
-an upper bound on the result. Splats are visited roughly from near to far, once
-for all six views of a sphere, until the remaining ones are beyond these bounds;
-fragments behind the bound are discarded. For splats that cover many pixels,
-only pixels of a coarse grid are drawn at first, and the others once the bounds
-are tight. At the end, some pixels may have a nearer median, but too little
-alpha from the stored fragments. Their rays are traced through the hierarchy,
-nearest first.
+The kernel computes only the range of the nearest pixel of each view. It stores
+fragments in any order. A pixel is complete when its fragments reach
+`alpha_cutoff` and its median is known. A further fragment can only move the
+median nearer and increase the accumulated alpha. So the smallest median of all
+complete pixels found so far is an upper bound on the view's result.
+
+Splats are visited roughly from near to far, once for all six views of a sphere,
+until all remaining splats are beyond the bounds of the views. Fragments behind
+a bound are discarded. Of splats that cover many pixels, at first only the
+pixels on a coarse grid are drawn; the other pixels are drawn when the bounds
+are tight. At the end, some pixels may have a nearer median than the bound, but
+too little alpha in the stored fragments. The rays of these pixels are traced
+through the hierarchy, in the order of their medians.
 """
 
 from heapq import heappop, heappush
@@ -64,8 +67,8 @@ from remosplat_drake.oracle.kernels.splat_drawing import (
 from remosplat_drake.splat.bvh import leaf_range
 
 _SETS = ALL_VIEWS + 1
-"""Number of sets of views. An item of the queue encodes a link of the hierarchy
-and a set: the link times this number, plus the set."""
+"""Number of sets of views. An item of the queue is the integer `link * _SETS +
+set`, which encodes a link of the hierarchy and a set of views."""
 
 
 @numpy_kernel
@@ -84,11 +87,11 @@ def nearest_pixels(
 ):
     """Finds the nearest pixels of the views of some spheres.
 
-    These are every `step`-th sphere, beginning with `first`. `splats`, `rules`
-    and `canvas` are the packed `Footprints`, `Rules` and `Canvas`. The results
-    are written into `reach`, ranges [m], and `pixel`, indices, both of shape
-    (n, 6). Views without a complete pixel nearer than the sphere's `bound` get
-    inf and -1.
+    The kernel processes every `step`-th sphere, beginning with `first`.
+    `splats`, `rules` and `canvas` are the packed `Footprints`, `Rules` and
+    `Canvas`. The results are written to `reach` (ranges [m]) and `pixel`
+    (indices), both of shape (n, 6). They are inf and -1 for a view without a
+    complete pixel nearer than the sphere's `bound`.
 
     Returns:
         The first sphere for which the canvas is too small; n or more if all
@@ -112,9 +115,9 @@ def nearest_pixels(
 
 @lean
 def _draw_near(splats, rules, canvas):
-    """Draws the splats that are nearer than the views' nearest pixels.
+    """Draws splats that are nearer than the views' nearest pixels.
 
-    Returns False if the canvas has no room for them.
+    Returns False if the canvas has no room for the splats.
     """
     queue = canvas.queue
     push(queue, -np.inf, ALL_VIEWS)
@@ -146,7 +149,7 @@ def _draw_all_waiting(splats, rules, canvas, part):
 
 @lean
 def _open_node(splats, rules, canvas, node, seen):
-    """Queues the children of a node that the views of a set need."""
+    """Queues the children of a node that any view of a set needs."""
     nearest, sets = views_of_boxes(
         splats, node, canvas.views, seen, canvas.limit, rules.spread
     )
@@ -165,7 +168,7 @@ def _open_node(splats, rules, canvas, node, seen):
 
 @lean
 def _open_leaf(splats, rules, canvas, leaf, seen):
-    """Draws the splats of a leaf that views of a set need."""
+    """Draws the splats of a leaf that any view of a set needs."""
     first, _ = leaf_range(leaf)
     center, is_seen = centers_in_leaf(splats, leaf, canvas.views)
     bounds, row = splats.bounds, splats.bounds.shape[1]
@@ -184,8 +187,8 @@ def _open_leaf(splats, rules, canvas, leaf, seen):
         canvas.views, center, radius, nearest, seen, canvas.limit
     )
     needed = places_of(is_seen & (sets > 0))
-    # The sets are stored in memory of their own, since drawing overwrites the
-    # canvas's other lanes.
+    # The sets are stored in separate memory, since drawing overwrites the other
+    # SIMD lanes of the canvas.
     write_lanes(canvas.sets, 0, sets)
     while needed:
         k = lowest_bit(needed)
@@ -201,9 +204,9 @@ def _open_leaf(splats, rules, canvas, leaf, seen):
 
 @lean
 def _draw_deferred(splats, rules, canvas):
-    """Draws the pixels of deferred splats that are not on the grid.
+    """Draws those pixels of deferred splats that are not on the grid.
 
-    Returns False if the canvas has no room for their fragments.
+    Returns False if the canvas has no room for the fragments.
     """
     for i in range(canvas.count[DEFERRED]):
         k, view = divmod(canvas.deferred[i], N_VIEWS)
@@ -214,7 +217,7 @@ def _draw_deferred(splats, rules, canvas):
 
 @helper
 def _complete(splats, rules, canvas):
-    """Traces the rays of pixels with a nearer median but too little alpha."""
+    """Traces rays of pixels with a nearer median, but too little alpha."""
     heap = [(np.inf, -1)]
     pixels = rules.resolution * rules.resolution
     for i in range(canvas.count[CANDIDATES]):
@@ -238,7 +241,7 @@ def _complete(splats, rules, canvas):
 
 @lean
 def _is_opaque(splats, rules, canvas, pixel):
-    """Whether all fragments of a pixel's ray reach the alpha cut-off."""
+    """Whether the accumulated alpha of a pixel's ray reaches `alpha_cutoff`."""
     views, layers, n = canvas.views, canvas.layers, rules.resolution
     view, pixel = divmod(pixel, n * n)
     x, y = layers.axis[EVERY, pixel % n], layers.axis[EVERY, pixel // n]

@@ -1,9 +1,9 @@
 """`DepthViews`: the six depth views of one sphere, for kernels (Numba).
 
-A set of views is an integer: bit v is 1 if the set contains view v. SIMD lanes
-contain floats, so there this integer is converted to a float. In the sensor's
-frame D, a view contains the points whose coordinate along its axis exceeds the
-magnitudes of both others.
+A set of views is an integer whose bit v is 1 if the set contains view v. SIMD
+lanes contain floats, so in lanes this integer is converted to a float. A view
+contains the points whose coordinate along the view's axis, in the sensor's
+frame D, exceeds the magnitudes of the two other coordinates.
 """
 
 from typing import NamedTuple
@@ -34,7 +34,7 @@ from remosplat_drake.splat.bvh import leaf_range
 ALL_VIEWS = 2**N_VIEWS - 1
 """The set of all views."""
 
-# The views in positive and negative direction of each axis of D.
+# Indices of the views along the positive and negative axes of D.
 _ALONG_X, _ALONG_Y, _ALONG_Z, _AGAINST_X, _AGAINST_Y, _AGAINST_Z = (
     int(np.argmax(R_DV[:, :, 2] @ axis)) for axis in [*np.eye(3), *-np.eye(3)]
 )
@@ -43,10 +43,10 @@ _ROOT_2 = np.sqrt(2.0)
 
 
 class DepthViews(NamedTuple):
-    """The six views of one sphere, placed by kernels.
+    """The six depth views of one sphere, which kernels place.
 
     Attributes:
-        p_WS: Camera centre of all of them, shape (3,) [m].
+        p_WS: Camera centre of all six views, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
         R_WV: Orientations of the views, shape (6, 3, 3).
         ignore_below: Splats with lower centres are ignored, shape (1,) [m].
@@ -59,7 +59,7 @@ class DepthViews(NamedTuple):
 
 
 def new_views() -> DepthViews:
-    """Makes views without a placement."""
+    """Makes six views whose poses are not set; `place_views` sets them."""
     return DepthViews(
         np.zeros(3), np.zeros((3, 3)), np.zeros((N_VIEWS, 3, 3)), np.zeros(1)
     )
@@ -83,20 +83,20 @@ def place_views(views, p_WS, R_WD, ignore_below):
 
 @inlined
 def views_of_boxes(splats, node, views, seen, limit, spread):
-    """Bounds the ranges in a node's children, and finds the views of each.
+    """Returns range bounds of a node's children, and the views that need them.
 
     Args:
         splats: The `Footprints`.
         node: Number of the node.
-        views: The views.
+        views: The `DepthViews`.
         seen: Set of the views that need the node.
         limit: Range beyond which fragments of each view are irrelevant, shape
             (6,) [m].
-        spread: Reach of the low-pass filter, see `Rules`.
+        spread: Reach of the low-pass filter; see `Rules.spread`.
 
     Returns:
-        Lower bounds of the ranges in the children [m], and for each child the
-        set of the views that need it, both as SIMD lanes.
+        Lower bounds of the ranges of fragments in the children [m], and for
+        each child the set of the views that need it. Both are SIMD lanes.
     """
     at, p = ROWS * WIDTH * node, views.p_WS
     x, hx = _middle(splats.wide, at, p[0])
@@ -119,7 +119,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
     )
     x, y, z = _in_sensor(R, x, y, z)
     ahead = magnitude(x) - hx, magnitude(y) - hy, magnitude(z) - hz
-    # Missing children have no height.
+    # Missing children have a box without height.
     height = lanes_from(splats.wide, at + 6 * WIDTH)
     nearest = where(height >= views.ignore_below[0], nearest, np.inf)
     return nearest, _views_beyond_sides(
@@ -129,7 +129,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
 
 @inlined
 def _middle(wide, at, p):
-    """Returns centres, as seen from p, and half lengths of intervals."""
+    """Returns the centres of intervals relative to p, and half lengths."""
     low = lanes_from(wide, at) - p
     high = lanes_from(wide, at + 3 * WIDTH) - p
     return 0.5 * (low + high), 0.5 * (high - low)
@@ -137,14 +137,14 @@ def _middle(wide, at, p):
 
 @inlined
 def views_of_balls(views, center, radius, nearest, seen, limit):
-    """Returns the sets of views that meet balls, as SIMD lanes.
+    """Returns the sets of the views that intersect balls, as SIMD lanes.
 
     Args:
-        views: The views.
+        views: The `DepthViews`.
         center: Vectors from the camera to the balls' centres in W, as a tuple
             of SIMD lanes [m].
-        radius: Their radii [m].
-        nearest: Lower bounds of the ranges in them [m].
+        radius: Radii of the balls [m].
+        nearest: Lower bounds of the ranges of fragments in the balls [m].
         seen: Set of the requested views.
         limit: Range beyond which fragments of each view are irrelevant, shape
             (6,) [m].
@@ -160,7 +160,7 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
 
 @inlined
 def _in_sensor(R, x, y, z):
-    """Turns a vector from W into the sensor."""
+    """Rotates a vector from frame W into the sensor's frame D."""
     return (
         R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
         R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
@@ -172,9 +172,9 @@ def _in_sensor(R, x, y, z):
 def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
     """Returns the views that boxes may intersect, as SIMD lanes.
 
-    A view contains the points that are farther ahead than to any side. The
-    boxes extend by `half` around p, in D, and `ahead` is their least distance
-    from the camera along each axis.
+    A view contains the points whose distance along its axis exceeds that to any
+    side. The boxes have the centre p and the half edges `half` in D. `ahead` is
+    their least distance from the camera along each axis.
     """
     beside_x = greatest(greatest(ahead[1], ahead[2]), 0.0)
     beside_y = greatest(greatest(ahead[2], ahead[0]), 0.0)
@@ -193,14 +193,14 @@ def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
 def _if_seen(view, farthest, beside, nearest, seen, limit):
     """Returns, for each box, the set of this view, or the empty set."""
     reach = limit[view] if (seen >> view) & 1 else -np.inf
-    # Infinite boxes give NaN here, and count as visible.
+    # Infinite boxes give NaN here, so they count as visible.
     reaches_in = ~(farthest < beside)
     return where(reaches_in & (nearest < reach), float(1 << view), 0.0)
 
 
 @inlined
 def views_beyond(limit, distance, seen):
-    """Returns the views of `seen` whose limit exceeds `distance`."""
+    """Returns the set of the views in `seen` whose limit exceeds `distance`."""
     for v in range(N_VIEWS):
         if distance >= limit[v]:
             seen &= ~(1 << v)
@@ -211,8 +211,9 @@ def views_beyond(limit, distance, seen):
 def children_on_ray(splats, node, views, ray_W, rules):
     """Returns the children that a ray meets between `near` and `far`, as bits.
 
-    Boxes are enlarged by the spread of the low-pass filter. A box also counts
-    if it is behind `far` by at most the uncertainty of its splats.
+    Boxes are enlarged by the spread of the low-pass filter. A child is also
+    returned if its box is behind `far` by at most the uncertainty of its
+    splats.
     """
     at = ROWS * WIDTH * node
     slack = in_all(0.0)
@@ -240,7 +241,7 @@ def children_on_ray(splats, node, views, ray_W, rules):
 
 @inlined
 def _interval(wide, at, axis, views):
-    """Children's lower and upper corners along an axis, from the camera."""
+    """Returns the corners of children along an axis, relative to the camera."""
     at += axis * WIDTH
     p = views.p_WS[axis]
     return lanes_from(wide, at) - p, lanes_from(wide, at + 3 * WIDTH) - p
@@ -248,16 +249,16 @@ def _interval(wide, at, axis, views):
 
 @inlined
 def centers_in_leaf(splats, leaf, views):
-    """Returns the positions of a leaf's splats, and which are not ignored.
+    """Returns the positions of a leaf's splats, and a mask of those to use.
 
     Args:
         splats: The `Footprints`.
-        leaf: Link of the leaf.
-        views: The views.
+        leaf: Link that encodes the leaf.
+        views: The `DepthViews`.
 
     Returns:
         Vectors from the camera to the splats' centres in W, as a tuple of SIMD
-        lanes [m], and a mask.
+        lanes [m], and a mask that is false for ignored splats.
     """
     first, end = leaf_range(leaf)
     p, row = views.p_WS, splats.bounds.shape[1]
@@ -282,6 +283,6 @@ def splats_on_ray(splats, leaf, views, ray_W, rules):
         radius = greatest(radius, rules.spread * root(square))
     along = x * ray_W[0] + y * ray_W[1] + z * ray_W[2]
     along = along * along / (ray_W[0] ** 2 + ray_W[1] ** 2 + ray_W[2] ** 2)
-    # Bound of the rounding error of the distance to the ray.
+    # This is a bound of the rounding error of the distance to the ray.
     slack = 1e-9 * square
     return places_of(is_seen & (square - along <= radius * radius + slack))

@@ -1,16 +1,17 @@
-"""Distance from a point to one ellipsoid or flat elliptic disc, in its frame.
+"""Computes the distance of a point from an ellipsoid or a flat elliptic disc.
 
-The closest point x of an ellipsoid with semi-axes e to a point y satisfies
-x_i = e_i^2 y_i / (T + e_i^2), where T is the one root that puts x on the
-surface (Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a
-Hyperellipsoid", the paper's reference). Scaled by the smallest semi-axis,
-with t = T / e_2^2 + 1, n_i = (e_i / e_2)^2 |y_i| / e_i and
-d_i = (e_i / e_2)^2 - 1, the root of
+All vectors are expressed in the frame of the ellipsoid, whose axes are its
+principal axes. For a point y, the closest point x on the surface of an
+ellipsoid with semi-axes e satisfies x_i = e_i^2 y_i / (T + e_i^2). Here T is
+the only root for which x is on the surface (Eberly, "Distance from a Point to
+an Ellipse, an Ellipsoid, or a Hyperellipsoid", the paper's reference). All
+quantities are scaled by the smallest semi-axis e_2: t = T / e_2^2 + 1, n_i =
+(e_i / e_2)^2 |y_i| / e_i and d_i = (e_i / e_2)^2 - 1. Then the root t of
 
     |p(t)| = 1,  p_i(t) = n_i / (t + d_i),  x_i = e_i p_i
 
-is well conditioned however flat, thin or far the ellipsoid is. Semi-axes are
-sorted, e_0 >= e_1 >= e_2; a disc has e_2 = 0 and its normal along axis 2.
+is well conditioned, even if the ellipsoid is flat, thin or far away. Semi-axes
+are sorted, e_0 >= e_1 >= e_2. A disc has e_2 = 0, and its normal is axis 2.
 `sphere_to_ellipsoid_reference.py` is the slow reference in NumPy.
 """
 
@@ -21,12 +22,13 @@ import numpy as np
 from remosplat_drake.base.kernels import helper
 
 CONVERGE = -1
-"""Value of `steps`: iterate to double precision instead of bisecting."""
+"""Value of `steps` that selects Newton's method to double precision, in place
+of bisection."""
 
 
 @helper
 def box_distance_squared(y, e) -> float:
-    """Squared distance from y to the box [-e, e] around the ellipsoid."""
+    """Returns the squared distance from y to the ellipsoid's box [-e, e]."""
     a = max(abs(y[0]) - e[0], 0.0)
     b = max(abs(y[1]) - e[1], 0.0)
     c = max(abs(y[2]) - e[2], 0.0)
@@ -35,7 +37,7 @@ def box_distance_squared(y, e) -> float:
 
 @helper
 def is_inside(y, e) -> bool:
-    """Whether y is inside the ellipsoid with semi-axes e, e_2 > 0."""
+    """Returns whether y is inside the ellipsoid with semi-axes e, e_2 > 0."""
     z0 = y[0] / e[0]
     z1 = y[1] / e[1]
     z2 = y[2] / e[2]
@@ -44,15 +46,15 @@ def is_inside(y, e) -> bool:
 
 @helper
 def closest_on_disc(y, e, steps):
-    """Closest point of the solid disc with semi-axes e_0, e_1.
+    """Returns the point of a filled disc that is closest to y.
 
     Args:
         y: The point in the disc's frame [m].
-        e: Semi-axes, e_2 unused [m].
-        steps: Bisection steps, or CONVERGE.
+        e: Semi-axes e_0 and e_1 of the disc; e_2 is not used [m].
+        steps: Number of bisection steps, or CONVERGE.
 
     Returns:
-        The distance, never negative, and the closest point [m].
+        The distance, which is never negative, and the closest point [m].
     """
     z0 = abs(y[0]) / e[0]
     z1 = abs(y[1]) / e[1]
@@ -69,15 +71,15 @@ def closest_on_disc(y, e, steps):
 
 @helper
 def closest_on_ellipsoid(y, e, steps):
-    """Closest surface point of the ellipsoid with semi-axes e.
+    """Returns the point on an ellipsoid's surface that is closest to y.
 
     Args:
         y: The point in the ellipsoid's frame [m].
         e: Semi-axes, e_0 >= e_1 >= e_2 > 0 [m].
-        steps: Bisection steps, or CONVERGE.
+        steps: Number of bisection steps, or CONVERGE.
 
     Returns:
-        The distance, negative inside, and the closest point [m].
+        The distance, which is negative inside, and the closest point [m].
     """
     z0 = abs(y[0]) / e[0]
     z1 = abs(y[1]) / e[1]
@@ -100,12 +102,12 @@ def closest_on_ellipsoid(y, e, steps):
 
 @helper
 def _unit_point(n0, n1, n2, d0, d1, inside, steps):
-    """The p of the module's equation for d_2 = 0, n_i >= 0.
+    """Returns the p of the module's equation, for d_2 = 0 and n_i >= 0.
 
-    If no t > 0 solves it (the point lies in the plane of the two longer axes,
-    near the centre), the closest point is outside that plane.
+    If y is in the plane of the two longer axes and near the centre, no t > 0
+    solves the equation. Then the closest point is outside this plane.
     """
-    # At `low` some p_i is 1 and none is larger, so |p| >= 1 there.
+    # At t = `low`, the largest p_i is 1, so |p| >= 1.
     low = max(n2, max(n1 - d1, n0 - d0), 0.0)
     if low <= 0.0:
         p0 = n0 / d0 if n0 > 0.0 else 0.0
@@ -126,10 +128,10 @@ def _unit_point(n0, n1, n2, d0, d1, inside, steps):
 
 @helper
 def _newton_root(n0, n1, n2, d0, d1, t) -> float:
-    """Newton's method on 1 / |p(t)| = 1, from a t below the root.
+    """Solves 1 / |p(t)| = 1 by Newton's method, from a t below the root.
 
     The left-hand side is concave and nearly linear in t (the secular equation
-    of trust-region methods), so no step overshoots and a few suffice.
+    of trust-region methods). So no step overshoots, and a few steps suffice.
     """
     for _ in range(100):
         i0 = 1.0 / (t + d0)
@@ -152,7 +154,7 @@ def _newton_root(n0, n1, n2, d0, d1, t) -> float:
 
 @helper
 def _bisected_root(n0, n1, n2, d0, d1, low, high, steps) -> float:
-    """The midpoint of the bracket after `steps` bisections."""
+    """Returns the midpoint of the bracket after `steps` bisections."""
     t = 0.5 * (low + high)
     for _ in range(steps):
         p0 = n0 / (t + d0)

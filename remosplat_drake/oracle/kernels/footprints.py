@@ -1,10 +1,12 @@
-"""`Footprints`: splats in depth views, as functions of the ray (Numba).
+"""`Footprints`: depth and weight of splats as functions of the ray (Numba).
 
-In a view, depth and weight of a splat are functions of the ray (x, y, 1) of a
-pixel. A disc has three linear forms A, B, C and its plane's height h with u = A
-/ C, v = B / C and depth h / C; the ray misses it where A^2 + B^2 > w C^2. That
-outline is a conic, whose rows and columns bound the pixels that must be tested.
-The same holds for ellipsoids.
+In a view, the depth and the weight of a splat are functions of a pixel's ray
+(x, y, 1). The weight is the squared Mahalanobis distance. A disc has three
+linear forms A, B and C of the ray, and the height h of its plane. At the point
+where the ray meets the plane, u = A / C, v = B / C, and the depth is h / C. The
+ray misses the disc if A^2 + B^2 > w C^2, with the weight w at which the disc
+ends. So the disc's outline is a conic, whose rows and columns bound the pixels
+that must be tested. The outline of an ellipsoid is a conic, too.
 """
 
 from typing import NamedTuple
@@ -30,40 +32,42 @@ from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 lean = register_jitable(no_cfunc_wrapper=True, error_model="numpy", _nrt=False)
-"""Numba decorator for helpers that create no arrays.
+"""Decorator of helpers that create no arrays.
 
-It omits the counting of references to arrays, which would take a tenth of a
-query's time.
+The compiled code does not count references to arrays, which would take a tenth
+of a query's time.
 """
 
 inlined = register_jitable(
     no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
 )
-"""Compiles a function as `lean` does, and inlines it, since its call would cost
-more than its work."""
+"""Decorator like `lean` that also inlines the function, because its call would
+take longer than its work."""
 
-# Pixels at an outline are tested one by one, so spans are widened by far more
-# than the rounding error [px].
+# Margin by which spans of pixels are widened [px]. It is much larger than the
+# rounding error. A wide margin changes no result, since pixels at an outline
+# are tested one by one.
 _MARGIN = 1e-6
 
 
 class Footprints(NamedTuple):
-    """The m visible splats, and a hierarchy over them.
+    """The m visible splats, and a bounding volume hierarchy of them.
 
     Attributes:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
-        wide: Boxes of the wide hierarchy, see `widen`.
-        children: The numbers of its children.
-        margins: Largest uncertainty below each child, shape (k, 8) [m]; empty
-            if none is subtracted.
-        records: The splats in leaf order, shape (m, 16), two cache lines each.
-            Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows that map W
-            to the splat's axes in standard deviations (a disc's third row is
-            its unit normal); 12 the opacity, 13 the squared Mahalanobis
-            distance at which the visible part ends, 14 the radius of the ball
-            around the visible part [m], 15 the uncertainty [m].
-        bounds: Data of each splat for the first test, shape (8, m + 8), padded
-            for SIMD lanes: columns 0 to 2, 9 to 11, 14 and 15 of the records.
+        wide: Boxes of the wide hierarchy; see `widen`.
+        children: Numbers of the children in the wide hierarchy; see `widen`.
+        margins: Largest uncertainty of the splats below each child, shape (k,
+            8) [m]; empty if uncertainties are not subtracted.
+        records: The splats in leaf order, shape (m, 16); each takes two cache
+            lines. Columns 0 to 2 are the centre in W [m]. Columns 3 to 11 are
+            the rows of the matrix that maps W to the splat's axes in standard
+            deviations; a disc's third row is its unit normal. Column 12 is the
+            opacity, and 13 the squared Mahalanobis distance at which the
+            visible part ends. Column 14 is the radius of the ball around the
+            visible part [m], and 15 the uncertainty [m].
+        bounds: Data of each splat for the first test: columns 0 to 2, 9 to 11,
+            14 and 15 of the records. Shape (8, m + 8), padded for SIMD lanes.
     """
 
     nodes: np.ndarray
@@ -75,11 +79,12 @@ class Footprints(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """The numbers of a `DepthSensor` that the kernels need.
+    """The settings of a `DepthSensor`, as numbers for kernels.
 
     Attributes:
         resolution: Number of pixels along a side of a view.
-        alpha_cutoff: Least accumulated alpha of a pixel that counts.
+        alpha_cutoff: Least accumulated alpha with which a pixel counts as a
+            surface.
         transmittance: Threshold of the median depth.
         near: Near plane [m].
         far: Far plane [m].
@@ -87,9 +92,10 @@ class Rules(NamedTuple):
         min_alpha: Fragments below this alpha are dropped.
         is_surfel: Whether the splats are discs.
         low_pass_filter: Whether the screen-space filter of 2DGS is used.
-        spread: Reach of the filter's footprint as a fraction of the centre's
-            distance.
-        nearest_only: Whether only a sphere's nearest view needs a result.
+        spread: Radius of the filter's footprint as a fraction of the distance
+            of the splat's centre.
+        nearest_only: Whether only the nearest view of each sphere needs a
+            result.
     """
 
     resolution: int
@@ -108,7 +114,7 @@ class Rules(NamedTuple):
 def make_rules(
     sensor: DepthSensor, is_surfel: bool, *, nearest_only: bool = False
 ) -> Rules:
-    """Makes the rules of a sensor for discs or ellipsoids."""
+    """Makes the `Rules` of a sensor for discs or ellipsoids."""
     dot = 2 * sensor.n_sigma / np.sqrt(FILTER_SCALE) / sensor.resolution
     return Rules(
         sensor.resolution,
@@ -126,7 +132,7 @@ def make_rules(
 
 
 def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
-    """Makes the footprints of a splat that is expressed in W."""
+    """Makes the `Footprints` of a splat that is expressed in W."""
     records, half = footprint_records(splat_W, sensor)
     center = records[:, :3]
     hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
@@ -138,11 +144,11 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
 
 
 def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
-    """Makes footprints from precomputed arrays, see `Footprints`.
+    """Makes `Footprints` from precomputed arrays.
 
     Args:
-        nodes: The nodes.
-        records: The records.
+        nodes: The array `Footprints.nodes`.
+        records: The array `Footprints.records`.
     """
     wide, children = widen(nodes, nodes.view(np.int32), WIDTH)
     bounds = np.zeros((8, len(records) + WIDTH))
@@ -157,13 +163,14 @@ def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
 def footprint_records(
     splat_W: GaussianSplat, sensor: DepthSensor
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes the visible part of each splat.
+    """Computes the records of all visible splats.
 
     Returns:
-        The records of all m visible splats, as in `Footprints` but with the
-        splat's index in column 15, shape (m, 16), in the order of the splats;
-        and half edges of the boxes around the visible part of each, shape (m,
-        3) [m].
+        Two arrays. The first has the records of the m visible splats in the
+        order of the splats, shape (m, 16). They are those of
+        `Footprints.records`, except that column 15 contains the splat's index.
+        The second has half edges of the boxes around the visible parts, shape
+        (m, 3) [m].
     """
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
@@ -193,13 +200,13 @@ def footprint_records(
 
 @inlined
 def nearest_range(rules, center, normal, radius):
-    """Computes lower bounds on the ranges at which a camera sees splats [m].
+    """Returns lower bounds of the ranges of splats from a camera [m].
 
     Args:
-        rules: The sensor's rules.
+        rules: The sensor's `Rules`.
         center: Vectors from the camera to the splats' centres in W, as a tuple
             of SIMD lanes [m].
-        normal: Normal of each disc in W, as a tuple of SIMD lanes.
+        normal: Unit normal of each disc in W, as a tuple of SIMD lanes.
         radius: Radius of the ball around the visible part of each splat [m].
     """
     x, y, z = center
@@ -227,19 +234,19 @@ def child_margins(splats, node):
 
 @inlined
 def whiten(p, axes, R_WV):
-    """Expresses a splat in a view's axes.
+    """Returns a splat's matrix and centre in a view's frame V.
 
-    The data are scalars of one splat, or SIMD lanes of eight splats.
+    The arguments are scalars of one splat, or SIMD lanes of eight splats.
 
     Args:
         p: Vector from the camera to the splat's centre in W, as a tuple [m].
-        axes: Rows that map W to the splat's axes in standard deviations (a
-            disc's third row is its unit normal), one after the other.
+        axes: The three rows, as nine values, that map W to the splat's axes in
+            standard deviations. A disc's third row is its unit normal.
         R_WV: Orientation of the view.
 
     Returns:
-        Fifteen values: rows that map V to the splat's axes, the centre mapped
-        by them, and the centre in V [m].
+        Fifteen values: the nine entries of the rows that map V to the splat's
+        axes, the splat's centre after this map, and the centre in V [m].
     """
     x, y, z = p
     center = (
@@ -267,15 +274,15 @@ def _in_view(R, a, b, c):
 
 @inlined
 def meet_plane(s):
-    """Turns a whitened disc into the forms of ray-plane intersection.
+    """Computes the linear forms A, B and C of a disc from its `whiten` values.
 
     Args:
-        s: See `whiten`.
+        s: The fifteen values that `whiten` returns.
 
     Returns:
-        Fifteen values, in the order of the input: the forms A, B and C in place
-        of the rows, the height of the plane in place of the mapped centre's
-        first coordinate, and the other values unchanged.
+        Fifteen values. The forms A, B and C replace the rows, and the height of
+        the plane replaces the first coordinate of the mapped centre. All other
+        values are those of `s`.
     """
     u, v, height = s[9], s[10], s[11]
     forms = (
@@ -291,11 +298,11 @@ def meet_plane(s):
 
 @inlined
 def project(records, k, rules, p_WV, R_WV):
-    """Expresses splat k in the ray coordinates of a view.
+    """Projects splat k into a view: returns the coefficients for `fragment`.
 
     Returns:
-        Fifteen numbers: for a disc the result of `meet_plane`, for an ellipsoid
-        the result of `whiten`.
+        Fifteen numbers: the result of `meet_plane` for a disc, and that of
+        `whiten` for an ellipsoid.
     """
     p = (
         records[k, 0] - p_WV[0],
@@ -310,7 +317,7 @@ def project(records, k, rules, p_WV, R_WV):
 
 @inlined
 def fragment(s, rules, x, y):
-    """Returns depth and weight of the projected splat s on a ray (x, y, 1).
+    """Returns depth and weight of a projected splat s on a ray (x, y, 1).
 
     Either the splat or the ray may consist of SIMD lanes.
     """
@@ -336,7 +343,7 @@ def fragment(s, rules, x, y):
 
 @inlined
 def fragment_alpha(z, weight, opacity, rules, shift=0.0):
-    """Returns the alpha of a fragment, 0 if it is not visible.
+    """Returns the alpha of a fragment; 0 if the fragment is not visible.
 
     `shift` is the uncertainty, subtracted from z [m].
     """
@@ -348,10 +355,10 @@ def fragment_alpha(z, weight, opacity, rules, shift=0.0):
 
 @inlined
 def is_within(z, weight, rules, shift):
-    """Returns whether a fragment is in its splat's outline and depth range.
+    """Returns whether a fragment is inside its splat's outline and depth range.
 
-    The depth range is that between the view's near and far plane. Arguments are
-    those of `fragment_alpha`, or SIMD lanes of them.
+    The depth range is between the view's near and far planes. The arguments are
+    those of `fragment_alpha`, as scalars or SIMD lanes.
     """
     return (
         (weight <= rules.n_sigma_squared)
@@ -364,7 +371,7 @@ def is_within(z, weight, rules, shift):
 def pixel_span(low, high, resolution):
     """Returns the first and last pixel of a row with centres in [low, high].
 
-    Both are whole numbers as floats, or SIMD lanes of them.
+    Both are integers, represented as floats or as SIMD lanes of floats.
     """
     half = resolution / 2
     first = round_up((greatest(low, -1.0) + 1) * half - 0.5 - _MARGIN)

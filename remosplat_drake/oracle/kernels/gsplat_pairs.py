@@ -1,8 +1,8 @@
-"""Broad phase on the GPU: pairs of discs and views (torch).
+"""Finds the pairs of a disc and a view in which it may be visible (torch).
 
-Tensors are float32 on one device. D is a sensor's frame, V that of one of its
-six views (OpenCV axes). A *camera* is the number 6 s + v, with the index s of
-the sphere and the index v of the view in `VIEWS`.
+Tensors are float32 on one device. D is the frame of a sensor, and V is the
+frame of one of its six views (OpenCV axes). A *camera* is the number 6 s + v,
+where s is the index of the sphere, and v the index of the view in `VIEWS`.
 """
 
 import math
@@ -22,28 +22,31 @@ VIEWS = np.concatenate(
 )
 """Indices in `R_DV` of the views along +x, +y, +z, -x, -y, -z of the sensor."""
 
-# Axis of the sensor that each axis of such a view follows, and its sign.
+# For each axis of each view in `VIEWS`: the parallel axis of the sensor, and
+# the sign of the direction.
 _AXES = np.abs(R_DV[VIEWS]).argmax(axis=1)
 _SIGNS = R_DV[VIEWS].sum(axis=1)
 
-# Rounding of distances that come from a matrix product [m].
+# Bound of the rounding error of distances that a matrix product computes [m].
 _SLACK = 2e-3
 
 
 class DiscTensors(NamedTuple):
-    """N discs of a splat in W, as tensors on the GPU.
+    """The N visible discs of a splat in W, as tensors on the GPU.
 
     Attributes:
-        frames_W: Columns (a, b, p) of each disc, shape (N, 3, 3): the two
-            axes of one standard deviation and the centre [m].
-        opacity: Peak opacities, shape (N,).
-        cut: Squared Mahalanobis distance at which the visible part ends, (N,).
-        radius: Radius of the ball around the visible part of each disc, (N,)
-            [m].
+        frames_W: Three columns (a, b, p) for each disc, shape (N, 3, 3): two
+            axes with a length of one standard deviation, and the centre [m].
+        opacity: Opacity at the centre of each disc, shape (N,).
+        cut: Squared Mahalanobis distance at which the visible part of each disc
+            ends, shape (N,).
+        radius: Radius of the ball around the visible part of each disc, shape
+            (N,) [m].
         uncertainty: Uncertainty of each disc, shape (N,) [m].
-        axes: Axis of D that each axis of a view is parallel to, (6, 3).
-        signs: 1 if the axis of the view points along that axis of D, -1 if it
-            points against it, (6, 3).
+        axes: Axis of D that is parallel to each axis of each view, shape (6,
+            3).
+        signs: 1 if the axis of the view has the direction of this axis of D, -1
+            if it has the opposite direction, shape (6, 3).
     """
 
     frames_W: "Tensor"
@@ -61,9 +64,10 @@ class Sensors(NamedTuple):
     Attributes:
         p_WS: Positions, shape (n, 3) [m].
         R_DW: Inverse orientations, shape (n, 3, 3).
-        ignore_below: Discs with lower centres are ignored, (n,) [m].
+        ignore_below: Discs with lower centres are ignored, shape (n,) [m].
         reach: Discs beyond this range are omitted, shape (n,) [m].
-        views: Which views to render, in the order of `VIEWS`, (n, 6) bool.
+        views: Whether each view is rendered, in the order of `VIEWS`, shape (n,
+            6), bool.
     """
 
     p_WS: "Tensor"
@@ -80,7 +84,8 @@ class Pairs(NamedTuple):
         camera: 6 times the sphere's index, plus the view's index in `VIEWS`,
             shape (P,).
         disc: Index of the disc, shape (P,).
-        frames_V: Columns (a, b, p) of the disc in the view, (P, 3, 3).
+        frames_V: Columns (a, b, p) of the disc in the view's frame, shape (P,
+            3, 3).
     """
 
     camera: "Tensor"
@@ -91,7 +96,7 @@ class Pairs(NamedTuple):
 def make_discs(
     splat_W: GaussianSplat, min_alpha: float, device: "torch.device"
 ) -> DiscTensors:
-    """Uploads the visible discs of a splat."""
+    """Copies the visible discs of a splat to the GPU."""
     import torch
 
     seen = np.flatnonzero(splat_W.opacities >= min_alpha)
@@ -127,7 +132,7 @@ def visible_pairs(
     sphere, disc = seen.nonzero().unbind(1)
     frames_W = discs.frames_W[disc]
     frames_W[:, :, 2] -= sensors.p_WS[sphere]
-    # Summed by hand: batches of small matrices are slow.
+    # The products are written out, since batches of small matrices are slow.
     R_DW = sensors.R_DW[sphere]
     frames_D = (R_DW[:, :, :, None] * frames_W[:, None]).sum(dim=2)
     p_D, radius = frames_D[:, :, 2], discs.radius[disc, None]

@@ -1,15 +1,15 @@
-"""Six depth views of many spheres at once, composited by gsplat on a GPU.
+"""Renders the six depth views of many spheres with gsplat on a GPU.
 
-`footprint` bounds each disc in its image. gsplat's public functions sort, tile
-and composite. A colour channel contains the *index* of the disc, so gsplat's
-"median" of this channel is the disc of the median depth. `nearest_pixels` then
-intersects this disc with the pixel's ray. The projection of gsplat is not used:
-it drops discs whose centre is behind the camera, and its bounds of discs that
-extend beside the camera are wrong.
+`footprint` bounds each disc in its image. gsplat's public functions then sort
+the discs, assign them to tiles, and composite them. A colour channel contains
+the *index* of the disc, so gsplat's "median" of this channel is the disc at the
+median depth. `nearest_pixels` intersects this disc with the pixel's ray. The
+projection of gsplat is not used, because it drops discs whose centre is behind
+the camera, and computes wrong bounds for discs that extend beside the camera.
 
 Tensors are float32 on one device. There are C images, one for each camera in
-use, and P pairs of a disc and an image (`gsplat_pairs`). V has OpenCV axes;
-rays are (x, y, 1).
+use, and P pairs of a disc and an image (`gsplat_pairs`). The frame V of a view
+has OpenCV axes, in which rays are (x, y, 1).
 """
 
 import math
@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 TILE = 8
 """Side length of the tiles that gsplat sorts and composites [px]."""
 
-# Position at which footprints of the screen-space filter reach no pixel [px].
+# Position that is so far outside the image that a footprint of the screen-space
+# filter reaches no pixel [px].
 _NOWHERE = 1e6
 
 
 class Rays(NamedTuple):
-    """The rays (x, y, 1) of an image's pixels, shape (resolution^2,) each."""
+    """Rays (x, y, 1) of pixels; each field has the shape (resolution^2,)."""
 
     x: "Tensor"
     y: "Tensor"
@@ -38,7 +39,7 @@ class Rays(NamedTuple):
 
 
 def make_rays(sensor: DepthSensor, device: "torch.device") -> Rays:
-    """Makes the rays of the pixels of a sensor's views, row by row."""
+    """Makes the rays of the pixels of a sensor's view, row by row."""
     import torch
 
     axis = torch.tensor(
@@ -49,14 +50,15 @@ def make_rays(sensor: DepthSensor, device: "torch.device") -> Rays:
 
 
 class Footprint(NamedTuple):
-    """Bounds of P discs in their images.
+    """Bounding boxes of P discs in their images.
 
     Attributes:
-        center: Middle of the bounding box, shape (P, 2) [px].
-        half: Half its sides, rounded up, shape (P, 2) [px]; 0 if unseen.
+        center: Centre of the bounding box, shape (P, 2) [px].
+        half: Half the sides of the bounding box, rounded up, shape (P, 2) [px];
+            0 if the disc is not visible.
         depth: Sort key of the discs in an image, shape (P,) [m].
-        plane: The disc's plane (n, n . p), shape (4, P): a ray meets it at
-            the depth n . p / (n . ray).
+        plane: The plane of each disc as (n, n . p), shape (4, P). A ray meets
+            the plane at the depth n . p / (n . ray).
         uncertainty: Uncertainty of the disc, shape (P,) [m].
     """
 
@@ -93,7 +95,8 @@ def footprint(
     half = ((high - low) / 2 * pixels).ceil()
     half *= (far_end >= sensor.near) & (near_end <= sensor.far + uncertainty)
     plane = _plane(axes, p)
-    # The depth of the centre, unless the centre is outside the image.
+    # The sort key is the depth of the centre, unless the centre is outside the
+    # image.
     depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
     depth = depth.clamp(near_end, far_end).clamp(min=sensor.near)
     return Footprint(
@@ -112,14 +115,14 @@ def _extent(axes, p, cut, sensor: DepthSensor) -> tuple["Tensor", ...]:
     z, reach = p[2], E_ii[2].sqrt()
     q_zz = E_ii[2] - z * z
     middle = (E_iz - p[:2] * z) / q_zz
-    # The products of p are cancelled analytically, so that small discs keep
-    # their precision.
+    # Products of the components of p cancel and are omitted, so that the bounds
+    # of small discs are precise.
     square = z * (E_ii[:2] * z - 2 * E_iz * p[:2]) + E_ii[2] * p[:2] ** 2
     square -= E_ii[:2] * E_ii[2] - E_iz * E_iz
     half = square.clamp(min=0).sqrt() / q_zz.abs()
     low, high = middle - half, middle + half
-    # For discs that extend behind the camera: the box around the part in front
-    # of it.
+    # If a disc extends behind the camera, these are the bounds of the part in
+    # front of the camera.
     is_before = z - reach > 1e-6
     size = E_ii[:2].sqrt()
     box_low, box_high = p[:2] - size, p[:2] + size
@@ -152,10 +155,10 @@ def render(
     rays: Rays,
     sensor: DepthSensor,
 ) -> tuple["Tensor", "NearestPixels"]:
-    """Renders the cameras that occur in any pair.
+    """Renders the cameras that occur in at least one pair.
 
     Returns:
-        Their numbers, shape (C,), and their nearest pixels.
+        The numbers of these cameras, shape (C,), and their nearest pixels.
     """
     used = pairs.camera.new_zeros(n_cameras)
     used[pairs.camera] = 1
@@ -190,8 +193,8 @@ def _composite(
     """Renders, with gsplat, the pair that contains the median of each pixel.
 
     Returns:
-        The pair and the accumulated alpha, (C, resolution^2) each; the pair is
-        undefined where alpha is 0.
+        The pair and the accumulated alpha of each pixel, both of shape (C,
+        resolution^2). The pair is undefined if alpha is 0.
     """
     import gsplat
     import torch
@@ -211,7 +214,8 @@ def _composite(
         gaussian_ids=image,
     )
     offsets = gsplat.isect_offset_encode(keys, n_images, tiles, tiles)
-    # Rows of K (a b p), up to scale: from (u, v, 1) to pixels.
+    # These are the rows of K (a b p), up to scale, which map (u, v, 1) to
+    # pixels.
     transforms = frames_V.clone()
     transforms[:, :2] += transforms[:, 2:]
     transforms[:, 2] /= r / 2
@@ -221,7 +225,8 @@ def _composite(
         transforms,
         index[:, None],
         opacity,
-        # Normals and gradients are unused: any numbers suffice.
+        # gsplat's normals and gradients are not used, so their values do not
+        # matter.
         frames_V.view(3, -1, 3)[0],
         frames_V.view(3, -1, 3)[0, :, :2],
         r,
@@ -235,7 +240,7 @@ def _composite(
 
 
 def _filter_centers(frames_V: "Tensor", sensor: DepthSensor) -> "Tensor":
-    """Centres of the screen-space filter, shape (P, 2) [px]."""
+    """Returns the centres of the screen-space filter, shape (P, 2) [px]."""
     if not sensor.low_pass_filter:
         return frames_V.new_full((len(frames_V), 2), _NOWHERE)
     p = frames_V[:, :, 2]
@@ -247,12 +252,13 @@ class NearestPixels(NamedTuple):
     """The nearest pixel of each of C images.
 
     Attributes:
-        range: Range of the pixel along its ray, shape (C,) [m]; inf where no
-            pixel counts.
-        pixel: Row-major index of the pixel, shape (C,).
-        open_range: Smallest range of all pixels with a median, including those
-            that do not count, shape (C,) [m]. If it is smaller than `range`,
-            further discs behind it could make that pixel count.
+        range: Range of the nearest pixel along its ray, shape (C,) [m]; inf if
+            no pixel counts as a surface.
+        pixel: Row-major index of the nearest pixel, shape (C,).
+        open_range: Smallest range of all pixels that have a median, including
+            those with too little alpha, shape (C,) [m]. If it is smaller than
+            `range`, discs behind this pixel's median could give the pixel
+            enough alpha.
     """
 
     range: "Tensor"
@@ -271,11 +277,12 @@ def nearest_pixels(
     """Intersects the pixels' rays with their median discs.
 
     Args:
-        frames_V: Columns (a, b, p) of the pairs' discs, shape (P, 3, 3).
-        bounds: Planes and uncertainties of the pairs' discs.
-        median: Pair that holds the median of each pixel, shape (C,
-            resolution^2).
-        alpha: Accumulated alpha, of the same shape.
+        frames_V: Columns (a, b, p) of the pairs' discs in V, shape (P, 3, 3).
+        bounds: The `Footprint` with planes and uncertainties of the pairs'
+            discs.
+        median: Index of the pair that contains the median of each pixel, shape
+            (C, resolution^2).
+        alpha: Accumulated alpha of each pixel, shape (C, resolution^2).
         rays: Rays of the pixels.
         sensor: The views.
     """
@@ -283,7 +290,7 @@ def nearest_pixels(
     z = height / (n_x * rays.x + n_y * rays.y + n_z)
     if sensor.low_pass_filter:
         z = _filtered_depth(frames_V[median], rays, z, sensor)
-    # A median outside these bounds does not count.
+    # A median outside these bounds does not count as a surface.
     seen = z >= sensor.near
     z = z - bounds.uncertainty[median] / rays.length
     seen &= z <= sensor.far

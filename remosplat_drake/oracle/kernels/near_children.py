@@ -1,8 +1,8 @@
-"""Finds the children of a node near a point, eight boxes at once (Numba).
+"""Finds the children of a node that are near a point, with SIMD (Numba).
 
-Numba rarely vectorises a loop over eight children. This module generates vector
-code, which the compiler turns into one instruction for eight numbers, or two
-for four each.
+Numba rarely vectorises a loop over eight children. This module generates code
+for vectors of eight numbers. The compiler translates each operation to one
+instruction, or to two if the processor's registers hold four numbers.
 """
 
 import numpy as np
@@ -18,15 +18,16 @@ _NONE = ir.Constant(_VECTOR, ir.Undefined)
 _FIRST = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
 
 _SLACK = np.float32(1.0 + 1e-5)
-"""Bound of the single-precision rounding error of a squared distance."""
+"""Bound of the relative rounding error of a squared distance in single
+precision."""
 
 
 @helper
 def node_address(wide, node) -> int:
-    """Returns the address of a node's boxes.
+    """Returns the memory address of a node's boxes.
 
     Args:
-        wide: Boxes of the hierarchy, as `widen` makes them.
+        wide: Boxes of the wide hierarchy, which `widen` returns.
         node: Number of the node.
     """
     return wide.ctypes.data + 4 * ROWS * WIDTH * node
@@ -40,7 +41,8 @@ def around(p):
         p: The coordinates.
 
     Returns:
-        For each coordinate, a number below and one above it.
+        For each coordinate, a number that is not greater and a number that is
+        not smaller.
     """
     down, up = np.float32(-np.inf), np.float32(np.inf)
     x, y, z = np.float32(p[0]), np.float32(p[1]), np.float32(p[2])
@@ -56,7 +58,7 @@ def around(p):
 
 @helper
 def raised(limit):
-    """Rounds a limit of squared distances up.
+    """Rounds a limit of squared distances up to single precision.
 
     Args:
         limit: The limit [m^2].
@@ -66,7 +68,7 @@ def raised(limit):
 
 @helper
 def lowered(floor):
-    """Rounds a floor's height down to single precision.
+    """Rounds the height of a floor down to single precision.
 
     Args:
         floor: The height [m].
@@ -82,21 +84,22 @@ def near_children(
 
     Args:
         typing: Numba's typing context.
-        address: Address of the node's boxes, see `node_address`.
+        address: Address of the node's boxes; see `node_address`.
         x: The point's x, rounded down; see `around`.
         x_above: The point's x, rounded up.
         y: The point's y, rounded down.
         y_above: The point's y, rounded up.
         z: The point's z, rounded down.
         z_above: The point's z, rounded up.
-        limit: Limit of squared distances, see `raised` [m^2].
-        floor: Least height of a child, see `lowered` [m].
-        squares: Output: the children's squared distances, eight numbers in
-            single precision.
+        limit: Limit of squared distances, rounded by `raised` [m^2].
+        floor: Least height of a child, rounded by `lowered` [m].
+        squares: Output: the squared distances of the children's boxes from the
+            point, eight numbers in single precision [m^2].
 
     Returns:
-        A bit for each child, set where its squared distance is at most the
-        limit and its height at least the floor.
+        An integer with a bit for each child. The bit is 1 if the child's
+        squared distance is at most the limit and its height is at least the
+        floor.
     """
     floats = (x, x_above, y, y_above, z, z_above, limit, floor)
     signature = types.int64(address, *floats, squares)
@@ -118,7 +121,8 @@ def _near_children(context, builder, signature, arguments):
     out = builder.inttoptr(arguments[9], _VECTOR.as_pointer())
     builder.store(square, out).align = 4
     limit, floor = numbers[6:]
-    # NaN marks a missing child: ordered comparisons are false.
+    # The box of a missing child is NaN, so ordered comparisons with it are
+    # false.
     is_near = builder.fcmp_ordered("<=", square, limit)
     is_high = builder.fcmp_ordered(">=", _row(builder, rows, 6), floor)
     bits = builder.bitcast(builder.and_(is_near, is_high), ir.IntType(WIDTH))

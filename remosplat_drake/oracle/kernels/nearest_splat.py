@@ -1,12 +1,14 @@
 """Finds the nearest splat of many points by branch and bound (Numba).
 
-All kernels here work on plain arrays. The splats are in leaf order, packed into
-48 bytes each, see `pack_solids`, so that maps of buildings fit into memory.
-Splats that may be the nearest are unpacked, see `solid`.
+The kernels of this module work on plain arrays. Splats are sorted in leaf
+order. Each splat is packed into 48 bytes (`pack_solids`), so that maps of whole
+buildings fit into memory. A query unpacks only those splats that may be the
+nearest (`solid`).
 
-A splat's uncertainty is subtracted from its distance; the query finds the least
-difference. The hierarchy's boxes are enlarged by the uncertainty on all sides,
-so the distance to a box is a lower bound for the splats in it.
+The uncertainty of a splat is subtracted from its distance, and the query finds
+the smallest difference. The hierarchy's boxes are enlarged by the uncertainty
+on all sides. So the distance to a box is a lower bound of the differences of
+the splats in it.
 """
 
 import math
@@ -41,25 +43,26 @@ from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.splat.bvh import leaf_range
 
 _SLACK = 1.0 + 1e-12
-"""Margin of comparisons with bounds, so that rounding excludes no splat."""
+"""Relative margin of comparisons with bounds, so that rounding excludes no
+splat."""
 
 _ROUNDED_UP = 1.0 + 1e-15
-"""Factor that covers the rounding of an uncertainty."""
+"""Factor by which uncertainties are enlarged, so that rounding reduces none."""
 
 _CHUNK = 8
 """Number of consecutive spheres that one thread processes."""
 
 
 class SplatTree(NamedTuple):
-    """The splats and the hierarchy that a query searches.
+    """The splats and the wide hierarchy that a query searches.
 
     Attributes:
         wide: Boxes of the wide hierarchy, see `widen`.
-        children: The numbers of its children.
-        records: Splats in leaf order, see `pack_solids`, shape (N, 12).
-        order: Their indices in the splat, shape (N,).
-        n_sigma: Semi-axes in standard deviations.
-        is_surfel: Whether the splats are discs, not ellipsoids.
+        children: Numbers of the children in the wide hierarchy; see `widen`.
+        records: Splats in leaf order, packed by `pack_solids`, shape (N, 12).
+        order: Index in the map of each of these splats, shape (N,).
+        n_sigma: Length of a splat's semi-axes in standard deviations.
+        is_surfel: Whether the splats are discs; otherwise they are ellipsoids.
         steps: Number of bisection steps, or CONVERGE.
     """
 
@@ -78,12 +81,12 @@ def query(tree, spheres, answer):
 
     Args:
         tree: A `SplatTree`.
-        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
-            centre that a result must undercut, the height below which splats
-            are ignored [m], and the index of the sphere.
-        answer: Output, shape (n, 8): index of the splat in the records or -1,
-            signed distance from the centre minus the splat's uncertainty, p_WC
-            and n_W.
+        spheres: Queries, shape (n, 6). The columns are the centre p_WS, the
+            distance from the centre below which splats are searched, the height
+            below which splats are ignored [m], and the index of the sphere.
+        answer: Output, shape (n, 8). The columns are the index of the splat in
+            the records (-1 without a result), the signed distance from the
+            centre minus the splat's uncertainty, p_WC and n_W.
     """
     _query_range(tree, spheres, answer, 0, len(answer))
 
@@ -95,7 +98,7 @@ answers(SplatTree, query)
 def query_parallel(tree, spheres, answer):
     """Finds the nearest splat of every sphere, on several threads.
 
-    Arguments and answers are those of `query`.
+    The arguments and the results are those of `query`.
     """
     n = len(answer)
     for chunk in prange((n + _CHUNK - 1) // _CHUNK):
@@ -107,9 +110,9 @@ def query_parallel(tree, spheres, answer):
 def query_every_splat(records, is_surfel, steps, spheres, answer):
     """Finds the nearest splat of every sphere by trying all pairs.
 
-    The reference for `query`. The records are those of `open_solids`, sorted by
-    splat index, so that of several equally near splats the one with the lowest
-    index is found.
+    This is the reference of `query`. The records are those of `open_solids`,
+    sorted by the index of the splat. So if several splats are equally near, the
+    splat with the lowest index is found.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
@@ -141,7 +144,8 @@ def _query_range(tree, spheres, answer, start, stop):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
         floor = spheres[i, 4]
         best = (spheres[i, 3], -1, (0.0, 0.0, 0.0))
-        # Neighbouring spheres often share their splat, so try it first.
+        # Neighbouring spheres often have the same nearest splat, so the splat
+        # of the previous sphere is tried first.
         if place >= 0:
             best = _nearer(tree, place, p, floor, best)
         best = _descend(tree, p, floor, best, work)
@@ -154,7 +158,7 @@ def _query_range(tree, spheres, answer, start, stop):
 
 @helper
 def _descend(tree, p, floor, best, work):
-    """Visits boxes nearest first while they may hold a nearer splat."""
+    """Visits boxes, nearest first, if they may contain a nearer splat."""
     wide, children = tree.wide, tree.children
     waiting, bounds, squares = work
     x, x_up, y, y_up, z, z_up = around(p)
@@ -204,9 +208,9 @@ def _descend(tree, p, floor, best, work):
 
 @helper
 def _limit(distance) -> float:
-    """Returns the squared distance beyond which no box can hold a nearer splat.
+    """Returns the squared distance beyond which no box contains a nearer splat.
 
-    A negative distance occurs only in boxes that contain the point.
+    A negative distance occurs only inside of boxes that contain the point.
     """
     reach = max(distance, 0.0)
     return reach * reach * _SLACK
@@ -214,19 +218,20 @@ def _limit(distance) -> float:
 
 @helper
 def _nearer(tree, place, p, floor, best):
-    """Returns the nearer of the best splat so far and another.
+    """Returns the nearer of two splats: the nearest so far, and another one.
 
-    `best` holds its distance minus its uncertainty, its place, and the closest
-    point in its frame.
+    `best` describes the nearest splat so far: its distance minus its
+    uncertainty, its index in the records, and the closest point in its frame.
     """
     packed = tree.records[place]
     if packed[2] < floor:
         return best
     d = p[0] - packed[0], p[1] - packed[1], p[2] - packed[2]
     e, uncertainty = semi_axes(packed, tree.n_sigma), np.float64(packed[10])
-    # A large uncertainty limits the precision of small differences.
+    # If the uncertainty is large, the rounding error of the difference is
+    # large, too.
     reach = max(best[0] + uncertainty * _ROUNDED_UP, 0.0)
-    # A bounding ball excludes most distant splats without unpacking.
+    # A bounding ball excludes most distant splats, which are then not unpacked.
     ball = reach + tree.n_sigma * np.float64(packed[11])
     if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > _limit(ball):
         return best
@@ -239,7 +244,8 @@ def _nearer(tree, place, p, floor, best):
     distance -= uncertainty
     if distance < best[0]:
         return distance, place, x
-    # Ties go to the lowest index, regardless of the order of visits.
+    # Of equally near splats the one with the lowest index is chosen, so that
+    # the result does not depend on the order of visits.
     tie = distance == best[0] and best[1] >= 0
     if tie and tree.order[place] < tree.order[best[1]]:
         return distance, place, x
@@ -277,7 +283,7 @@ def _closest_on_splat(y, e, is_surfel, steps):
 
 @helper
 def _write_answer(splat, p, best, answer):
-    """Writes the answer for `best`, the result of `_nearer`."""
+    """Writes the result of a query from `best`, see `_nearer`."""
     y, e = _in_splat_frame(splat, p)
     x = best[2]
     n = _direction(y, x, e)
@@ -296,11 +302,11 @@ def _write_answer(splat, p, best, answer):
 
 @helper
 def _direction(y, x, e):
-    """Direction from y to the closest point x: minus the distance's gradient.
+    """Returns the direction from y to x: the distance's negative gradient.
 
-    All vectors are in the splat's frame. For a point y on the surface, x - y is
-    zero. The direction is then that of the ellipsoid's inward normal, or of the
-    disc's normal, axis 2.
+    All vectors are in the splat's frame, and x is the point of the splat
+    closest to y. If y is on the surface, x - y is zero. The direction is then
+    the inward normal of the ellipsoid, or axis 2, the normal of the disc.
     """
     u, v, w = x[0] - y[0], x[1] - y[1], x[2] - y[2]
     largest = max(abs(u), max(abs(v), abs(w)))
@@ -314,7 +320,7 @@ def _direction(y, x, e):
         largest = max(abs(u), max(abs(v), abs(w)))
     elif is_inside(y, e):
         largest = -largest
-    # Scaled first, since squares of denormal numbers underflow.
+    # The vector is scaled first, since squares of denormal numbers underflow.
     u, v, w = u / largest, v / largest, w / largest
     length = math.sqrt(u * u + v * v + w * w)
     return u / length, v / length, w / length

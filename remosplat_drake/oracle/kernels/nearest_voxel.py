@@ -1,7 +1,8 @@
-"""Finds in an octree the seen or unseen voxel nearest to each point.
+"""Finds the seen or unseen voxel of an octree that is nearest to a point.
 
-Nodes are visited depth first, nearest child first. Nodes without a voxel of the
-requested kind, or farther than the best voxel, are skipped.
+Nodes are visited depth first, and the nearest child of a node first. A node is
+skipped if it contains no voxel of the requested kind, or if it is farther than
+the nearest voxel found so far.
 """
 
 import math
@@ -19,12 +20,12 @@ def query(grid, spheres, answer):
 
     Args:
         grid: The grid, a `VoxelOctree`.
-        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
-            centre that a result must undercut, and the height below which
-            voxels, by their centres, count as seen [m]; the last column is not
-            used.
-        answer: Output, shape (n, 8): 1, or -1 without a result; signed distance
-            from the centre, p_WC and n_W.
+        spheres: Queries, shape (n, 6). The columns are the centre p_WS, the
+            distance from the centre below which the boundary is searched, and
+            the height below which voxels, by their centres, count as seen [m].
+            The last column is not used.
+        answer: Output, shape (n, 8). The columns are 1 (-1 without a result),
+            the signed distance from the centre, p_WC and n_W.
     """
     nx, ny, nz = grid.unseen.shape
     # Each level adds at most seven nodes to the stack.
@@ -39,8 +40,8 @@ def query(grid, spheres, answer):
         j = _level(p[1], grid.lower[1], grid.voxel, ny)
         k = _level(p[2], grid.lower[2], grid.voxel, nz)
         if k >= first and grid.unseen[i, j, k]:
-            # Space below the floor counts as seen, so the floor also bounds
-            # unseen space.
+            # Space below the floor counts as seen, so the floor is a boundary
+            # of unseen space, too.
             start = np.inf, (-1, -1, -1)
             if first > 0:
                 start = _square(grid, p, i, j, first - 1), (i, j, first - 1)
@@ -57,7 +58,7 @@ answers(VoxelOctree, query)
 
 @helper
 def _level(x, lower, voxel, count):
-    """Returns the voxel at a coordinate along an axis, clamped to the grid."""
+    """Returns the index of the voxel at a coordinate, clamped to the grid."""
     return int(min(max(math.floor((x - lower) / voxel), 0.0), count - 1.0))
 
 
@@ -71,19 +72,20 @@ def _first_level(grid, floor):
 
 @helper
 def _nearest(grid, p, first, kind, best, nodes, squares):
-    """Returns the nearest voxel of a kind, at or above a given z index.
+    """Returns the voxel of a kind that is nearest to a point.
 
     Args:
         grid: The grid.
         p: The point.
-        first: Voxels below this index along z do not count.
+        first: Smallest index along z; voxels below it are ignored.
         kind: The kind.
-        best: Squared distance to undercut, and the voxel to return if none
-            does.
-        nodes: Memory for nodes to visit: level and three indices.
-        squares: Memory for the squared distances to their boxes.
+        best: Squared distance below which voxels are searched, and the voxel
+            that is returned if there is none.
+        nodes: Memory for the nodes to visit, each as a level and three indices.
+        squares: Memory for the squared distances to the boxes of these nodes.
     """
-    # Read once: inside the loop, this read takes a third of the time.
+    # This value is read before the loop, in which the read would take a third
+    # of the time.
     children, levels, voxel = grid.children, grid.levels, grid.voxel
     x, y, z = p[0] - grid.lower[0], p[1] - grid.lower[1], p[2] - grid.lower[2]
     least_z = max(first * voxel - z, 0.0) ** 2
@@ -126,9 +128,9 @@ def _nearest(grid, p, first, kind, best, nodes, squares):
 
 @helper
 def _halves(x, half):
-    """Returns which half of [0, 2 half] is nearer, and both squared distances.
+    """Returns the index of the nearer half of [0, 2 half], and two distances.
 
-    The first distance is that of the nearer half.
+    The distances are squared; the first is that of the nearer half.
     """
     if x < half:
         return 0, max(-x, 0.0) ** 2, (half - x) ** 2
@@ -137,14 +139,14 @@ def _halves(x, half):
 
 @helper
 def _square(grid, p, i, j, k):
-    """Squared distance from a point to a voxel, 0 inside it."""
+    """Returns the squared distance from a point to a voxel; 0 inside."""
     x, y, z = _gap(grid, p, 0, i), _gap(grid, p, 1, j), _gap(grid, p, 2, k)
     return x * x + y * y + z * z
 
 
 @helper
 def _gap(grid, p, axis, index):
-    """Returns the distance to a voxel along an axis, 0 inside it [m]."""
+    """Returns the distance to a voxel along an axis; 0 inside [m]."""
     low = grid.lower[axis] + index * grid.voxel
     high = grid.lower[axis] + (index + 1) * grid.voxel
     return max(low - p[axis], p[axis] - high, 0.0)
@@ -152,10 +154,10 @@ def _gap(grid, p, axis, index):
 
 @helper
 def _write_answer(grid, p, found, sign, limit, answer):
-    """Writes the point of a voxel that is nearest to p.
+    """Writes the result of a query: the point of a voxel closest to p.
 
-    On the boundary, where the direction is undefined, it follows from the
-    voxel's centre.
+    If p is on the boundary, the difference of the points is zero, and the
+    direction is computed from the voxel's centre.
     """
     if found[0] < 0:
         return

@@ -1,7 +1,8 @@
 """A queue of tree nodes, approximately ordered by key (Numba).
 
-Keys are sorted into buckets of equal width. Within a bucket, the latest node
-comes first, so that successive nodes are near in memory.
+Nodes are sorted into buckets by their keys; all buckets have the same width.
+The node that was added last to a bucket is removed first, so that successive
+nodes are near in memory.
 """
 
 from typing import NamedTuple
@@ -12,8 +13,9 @@ from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import greatest, least
 
 BUCKETS = 64
-"""Number of buckets. With few, the order is too coarse; with many, empty
-buckets cost more than needless visits of nodes."""
+"""Number of buckets. If there are too few, the order is coarse, and nodes are
+visited unnecessarily. If there are too many, the search of empty buckets takes
+more time than these visits."""
 
 _SIZE, _BUCKET = range(2)
 
@@ -22,11 +24,12 @@ class NodeQueue(NamedTuple):
     """The queued nodes, with a fixed capacity.
 
     Attributes:
-        keys: Key of each node.
+        keys: Key of each node, for example a range [m].
         items: Number of each node, with data of the caller.
-        links: Place of the next node in the same bucket, -1 at the end.
-        first: Place of the first node of each bucket, -1 without one.
-        scale: Buckets per unit of the key, shape (1,).
+        links: Index of the next node in the same bucket; -1 at the end.
+        first: Index of the first node of each bucket; -1 if the bucket is
+            empty.
+        scale: Number of buckets per unit of the key, shape (1,).
         count: Number of nodes pushed so far, and the first bucket that may be
             non-empty.
     """
@@ -40,7 +43,7 @@ class NodeQueue(NamedTuple):
 
 
 def new_queue(room: int) -> NodeQueue:
-    """Makes a queue with room for a number of nodes."""
+    """Makes an empty queue with a given capacity."""
     return NodeQueue(
         keys=np.empty(room),
         items=np.empty(room, np.int64),
@@ -53,7 +56,7 @@ def new_queue(room: int) -> NodeQueue:
 
 @helper
 def clear(queue, limit):
-    """Empties a queue for keys up to a limit."""
+    """Empties a queue, and prepares it for keys up to a limit."""
     queue.first[:] = -1
     queue.scale[0] = BUCKETS / limit if limit > 0 else 0.0
     queue.count[_SIZE] = 0
@@ -64,11 +67,11 @@ def clear(queue, limit):
 def push(queue, key, item) -> bool:
     """Adds a node to the queue.
 
-    If nodes with larger keys were already removed, it is the next one to be
-    removed.
+    If nodes with larger keys have been removed before, this node is the next
+    one that is removed.
 
     Returns:
-        Whether there was room for it.
+        Whether the queue had room for the node.
     """
     place = queue.count[_SIZE]
     if place == len(queue.keys):
@@ -84,7 +87,7 @@ def push(queue, key, item) -> bool:
 
 @helper
 def pop(queue) -> int:
-    """Removes a node of the first bucket; returns its index, -1 for none."""
+    """Removes a node with a low key; returns its index, or -1 if empty."""
     bucket = queue.count[_BUCKET]
     while queue.first[bucket] < 0:
         bucket += 1

@@ -1,8 +1,9 @@
-"""Outlines of projected splats: bounds of their fragments in a view (Numba).
+"""Computes outlines of projected splats, which bound their fragments (Numba).
 
-An outline is a quadratic form of the ray (x, y, 1), <= 0 inside, with entries
-xx, xy, xz, yy, yz, zz; its rows and columns bound the pixels that must be
-tested. Splats and rows may be SIMD lanes.
+An outline is a quadratic form of the ray (x, y, 1) with the coefficients xx,
+xy, xz, yy, yz and zz. The form is <= 0 inside the outline. The rows and columns
+that the outline meets bound the pixels that must be tested. The functions also
+take several splats or rows as SIMD lanes.
 """
 
 from remosplat_drake.base.lanes import greatest, magnitude, root, where
@@ -11,7 +12,7 @@ from remosplat_drake.oracle.kernels.footprints import inlined
 
 @inlined
 def outline(s, rules, cut):
-    """Returns the outline of a projected splat: where its weight is `cut`."""
+    """Returns the outline on which a projected splat has the weight `cut`."""
     if rules.is_surfel:
         return (
             s[0] * s[0] + s[3] * s[3] - cut * (s[6] * s[6]),
@@ -21,8 +22,9 @@ def outline(s, rules, cut):
             s[1] * s[2] + s[4] * s[5] - cut * (s[7] * s[8]),
             s[2] * s[2] + s[5] * s[5] - cut * (s[8] * s[8]),
         )
-    # A line is as far from the origin as |center x ray| / |ray|. With inner
-    # products, rounding would dominate for thin ellipsoids.
+    # The distance of a line from the origin is computed as |center x ray| /
+    # |ray|. If it were computed from inner products, rounding errors would
+    # dominate for thin ellipsoids.
     n = (
         s[10] * s[6] - s[11] * s[3],
         s[10] * s[7] - s[11] * s[4],
@@ -46,16 +48,16 @@ def outline(s, rules, cut):
 
 @inlined
 def _product(s, i, j):
-    """Returns the inner product of the images of ray coordinates i and j."""
+    """Returns the inner product of columns i and j of the splat's matrix."""
     return s[i] * s[j] + s[3 + i] * s[3 + j] + s[6 + i] * s[6 + j]
 
 
 @inlined
 def near_outline(s, reach):
-    """Returns the region in which a disc's plane is nearer than `reach`.
+    """Returns the outline of the region where a disc's plane is within `reach`.
 
-    The range of the plane along a ray is height |ray| / C, with the height and
-    the form C of `footprints`.
+    The range of the plane along a ray is height |ray| / C. The module
+    `footprints` defines the height and the form C.
     """
     square, height = reach * reach, s[9] * s[9]
     return (
@@ -72,13 +74,13 @@ def near_outline(s, reach):
 def row_span(s, rules, conic):
     """Returns the first and last image row y that an outline meets."""
     xx, xy, xz, yy, yz, zz = conic
-    # Rows whose columns have a discriminant >= 0.
+    # These are the rows in which the quadratic form has a discriminant >= 0.
     a, b, c = xx * yy - xy * xy, xx * yz - xy * xz, xx * zz - xz * xz
     if not rules.is_surfel:
         low, high = _quadratic_span(a, b, c, 0.0)
         return where(xx > 0, low, -1.0), where(xx > 0, high, 1.0)
-    # A branch of a hyperbola that opens along x is convex, and widest where it
-    # leaves the image.
+    # A branch of a hyperbola that opens along x is convex. Its width is largest
+    # at the edge of the image.
     x = where(s[9] * s[6] > 0, 1.0, -1.0)
     is_closed = xx > 0
     return _quadratic_span(
@@ -91,7 +93,7 @@ def row_span(s, rules, conic):
 
 @inlined
 def column_span(s, rules, conic, y):
-    """Returns the columns x of row y inside an outline; empty if low > high."""
+    """Returns the interval of x inside an outline in row y; may be empty."""
     xx, xy, xz, yy, yz, zz = conic
     return _quadratic_span(
         xx,
@@ -105,9 +107,10 @@ def column_span(s, rules, conic, y):
 def _quadratic_span(tt, t, one, side):
     """Returns an interval that contains all x with tt x^2 + 2 t x + one <= 0.
 
-    If tt < 0, the solutions are two half-lines: one before and one behind the
-    camera. `side` > 0 selects the upper one, < 0 the lower one; 0, and forms
-    that are linear up to rounding, give the whole image.
+    If tt < 0, the solutions are two half-lines: one in front of the camera and
+    one behind it. `side` > 0 selects the upper half-line, `side` < 0 the lower.
+    The interval is the whole image if `side` is 0, or if the form is linear up
+    to rounding.
     """
     square = t * t - tt * one
     half = root(greatest(square, 0.0))
@@ -118,7 +121,7 @@ def _quadratic_span(tt, t, one, side):
     has_low = is_real & (is_inner | is_upper)
     has_high = is_real & (is_inner | is_lower)
     low, high = where(has_low, low, -1.0), where(has_high, high, 1.0)
-    # A form that is positive everywhere has no inside.
+    # If the form is positive everywhere, the interval is empty.
     is_empty = is_inner & (square < 0)
     low, high = where(is_empty, 2.0, low), where(is_empty, -2.0, high)
     is_linear = magnitude(tt) <= 1e-9 * (magnitude(t) + magnitude(one))

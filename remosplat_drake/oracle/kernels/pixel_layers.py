@@ -1,7 +1,7 @@
-"""`PixelLayers`: all pixels of a view, and those of a coarse grid (Numba).
+"""`PixelLayers`: all pixels of a view, and the pixels of a coarse grid (Numba).
 
-Each layer numbers its rows and columns separately: these numbers are called
-places.
+A layer is a set of the view's rows and columns. It numbers its rows and columns
+separately; these numbers are called places.
 """
 
 from typing import NamedTuple
@@ -11,28 +11,31 @@ import numpy as np
 from remosplat_drake.base.lanes import WIDTH
 
 EVERY, GRID = range(2)
-"""The layers of a view: all pixels, and those of the coarse grid."""
+"""The two layers of a view: all pixels, and the pixels of the coarse grid."""
 
 _SPACING = 5
 """Number of pixels from one row or column of the grid to the next."""
 
 
 class PixelLayers(NamedTuple):
-    """The layers of a view: all its r x r pixels, and a coarse grid of them.
+    """The two layers of a view: its r x r pixels, and a coarse grid of them.
 
     Arrays are padded for SIMD lanes.
 
     Attributes:
-        axis: Ray coordinate of each place, shape (2, r + 8).
-        index: Row or column of the view at each place, shape (2, r + 8).
-        place: Place of each row or column, shape (2, r). If a layer lacks the
-            row or column, a very negative number, which no lane reaches.
-        place_from: First place at or after a row or column, shape (2, r + 1).
-        beside_grid: 1 for columns that are not the grid's, else 0, shape
-            (r + 8,).
-        length: Length of the ray (x, y, 1) of each pixel, row by row and layer
-            after layer.
-        length_from: Start of each row in `length`, shape (2, r).
+        axis: Ray coordinate at each place of both layers, shape (2, r + 8).
+        index: Row or column of the view at each place of both layers, shape (2,
+            r + 8).
+        place: Place of each row or column in both layers, shape (2, r). It is a
+            very negative number, which no lane reaches, if the layer lacks the
+            row or column.
+        place_from: First place at or after each row or column, shape (2, r +
+            1).
+        beside_grid: 1 for columns that are not in the grid, else 0, shape (r +
+            8,).
+        length: Length of the ray (x, y, 1) of each pixel, row by row, first of
+            the layer of all pixels and then of the grid.
+        length_from: Index in `length` at which each row begins, shape (2, r).
     """
 
     axis: np.ndarray
@@ -47,8 +50,8 @@ class PixelLayers(NamedTuple):
 def make_layers(resolution: int) -> PixelLayers:
     """Makes the layers of a view with resolution x resolution pixels."""
     every = np.arange(resolution)
-    # The grid reaches the edges, so that it covers every splat of many rows or
-    # columns.
+    # The grid includes the edges of the view, so that every splat that covers
+    # many rows or columns covers a grid pixel.
     grid = np.unique(
         np.linspace(0, resolution - 1, 1 + -(-resolution // _SPACING)).round()
     ).astype(np.int64)
@@ -73,7 +76,7 @@ def make_layers(resolution: int) -> PixelLayers:
 
 
 def _with_room(*rows: np.ndarray) -> np.ndarray:
-    """Stacks rows of different lengths, padded with zeros."""
+    """Stacks two rows of different lengths, which are padded with zeros."""
     table = np.zeros((len(rows), max(map(len, rows)) + WIDTH))
     for row, numbers in zip(table, rows, strict=True):
         row[: len(numbers)] = numbers

@@ -1,11 +1,12 @@
-"""Fragments of the pixels of six views, in runs of neighbours (Numba).
+"""Stores the fragments of pixels in six views, as runs of neighbours (Numba).
 
-A run holds the fragments of one splat in up to four neighbouring pixels of a
-row, so that a few instructions store it. A row's runs are a linked list.
+A run contains the fragments of one splat in up to four neighbouring pixels of a
+row, so that a few SIMD instructions store it. The runs of a row form a linked
+list.
 
-Pixels are numbered through all views: a pixel's number is the index of its view
-times the number of pixels of a view, plus its row-major index in the view. Rows
-are numbered in the same way.
+Pixels of all views are numbered consecutively. A pixel's number is the index of
+its view times the number of pixels of a view, plus the pixel's row-major index
+in the view. Rows are numbered in the same way.
 """
 
 from typing import NamedTuple
@@ -30,56 +31,57 @@ from remosplat_drake.oracle.kernels.pixel_layers import (
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING
 
 ROUNDING = 1e-9
-"""Bound on the difference, from rounding, of two products with the same factors
-in different orders."""
+"""Bound of the rounding error by which two products of the same factors, in
+different orders, may differ."""
 
 RUNS, CANDIDATES, DEFERRED = range(3)
 """Indices into `Canvas.count`."""
 
 PROJECTION_SIZE = 34
-"""Length of a projected splat, see `splat_drawing`."""
+"""Number of values of a projected splat; see `splat_drawing`."""
 
 
 class Canvas(NamedTuple):
-    """Scratch memory of one thread, reused from sphere to sphere.
+    """Working memory of one thread, which is used again for each sphere.
 
     Attributes:
-        views: The sphere's views.
-        layers: The pixels of a view.
-        best: Range of the nearest complete pixel of each view [m]; inf while
-            there is none.
-        best_pixel: Index of that pixel, -1 while there is none.
-        limit: Range limit of each view: fragments beyond it are not needed [m].
+        views: The `DepthViews` of the sphere.
+        layers: The `PixelLayers` of a view.
+        best: Range of the nearest complete pixel found so far in each view [m];
+            inf if there is none.
+        best_pixel: Index of this nearest pixel; -1 if there is none.
+        limit: Range beyond which fragments are not needed, for each view [m].
         count: Number of runs, of candidates, and of deferred splats.
-        light: For each pixel, the transmittance of all its kept fragments;
-            valid in rows with runs. For a pixel that is known to be opaque
-            enough, it is instead the transmittance of the fragments nearer than
-            the limit, with a negative sign.
-        latest: Latest run of each row, -1 without one.
+        light: Transmittance of all stored fragments of each pixel; valid in
+            rows that have runs. If the fragments of a pixel are known to reach
+            `alpha_cutoff`, the value is the negative transmittance of the
+            fragments nearer than the limit.
+        latest: Index of the latest run of each row; -1 if it has none.
         runs: Range [m] and alpha of each run's fragments, shape (room, 2, 4);
-            alpha 0 where there is none.
-        run_heads: The run before in the same row, the run's layer, and the
-            place of its first pixel there, shape (room, 3).
-        candidates: Pixels whose transmittance fell below the threshold of the
-            median.
-        order: Room to sort the fragments of a pixel.
-        deferred: Pairs of a splat and a view for which only the grid pixels are
-            drawn so far. A pair is stored as one number: the splat's place in
-            the records, times 6 (the number of views), plus the view.
-        ready: Number of splats that are collected for each view, to be drawn
-            together, shape (6,).
-        places: Places of the collected splats in the records, shape (6, 8).
+            alpha is 0 for a missing fragment.
+        run_heads: For each run, the previous run in the same row, the run's
+            layer, and the place of its first pixel in this layer, shape (room,
+            3).
+        candidates: Pixels whose transmittance has fallen below the threshold of
+            the median.
+        order: Memory in which the fragments of a pixel are sorted.
+        deferred: Pairs of a splat and a view for which only the grid pixels
+            have been drawn. A pair is stored as the integer 6 k + v, where k is
+            the splat's index in the records, and v the view.
+        ready: Number of splats that are collected for each view, shape (6,).
+            The splats of a view are drawn together.
+        places: Indices of the collected splats in the records, shape (6, 8).
         projections: Up to eight projected splats of one view, in SIMD lanes.
-        parts: For each projected splat, the part of its pixels to draw: all,
-            those of the grid, or the others.
-        spans: First and last column of each projected splat in each pixel row.
-            Rows are in chunks of eight; shape (8, chunks, 2, 8).
+        parts: For each projected splat, the part of its pixels to draw: all
+            pixels, those of the grid, or those that are not on the grid.
+        spans: First and last column of each projected splat in each pixel row,
+            shape (8, chunks, 2, 8). A chunk consists of eight rows.
         met: For each projected splat and chunk of rows, a bit mask of the rows
             in which the splat covers a pixel, shape (8, chunks).
         pair: Memory for two SIMD lanes.
         sets: Sets of views that need a leaf's splats, in SIMD lanes.
-        queue: Queued nodes, by lower bounds of their ranges.
-        stack: Room for nodes on a ray.
+        queue: Queue of nodes, whose keys are lower bounds of their ranges.
+        stack: Memory for the stack of nodes that a ray meets.
     """
 
     views: DepthViews
@@ -108,7 +110,7 @@ class Canvas(NamedTuple):
 
 
 def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
-    """Makes the scratch memory of one thread.
+    """Makes the working memory of one thread.
 
     Args:
         resolution: Number of pixels along a side of a view.
@@ -169,19 +171,20 @@ def has_room(canvas, rules):
 
 @inlined
 def add_run(canvas, rules, row, layer, begin, reach, alpha):
-    """Keeps fragments that are nearer than the limit.
+    """Stores the fragments of a run that are nearer than the view's limit.
 
     Args:
-        canvas: The canvas, which has room.
+        canvas: The canvas; `has_room` must be true.
         rules: The sensor's `Rules`.
         row: Number of the row, counted through all views.
-        layer: Layer of its pixels.
-        begin: Place of the first pixel in that layer.
+        layer: Layer of the run's pixels.
+        begin: Place of the run's first pixel in this layer.
         reach: Ranges of the fragments, in SIMD lanes [m].
-        alpha: Their alphas, in SIMD lanes; 0 for no fragment.
+        alpha: Alphas of the fragments, in SIMD lanes; 0 for a missing fragment.
 
     Returns:
-        The `light` of the pixels before and after the addition.
+        The values of `Canvas.light` of the pixels before and after the
+        addition.
     """
     run, first = canvas.count[RUNS], row * rules.resolution
     canvas.count[RUNS] = run + 1
@@ -204,7 +207,7 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
     before = few_lanes_from(pair, 0)
     after = before * (1 - alpha)
     write_lanes(pair, WIDTH, after)
-    # Lanes behind the last place have the index 0.
+    # Lanes after the last place have the index 0.
     for lane in range(FEW):
         if canvas.runs[run, 1, lane] > 0:
             canvas.light[first + index[begin + lane]] = pair[1, lane]
@@ -213,11 +216,11 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
 
 @lean
 def gather(canvas, rules, pixel, limit):
-    """Finds the fragments of a pixel, and puts them into `canvas.order`.
+    """Finds the fragments of a pixel, and writes them to `canvas.order`.
 
     Returns:
-        Their number, the transmittance of all, and that of those nearer than
-        `limit`.
+        The number of fragments, the transmittance of all fragments, and the
+        transmittance of the fragments nearer than `limit`.
     """
     n, all_clear, near_clear = 0, 1.0, 1.0
     row, column = divmod(pixel, rules.resolution)
@@ -256,9 +259,10 @@ def median_range(canvas, rules, n):
 
 @lean
 def settle(canvas, rules, reach, pixel):
-    """Records a complete pixel if it is the nearest one of its view.
+    """Records a complete pixel if it is the nearest pixel of its view.
 
-    Among pixels at the same range, the first one counts.
+    If several pixels have the same range, the one with the lowest index is
+    recorded.
     """
     view = pixel // (rules.resolution * rules.resolution)
     if reach > canvas.best[view] or (
@@ -266,11 +270,11 @@ def settle(canvas, rules, reach, pixel):
     ):
         return
     canvas.best[view], canvas.best_pixel[view] = reach, pixel
-    # Further pixels may be equally near.
+    # Other pixels may be equally near.
     limit = np.nextafter(reach, np.inf)
     if rules.nearest_only:
-        # Of equal views, the first one counts, regardless of the order of
-        # visits.
+        # If several views have the same range, the first view counts. So the
+        # result does not depend on the order of visits.
         for other in range(N_VIEWS):
             canvas.limit[other] = min(canvas.limit[other], limit)
     canvas.limit[view] = min(canvas.limit[view], limit)

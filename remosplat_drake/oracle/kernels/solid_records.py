@@ -1,4 +1,4 @@
-"""Splats as solids, in the records that `nearest_splat` searches (Numba).
+"""Packs splats into the records that `nearest_splat` searches (Numba).
 
 `sphere_to_ellipsoid_reference.py` is the slow reference in NumPy.
 """
@@ -17,19 +17,21 @@ _INFINITE = np.float32(np.inf)
 def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
     """Packs splats into rows of 12 numbers for queries.
 
-    A row holds the data of the splat's file without loss: centre p_WK,
-    quaternion wxyz, three standard deviations (the last 0 for a disc) and the
-    uncertainty. Last comes the radius of a ball around all of the splat's box,
-    in standard deviations.
+    A row contains the numbers of the splat's file without loss: centre p_WK,
+    quaternion wxyz, three standard deviations (the last is 0 for a disc), and
+    the uncertainty. The last entry is the radius of a ball around the splat's
+    box, for semi-axes of one standard deviation [m].
 
     Args:
-        index: The splats to pack, shape (n,).
+        index: Indices of the splats to pack, shape (n,).
         p_WK: Centres of all splats, shape (N, 3) [m].
-        quaternions: Their orientations wxyz, shape (N, 4).
-        scales: Their standard deviations, shape (N, 2) or (N, 3) [m].
-        uncertainty: Their uncertainty, shape (N,) [m]; empty for none.
-        places: Index in `rows` of each packed splat, shape (n,).
-        rows: Filled in at these places, shape (m, 12), single precision.
+        quaternions: Orientations of all splats as quaternions wxyz, shape (N,
+            4).
+        scales: Standard deviations of all splats, shape (N, 2) or (N, 3) [m].
+        uncertainty: Uncertainty of all splats, shape (N,) [m]; empty if they
+            have none.
+        places: Row of each packed splat in `rows`, shape (n,).
+        rows: Output: the packed splats, shape (m, 12), single precision.
     """
     n_axes = scales.shape[1]
     for i in range(len(index)):
@@ -47,12 +49,12 @@ def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
 
 @kernel
 def open_solids(packed, n_sigma, rows):
-    """Unpacks splats into rows of 16 numbers, described in `solid`.
+    """Unpacks splats into rows of 16 numbers, which `solid` describes.
 
     Args:
-        packed: The splats, as `pack_solids` packs them, shape (n, 12).
+        packed: The splats, packed by `pack_solids`, shape (n, 12).
         n_sigma: Semi-axes in standard deviations.
-        rows: Filled in, shape (n, 16), double precision.
+        rows: Output: the unpacked splats, shape (n, 16), double precision.
     """
     for i in range(len(packed)):
         opened = solid(packed[i], n_sigma)
@@ -65,13 +67,13 @@ def solid(row, n_sigma):
     """Unpacks a splat in double precision.
 
     Args:
-        row: A row of `pack_solids`.
+        row: A row that `pack_solids` has written.
         n_sigma: Semi-axes in standard deviations.
 
     Returns:
-        Sixteen numbers: centre p_WK, the columns of R_WK sorted by descending
-        semi-axis, the three semi-axes (the last 0 for a disc) and the
-        uncertainty.
+        Sixteen numbers: the centre p_WK, the columns of R_WK in descending
+        order of the semi-axes, the three semi-axes (the last is 0 for a disc),
+        and the uncertainty.
     """
     x, y, z = columns(row)
     e, (x, y, z) = falling(semi_axes(row, n_sigma), (x, y, z))
@@ -81,10 +83,11 @@ def solid(row, n_sigma):
 
 @helper
 def columns(row):
-    """The columns of the rotation matrix R_WK of a packed splat."""
+    """Returns the columns of the rotation matrix R_WK of a packed splat."""
     w, x = np.float64(row[3]), np.float64(row[4])
     y, z = np.float64(row[5]), np.float64(row[6])
-    # Unit quaternions of floats have errors of 1e-7; rotations must not.
+    # The quaternion is normalised in double precision, since its rounding to
+    # single precision causes errors of 1e-7.
     s = 2.0 / (w * w + x * x + y * y + z * z)
     xs, ys, zs = s * x, s * y, s * z
     xx, yy, zz = x * xs, y * ys, z * zs
@@ -99,7 +102,7 @@ def columns(row):
 
 @helper
 def semi_axes(row, n_sigma):
-    """The semi-axes of a packed splat, in the order of its own axes."""
+    """Returns the semi-axes of a packed splat, in the order of its axes."""
     return (
         n_sigma * np.float64(row[7]),
         n_sigma * np.float64(row[8]),
@@ -109,7 +112,7 @@ def semi_axes(row, n_sigma):
 
 @helper
 def falling(e, others):
-    """Sorts semi-axes in descending order, together with their data.
+    """Sorts semi-axes, together with their data, in descending order.
 
     The sort is stable.
     """
@@ -128,15 +131,16 @@ def falling(e, others):
 def fill_boxes(rows, solved, boxes):
     """Computes boxes that contain every possible closest point of splats.
 
-    A converged closest point is on the splat. One from a bisection that ends
-    early is in the box around the splat that is aligned with the splat's axes.
-    Uncertainty enlarges the bound on all sides.
+    If the computation of the closest point converges, the closest point is on
+    the splat. If a bisection ends early, the point is in the box that encloses
+    the splat and is aligned with the splat's axes. Uncertainty enlarges the
+    result on all sides.
 
     Args:
-        rows: The splats, as `open_solids` writes them, shape (n, 16).
+        rows: The splats, unpacked by `open_solids`, shape (n, 16).
         solved: Whether closest points are converged.
-        boxes: Filled in, shape (n, 7): lower corner, upper corner, height of
-            the centre [m].
+        boxes: Output: lower corner, upper corner, and height of the splat's
+            centre, shape (n, 7) [m].
     """
     for i in range(len(rows)):
         _bound(rows[i], solved, boxes[i])
@@ -144,7 +148,7 @@ def fill_boxes(rows, solved, boxes):
 
 @helper
 def _bound(row, solved, box):
-    """Writes the box of one splat."""
+    """Computes the box of one splat, and writes it to `boxes`."""
     for j in range(3):
         half = 0.0
         for axis in range(3):
@@ -153,7 +157,7 @@ def _bound(row, solved, box):
         if solved:
             half = math.sqrt(half)
         half += row[15]
-        # Rounding may make a splat's box too large, never too small.
+        # Rounding may make a splat's box too large, but never too small.
         half += 1e-12 * (half + abs(row[j]))
         box[j] = row[j] - half
         box[3 + j] = row[j] + half
@@ -165,13 +169,13 @@ def are_enclosed(packed, n_sigma, solved, nodes, links, first, end) -> bool:
     """Returns whether the boxes of some nodes contain everything below them.
 
     Args:
-        packed: The splats in leaf order, as `pack_solids` packs them.
+        packed: The splats in leaf order, packed by `pack_solids`.
         n_sigma: Semi-axes in standard deviations.
         solved: Whether closest points are converged.
         nodes: Nodes of a valid `BoundingVolumeHierarchy`.
-        links: Its links.
-        first: The first node to check.
-        end: The one after the last.
+        links: Links of the hierarchy.
+        first: Index of the first node to check.
+        end: Index after that of the last node to check.
     """
     box = np.empty(7)
     for i in range(first, end):

@@ -1,8 +1,8 @@
-"""Draws the relevant parts of splats into depth views (Numba).
+"""Draws the parts of splats that can change the result into depth views.
 
-Splats are collected for a view until there are eight, which are then projected
-at once, one per SIMD lane. For each, eight rows of pixels are bounded at once,
-and four pixels of a row are drawn at once.
+The kernels (Numba) collect eight splats for a view, and project them together,
+one splat per SIMD lane. For each splat, they compute the bounds of eight rows
+of pixels together, and draw four pixels of a row together.
 """
 
 from remosplat_drake.base.lanes import (
@@ -53,16 +53,18 @@ from remosplat_drake.oracle.kernels.pixel_runs import (
 from remosplat_drake.oracle.kernels.windows import disc_window
 
 _TALL = 6
-"""Number of rows from which on a splat is deferred: only its pixels of the
-coarse grid are drawn at first. If the view already has a nearest pixel, the
-threshold is twice this number, since fewer pixels are then drawn needlessly."""
+"""Least number of pixel rows of a splat that is deferred. Of a deferred splat,
+only the pixels on the coarse grid are drawn at first. If the view already has a
+nearest pixel, the threshold is twice this number, since drawing all pixels then
+draws fewer unnecessary ones."""
 
 ALL, _COARSE, REST = range(3)
-"""Parts of a splat's pixels that are drawn: all, those of the coarse grid, or
-all except those of the grid."""
+"""Parts of a splat's pixels that are drawn: all pixels, those of the coarse
+grid, or those that are not on the grid."""
 
-# Offsets of the data of a projected splat: its forms, two outlines, the disc of
-# the low-pass filter, and the first and last row and column of its bounds.
+# Offsets in the values of a projected splat: its linear forms, two outlines,
+# the disc of the low-pass filter, and the first and last row and column of its
+# bounds.
 _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 
 
@@ -70,7 +72,7 @@ _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 def draw(splats, rules, canvas, view, k, part):
     """Collects a splat for a view, and draws eight collected splats at once.
 
-    Arguments and result are those of `draw_waiting`; k is the splat's place in
+    Arguments and result are those of `draw_waiting`; k is the splat's index in
     the records.
     """
     n = canvas.ready[view]
@@ -87,12 +89,12 @@ def draw_waiting(splats, rules, canvas, view, part):
         splats: The `Footprints`.
         rules: The sensor's `Rules`.
         canvas: The `Canvas`.
-        view: The view.
+        view: Index of the view.
         part: ALL or REST. With ALL, splats that span many rows are deferred,
             and only their grid pixels are drawn.
 
     Returns:
-        Whether the canvas has room for them.
+        False if the canvas has no room for the splats.
     """
     if not has_room(canvas, rules):
         return False
@@ -124,7 +126,7 @@ def _project(splats, rules, canvas, view):
     """Projects the collected splats, and bounds the pixels of each.
 
     Returns:
-        Which of them may be visible, as bits.
+        An integer whose bit i is set if splat i may be visible.
     """
     p, at = canvas.views.p_WS, canvas.projections
     record = columns_of(splats.records, canvas.places[view])
@@ -169,7 +171,7 @@ def _keep(projections, at, values):
 
 @inlined
 def _three(canvas, at, lane):
-    """Returns three numbers of one of the projected splats."""
+    """Returns three consecutive values of one of the projected splats."""
     kept = canvas.projections
     return kept[at, lane], kept[at + 1, lane], kept[at + 2, lane]
 
@@ -196,7 +198,7 @@ def _count_rows(canvas, lane):
 
 @inlined
 def _layer_and_rows(canvas, lane):
-    """Returns the layer to draw, its first row place, and the end."""
+    """Returns the layer to draw, and the first and end places of its rows."""
     layer = GRID if canvas.parts[lane] == _COARSE else EVERY
     place_from, kept = canvas.layers.place_from, canvas.projections
     first, last = int(kept[_BOUNDS, lane]), int(kept[_BOUNDS + 1, lane])
@@ -205,10 +207,10 @@ def _layer_and_rows(canvas, lane):
 
 @lean
 def _find_columns(rules, canvas, lane):
-    """Bounds the columns of the rows of a projected splat.
+    """Computes the columns of a projected splat in each of its rows.
 
     Returns:
-        Whether any row has a column.
+        Whether the splat covers a pixel in any row.
     """
     s = _forms(canvas, lane)
     edge, near_edge = _six(canvas, _OUTLINE, lane), _six(canvas, _NEAR, lane)
@@ -242,7 +244,7 @@ def _find_columns(rules, canvas, lane):
 
 @lean
 def _draw_pixels(splats, rules, canvas, view, lane):
-    """Adds a projected splat's fragments in the current part."""
+    """Adds a projected splat's fragments in the part of its pixels to draw."""
     s, k = _forms(canvas, lane), canvas.places[view, lane]
     layer, begin, end = _layer_and_rows(canvas, lane)
     place_from = canvas.layers.place_from
@@ -273,7 +275,7 @@ def _draw_pixels(splats, rules, canvas, view, lane):
 
 @inlined
 def _draw_row(splats, rules, canvas, view, k, s, part, layer, row, first, end):
-    """Adds a splat's fragments in the pixels first to end of a row."""
+    """Adds a splat's fragments in the pixels of a row from `first` to `end`."""
     layers = canvas.layers
     opacity, margin = splats.records[k, 12], splats.records[k, 15]
     axis, y = layer * layers.axis.shape[1], layers.axis[layer, row]
@@ -306,7 +308,7 @@ def _draw_row(splats, rules, canvas, view, k, s, part, layer, row, first, end):
 
 @inlined
 def _judge_run(rules, canvas, row, layer, begin, alpha, light):
-    """Tests changed pixels, if they may become the nearest."""
+    """Tests whether changed pixels become the nearest of the view."""
     before, after = light
     index, first = canvas.layers.index[layer], row * rules.resolution
     median_at = rules.transmittance + ROUNDING
@@ -318,7 +320,8 @@ def _judge_run(rules, canvas, row, layer, begin, alpha, light):
         canvas.candidates[number] = first + index[begin + lowest_bit(new)]
         canvas.count[CANDIDATES] = number + 1
         new &= new - 1
-    # Light is negative only for pixels that are known to be opaque enough.
+    # `light` is negative only for pixels that are known to reach
+    # `alpha_cutoff`.
     near = places_of(is_met & (after <= opaque_at) & (after >= -median_at))
     while near:
         _judge(rules, canvas, first + index[begin + lowest_bit(near)])
@@ -327,7 +330,7 @@ def _judge_run(rules, canvas, row, layer, begin, alpha, light):
 
 @lean
 def _judge(rules, canvas, pixel):
-    """Settles a pixel that may be complete and have a nearer median."""
+    """Records a pixel if it is complete and has a nearer median."""
     limit = canvas.limit[pixel // (rules.resolution * rules.resolution)]
     n, all_clear, near_clear = gather(canvas, rules, pixel, limit)
     if 1 - all_clear < rules.alpha_cutoff:

@@ -1,8 +1,10 @@
-"""A hierarchy whose nodes have eight children, tested together (Numba).
+"""Builds a hierarchy whose nodes have eight children, for SIMD (Numba).
 
-It is built from a `BoundingVolumeHierarchy`: a node adopts the children of its
-largest child until it has eight. A query visits less than half as many nodes,
-and processors compare eight numbers in single precision as fast as one.
+The hierarchy is built from a binary `BoundingVolumeHierarchy`: the largest
+child of a node is replaced by its own children until the node has eight
+children. A query of the wide hierarchy visits less than half as many nodes as
+one of the binary hierarchy. A processor compares eight numbers in single
+precision as fast as one.
 """
 
 import numpy as np
@@ -16,29 +18,31 @@ MOST_WAITING = MAX_DEPTH * (WIDTH - 1) + 1
 """Largest number of queued nodes in a query."""
 
 ROWS = 7
-"""Numbers of a child: lower corner, upper corner, and greatest z of a box
-centre."""
+"""Number of values of a child: lower corner, upper corner, and the greatest z
+of the box centres below it."""
 
 
 @kernel
 def widen(nodes, links, leaf_size):
-    """Makes the wide hierarchy of a binary one.
+    """Makes the wide hierarchy from a binary hierarchy.
 
     Args:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
-        links: Their links.
+        links: Links of the `BoundingVolumeHierarchy`.
         leaf_size: Largest number of boxes in a leaf; below 16.
 
     Returns:
         Two arrays, whose row i is node i; the root is node 0. The first array
-        has for each child the lower and the upper corner of its box, and the
-        greatest z of a box centre in its subtree, shape (m, 7, 8) [m]; NaN for
-        missing children. The second array has the number of each child, or its
-        link if it is a leaf, shape (m, 8).
+        has shape (m, 7, 8) [m]. For each child, it contains the lower and the
+        upper corner of the child's box, and the greatest z of the box centres
+        in its subtree; NaN for missing children. The second array has shape (m,
+        8). It contains the number of each child, or the link of a child that is
+        a leaf.
     """
-    # The usual number of nodes; allocating many more would be expensive.
+    # This is the usual number of nodes. Allocating many more would take long.
     wide, children = _make_nodes(len(nodes) // 3 + 1)
-    # Nodes to fill: their numbers in the wide and in the binary hierarchy.
+    # Nodes that are still without children: their numbers in the wide and in
+    # the binary hierarchy.
     waiting = np.zeros((MOST_WAITING, 2), np.int64)
     found = np.empty((WIDTH, 2), np.int64)
     height, count = 1, 1
@@ -74,14 +78,14 @@ def largest_below(children, values):
     """Finds the largest value below each child of a wide hierarchy.
 
     Args:
-        children: The children's numbers, see `widen`.
-        values: A value of each box in leaf order, not negative.
+        children: The second array of `widen`, with the numbers of the children.
+        values: A value >= 0 of each box, in leaf order.
 
     Returns:
-        The largest values, shape (m, 8), 0 for missing children.
+        The largest values, shape (m, 8); 0 for missing children.
     """
     largest = np.zeros(children.shape)
-    # A child is numbered after its parent.
+    # The number of a child is greater than that of its parent.
     for node in range(len(children) - 1, -1, -1):
         for k in range(WIDTH):
             link = children[node, k]
@@ -96,17 +100,17 @@ def largest_below(children, values):
 
 @helper
 def _make_nodes(n):
-    """Allocates n nodes, and a few more."""
+    """Allocates arrays for n nodes and a few more."""
     wide = np.empty((n + WIDTH, ROWS, WIDTH), np.float32)
     return wide, np.empty((n + WIDTH, WIDTH), np.int32)
 
 
 @helper
 def _gather(nodes, links, node, leaf_size, found):
-    """Finds up to eight children below a binary node: nodes and their sides.
+    """Finds up to eight descendants of a binary node, as node and side.
 
     Returns:
-        The number of children found.
+        The number of descendants found.
     """
     for side in range(2):
         found[side, 0], found[side, 1] = node, side
@@ -130,7 +134,7 @@ def _gather(nodes, links, node, leaf_size, found):
 
 @helper
 def _leaf_or_node(links, link, leaf_size):
-    """Returns a child's link, or that of one leaf if few boxes are below."""
+    """Returns a child's link, or a leaf's link if few boxes are below it."""
     if link < 0 or leaf_size <= LEAF_SIZE:
         return link
     left = right = link

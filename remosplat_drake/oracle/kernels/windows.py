@@ -1,28 +1,29 @@
-"""Windows: parts of a view in which a splat is nearer than a range (Numba).
+"""Computes windows: parts of a view where a splat is within a range (Numba).
 
-A window is the least and the largest x and the least and the largest y in the
-image plane; it is empty if the least x is above the largest. The functions also
-take several splats at once, as SIMD lanes (`base/lanes.py`).
+A window consists of the least and the largest x, and the least and the largest
+y, in the image plane. It is empty if the least x exceeds the largest. The
+functions also take several splats as SIMD lanes (`base/lanes.py`).
 """
 
 from remosplat_drake.base.lanes import greatest, least, magnitude, root, where
 from remosplat_drake.oracle.kernels.footprints import inlined
 
-# Rounding may make a window too large, never too small.
+# Margin by which rounding errors may make a window too large, but never too
+# small.
 _SLACK = 1 + 1e-9
 
 
 @inlined
 def disc_window(s, cut, reach, near):
-    """Bounds the part of a view in which a disc is nearer than a range.
+    """Returns a window that contains the part of a disc within a range.
 
-    The points of the disc's plane within the range form a circle. So the part
-    lies in the intersection of two rectangles in that plane, the bounds of the
-    disc and the bounds of the circle. For most discs near a view, the
-    intersection is empty or smaller than a pixel.
+    The points of the disc's plane within the range form a circle. So this part
+    of the disc is in the intersection of two rectangles in the plane: the
+    bounds of the disc and the bounds of the circle. For most discs near a view,
+    the intersection is empty or smaller than a pixel.
 
     Args:
-        s: The whitened disc, see `footprints.whiten`.
+        s: The disc, as `footprints.whiten` returns it.
         cut: Squared Mahalanobis distance at which the visible part ends.
         reach: The range [m].
         near: Near plane [m].
@@ -33,8 +34,8 @@ def disc_window(s, cut, reach, near):
     is_met = (reach > 0) & (square > 0)
     aa = s[0] * s[0] + s[1] * s[1] + s[2] * s[2]
     bb = s[3] * s[3] + s[4] * s[4] + s[5] * s[5]
-    # Along the disc's axes, in standard deviations, from the foot of the
-    # perpendicular from the camera.
+    # These coordinates are along the disc's axes, in standard deviations. Their
+    # origin is the foot of the perpendicular from the camera to the plane.
     half = root(cut) * _SLACK
     u_most, v_most = root(square * aa), root(square * bb)
     u_low, u_high = greatest(s[9] - half, -u_most), least(s[9] + half, u_most)
@@ -67,9 +68,9 @@ def disc_window(s, cut, reach, near):
 
 @inlined
 def _window_of_parallelogram(p, a, b, near):
-    """Bounds the image of the parallelogram p +- a +- b."""
+    """Returns a window around the image of the parallelogram p +- a +- b."""
     depth = magnitude(a[2]) + magnitude(b[2])
-    # One over the depths of the corners.
+    # These are the reciprocals of the corners' depths.
     w0, w1 = 1 / (p[2] - a[2] - b[2]), 1 / (p[2] + a[2] - b[2])
     w2, w3 = 1 / (p[2] - a[2] + b[2]), 1 / (p[2] + a[2] + b[2])
     x0, x1 = (p[0] - a[0] - b[0]) * w0, (p[0] + a[0] - b[0]) * w1
