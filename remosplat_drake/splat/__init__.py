@@ -1,1 +1,1 @@
-"""Gaussian splats: the scene as arrays, its files and its hierarchy."""
+"""Gaussian splats: arrays, file formats and a bounding volume hierarchy."""

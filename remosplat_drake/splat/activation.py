@@ -1,4 +1,4 @@
-"""Activations between raw network parameters and a `GaussianSplat`."""
+"""Converts raw network parameters to the values of a `GaussianSplat`."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ def sigmoid(logits: np.ndarray) -> np.ndarray:
 
 
 def logit(opacities: np.ndarray) -> np.ndarray:
-    """Computes the logits of opacities; they are finite even for 0 and 1."""
+    """Computes the logits of opacities, which are finite even for 0 and 1."""
     opacity = np.clip(opacities.astype(np.float64), _TINY, 1 - 2.0**-24)
     return np.log(opacity / (1 - opacity))
 
@@ -39,18 +39,19 @@ def checked_splat(
     sh_rest: np.ndarray,
     uncertainty: np.ndarray | None = None,
 ) -> GaussianSplat:
-    """Makes a `GaussianSplat` from activated values that were read from a file.
+    """Makes a `GaussianSplat` from the activated values of a file.
 
-    Scales and opacities that underflowed to zero are raised to the smallest
-    normal float; quaternions may have any nonzero norm. The arrays are those of
-    `GaussianSplat`.
+    The arguments are the arrays of `GaussianSplat`. Scales and opacities that
+    have underflowed to zero are raised to the smallest normal float.
+    Quaternions may have any nonzero norm.
 
     Raises:
-        FileError: There are no splats, or a value is invalid.
+        FileError: The file contains no splats, or a value is invalid.
     """
     if not len(p_GK):
         raise FileError(path, "holds no splats")
-    # NumPy computes the maximum of short rows slowly.
+    # The maximum is computed column by column, since NumPy computes the maximum
+    # of short rows slowly.
     w, x, y, z = np.abs(quaternions).T
     length = np.maximum(np.maximum(w, x), np.maximum(y, z))[:, None]
     if (length == 0).any():

@@ -1,7 +1,8 @@
-"""Computes arrays of splats block by block, on several threads.
+"""Computes arrays of splats in blocks of rows, on several threads.
 
-Computations with many steps are faster in blocks, because a block remains in a
-core's cache from step to step. Only the result needs new memory.
+A computation with many steps is faster in blocks, because a block remains in
+the cache of a processor core from step to step. Memory is allocated only for
+the result.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,20 +18,20 @@ _BLOCK = 1 << 14
 def in_blocks(
     n: int, part: Callable[[slice], Mapping[str, np.ndarray]]
 ) -> dict[str, np.ndarray]:
-    """Makes arrays of n rows block by block.
+    """Makes arrays of n rows, one block of rows at a time.
 
     Args:
         n: Number of rows, one for each splat.
-        part: Function that computes some rows of all arrays, independent of the
-            other rows.
+        part: Function that computes some rows of all arrays. These rows must
+            not depend on other rows.
 
     Returns:
-        The arrays by their names, single precision.
+        The arrays in single precision, keyed by name.
 
     Raises:
-        RemoSplatError: `part` failed for some rows. Since messages contain the
-            number of invalid rows, `part` is called again for all rows, and
-            this call's error is raised.
+        RemoSplatError: `part` has failed for some rows. `part` is then called
+            again for all rows, and the error of this call is raised, since its
+            message contains the number of invalid rows.
     """
     arrays: dict[str, np.ndarray] = {}
 

@@ -1,8 +1,8 @@
-"""A bounding volume hierarchy over boxes, for nearest-splat queries.
+"""A bounding volume hierarchy of boxes, for queries of the nearest splat.
 
-A node is one cache line: the boxes of both children, the height of the highest
-box centre below each child, and two links. Boxes are stored in single
-precision, rounded outwards.
+A node fills one cache line. It contains the boxes of its two children, the
+height of the highest box centre below each child, and the links to the
+children. Boxes are stored in single precision, rounded outwards.
 """
 
 import dataclasses as dc
@@ -20,17 +20,18 @@ from remosplat_drake.splat.bvh_splits import (
 
 @dc.dataclass(frozen=True, eq=False)
 class BoundingVolumeHierarchy:
-    """A binary tree of axis-aligned boxes; the arrays are read-only.
+    """A binary tree of axis-aligned boxes, with read-only arrays.
 
     Attributes:
         nodes: Nodes of the tree, shape (m, 16), single precision. Columns 0 to
-            5 hold the left child's box (x, y, z lower, then upper) [m], 6 to 11
-            the right child's, 12 and 13 the highest z of a box centre below
-            each child [m]. Columns 14 and 15 are `links` in the same memory.
-            The root is node 0.
-        links: The same memory as integers: links[i, 14 + side] is the child
-            node, or negative for a leaf, whose boxes `leaf_range` returns.
-        order: Box indices in leaf order, shape (n,), int32.
+            5 are the left child's box: the lower x, y, z and then the upper
+            [m]. Columns 6 to 11 are the right child's box, and 12 and 13 the
+            highest z of a box centre below each child [m]. Columns 14 and 15
+            contain `links`. The root is node 0.
+        links: The memory of `nodes` as integers. links[i, 14 + side] is the
+            number of the child node. It is negative if the child is a leaf;
+            `leaf_range` then returns the leaf's boxes.
+        order: Indices of the boxes in leaf order, shape (n,), int32.
     """
 
     nodes: np.ndarray
@@ -58,9 +59,10 @@ def build_hierarchy(
 
     Args:
         lower: Lower corners of the boxes, shape (n, 3) [m].
-        upper: Upper corners, shape (n, 3) [m].
-        center_z: A height z inside each box, shape (n,) [m]. Queries may ignore
-            boxes whose `center_z` is below a given height.
+        upper: Upper corners of the boxes, shape (n, 3) [m].
+        center_z: A height z inside each box, for example that of its centre,
+            shape (n,) [m]. Queries may ignore boxes whose `center_z` is below a
+            given height.
     """
     boxes = np.column_stack([lower, upper, center_z]).astype(np.float64)
     table = np.empty((len(boxes), 8), np.float32)
@@ -69,11 +71,11 @@ def build_hierarchy(
 
 
 def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
-    """Builds a hierarchy of boxes as `build_hierarchy` does.
+    """Builds a hierarchy, like `build_hierarchy`, from a table of boxes.
 
     Args:
-        table: The boxes, as `round_outwards` writes them, shape (n, 8); they
-            are sorted in place.
+        table: The boxes, as `round_outwards` writes them, shape (n, 8). The
+            rows are sorted in place.
     """
     places = table.view(np.int32)[:, 7]
     places[:] = np.arange(len(table))
@@ -82,7 +84,7 @@ def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
 
 
 def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:
-    """Returns whether kernels can safely traverse a hierarchy of n boxes.
+    """Returns whether kernels can traverse a hierarchy of n boxes safely.
 
     This function checks the indices and the depth of the tree, which kernels do
     not check. It does not check the boxes.
@@ -102,7 +104,7 @@ def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:
 
 @kernel
 def _is_tree(links, n) -> bool:
-    """Returns whether a traversal meets nodes and places in order."""
+    """Returns whether a traversal visits nodes and boxes in their order."""
     # Links and their depths.
     stack = np.zeros((MAX_DEPTH + 1, 2), np.int64)
     height, node, place = 1, 0, 0
@@ -127,7 +129,7 @@ def _is_tree(links, n) -> bool:
 
 @kernel
 def _is_permutation(order) -> bool:
-    """Whether n numbers are those from 0 to n - 1, each once."""
+    """Whether n numbers are a permutation of those from 0 to n - 1."""
     met = np.zeros(len(order), np.bool_)
     for number in order:
         if number < 0 or number >= len(order) or met[number]:
@@ -138,13 +140,14 @@ def _is_permutation(order) -> bool:
 
 @helper
 def leaf_range(link: int) -> tuple[int, int]:
-    """Decodes a leaf's link into the range of its boxes in leaf order.
+    """Decodes the link to a leaf into the range of its boxes in leaf order.
 
     Args:
         link: A negative entry of `BoundingVolumeHierarchy.links`.
 
     Returns:
-        First place, and the place after the last one.
+        Index of the leaf's first box in leaf order, and the index after its
+        last box.
     """
     code = -1 - link
     first = code // LEAF_STRIDE

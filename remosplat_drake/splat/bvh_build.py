@@ -1,7 +1,7 @@
 """Builds a `BoundingVolumeHierarchy` from the root down (Numba).
 
-Large tables of boxes are first split into pieces, which are then sorted by
-several threads. The hierarchy does not depend on the number of threads.
+Large tables of boxes are first split into pieces, which several threads then
+sort. The hierarchy does not depend on the number of threads.
 """
 
 import dataclasses as dc
@@ -21,24 +21,25 @@ from remosplat_drake.splat.bvh_splits import (
 )
 
 LEAF_STRIDE = 16
-"""The link to a leaf encodes the leaf's first place times this factor, plus the
-number of its boxes; see `leaf_range`."""
+"""Factor in the link to a leaf. The link encodes the index of the leaf's first
+box times this factor, plus the number of its boxes; see `leaf_range`."""
 
 PIECE = 1 << 17
-"""Largest number of boxes of a piece, which is sorted by one thread."""
+"""Largest number of boxes of a piece, which one thread sorts."""
 
 
 @dc.dataclass
 class _Part:
-    """The boxes from `first` to `end`, sorted below one node at this depth.
+    """A range of the table of boxes, which are sorted below one node.
 
     Attributes:
-        first: Place of the first box.
-        end: Place after the last one.
-        depth: Depth of the node.
-        nodes: The part's nodes, with links relative to the first one; only that
-            one if the part has been cut in two.
-        sides: The parts below it, if it has been cut.
+        first: Row of the first box.
+        end: Row after that of the last box.
+        depth: Depth of the node in the tree.
+        nodes: The nodes of the part, with links relative to the first node. If
+            the part has been cut in two, only its first node.
+        sides: The two parts into which the part has been cut; empty if it has
+            not.
     """
 
     first: int
@@ -54,13 +55,13 @@ class _Part:
 
 
 def build_nodes(table: np.ndarray) -> np.ndarray:
-    """Sorts boxes into leaf order, and returns the nodes over them.
+    """Sorts boxes into leaf order, and returns the nodes of their hierarchy.
 
-    Nodes are numbered in preorder: a node, then the nodes below its left child,
-    then the nodes below its right child.
+    Nodes are numbered in preorder: first a node, then the nodes below its left
+    child, then those below its right child.
 
     Args:
-        table: The boxes, shape (n, 8), sorted in place.
+        table: The boxes, shape (n, 8). The rows are sorted in place.
 
     Returns:
         Nodes as in `BoundingVolumeHierarchy`, shape (m, 16).
@@ -77,7 +78,7 @@ def build_nodes(table: np.ndarray) -> np.ndarray:
 
 
 def _cut(table: np.ndarray, part: _Part) -> list[_Part]:
-    """Cuts a part in two."""
+    """Cuts a part in two, at its first node."""
     part.nodes = np.zeros((1, 16), np.float32)
     middle = _cut_boxes(table, part.first, part.end, part.depth, part.nodes)
     part.sides = [
@@ -88,13 +89,13 @@ def _cut(table: np.ndarray, part: _Part) -> list[_Part]:
 
 
 def _sort(table: np.ndarray, part: _Part) -> None:
-    """Sorts a part down to its leaves; a leaf is left unchanged."""
+    """Sorts a part down to its leaves; a part that is a leaf is unchanged."""
     if len(part) > LEAF_SIZE or not part.depth:
         part.nodes = _build(table, part.first, part.end, part.depth)
 
 
 def _joined(root: _Part) -> np.ndarray:
-    """The nodes of all parts, counted from the root."""
+    """Returns the nodes of all parts, numbered from the root on."""
     parts, waiting = [], [root]
     while waiting:
         parts.append(waiting.pop())
@@ -118,10 +119,10 @@ def _joined(root: _Part) -> np.ndarray:
 
 @kernel
 def _cut_boxes(table, first, end, depth, nodes):
-    """Partitions boxes into the two sides of a node, and fills the node in.
+    """Partitions boxes into the two sides of a node, and writes the node.
 
     Returns:
-        The first box of the right side.
+        Row of the first box of the right side.
     """
     memory = scratch()
     middle = split(table, first, end, depth, memory)
@@ -131,22 +132,23 @@ def _cut_boxes(table, first, end, depth, nodes):
 
 @kernel
 def _build(table, first, end, depth):
-    """Sorts the boxes from `first` to `end` and returns the nodes over them.
+    """Sorts the boxes from `first` to `end`, and returns their nodes.
 
-    Links are indices relative to the first of these nodes, which is at `depth`.
+    Links are relative to the first of these nodes, whose depth is `depth`.
     """
     nodes = np.zeros((max(1, end - first), 16), np.float32)
     links = nodes.view(np.int32)
     memory = scratch()
     count = 0
-    # Work items: parent, its column for the link, first, end, depth.
+    # A work item consists of the parent, the parent's column for the link, the
+    # first row, the end row, and the depth.
     stack = np.empty((MAX_DEPTH + 2, 5), np.int64)
     stack[0] = 0, 14, first, end, depth
     height = 1
     while height:
         height -= 1
         parent, column, first, end, depth = stack[height]
-        # The root's own entry is overwritten below.
+        # The root has no parent; this entry is overwritten below.
         links[parent, column] = node = count
         count += 1
         middle = split(table, first, end, depth, memory)
@@ -163,5 +165,5 @@ def _build(table, first, end, depth):
 
 @helper
 def leaf_link(first: int, end: int) -> int:
-    """Encodes the range of a leaf's boxes, as `leaf_range` decodes it."""
+    """Encodes the range of a leaf's boxes, which `leaf_range` decodes."""
     return -1 - (first * LEAF_STRIDE + end - first)

@@ -1,9 +1,9 @@
-"""Splits boxes of a hierarchy at the best border between bins (Numba).
+"""Splits boxes into two sides at the best border between bins (Numba).
 
-The boxes are the rows of a table, which are sorted in place. A row is 8 single
-precision numbers: the lower corner with its sign changed, the upper corner, the
-height of the centre, and the box's index in the same memory as an integer. So
-the union of boxes is the maximum of each column.
+The boxes are the rows of a table, which are sorted in place. A row has 8
+numbers in single precision: the negative lower corner, the upper corner, the
+height of the centre, and the index of the box, which is stored as an integer.
+So the union of boxes is the maximum of each column.
 """
 
 import numpy as np
@@ -11,16 +11,17 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 
 LEAF_SIZE = 4
-"""Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
+"""Largest number of boxes in a leaf. It must be less than 16; see
+`leaf_range`."""
 
 MAX_DEPTH = 96
-"""Upper bound on the depth of a hierarchy: nodes that are deep are split into
-halves of equal count."""
+"""Upper bound of the depth of a hierarchy. To keep this bound, deep nodes are
+split into two sides with equal numbers of boxes."""
 
 _BINS = 16
 _FEW_BINS = 8
-"""Number of bins for nodes with few boxes, for which more bins take longer to
-fill than they save."""
+"""Number of bins for nodes with few boxes. With more bins, filling them would
+take longer than the better split saves."""
 
 _FEW = 16
 _BALANCE_DEPTH = 48
@@ -29,12 +30,12 @@ _LOWEST = np.float32(-np.finfo(np.float32).max)
 
 @kernel
 def round_outwards(boxes, table):
-    """Writes boxes into rows of this module's table, rounded outwards.
+    """Writes boxes to rows of this module's table, rounded outwards.
 
     Args:
         boxes: Lower corner, upper corner, height of the centre [m], shape (n,
             7), double precision.
-        table: Filled in except for its last column, shape (n, 8).
+        table: Output: the table, except its last column, shape (n, 8).
     """
     up = np.float32(np.inf)
     for i in range(len(boxes)):
@@ -57,18 +58,18 @@ def scratch():
 
 @helper
 def split(table, first, end, depth, memory) -> int:
-    """Partitions boxes in place into two sides, and bounds each side.
+    """Partitions boxes in place into two sides, and computes their boxes.
 
     Returns:
-        The first box of the right side.
+        Row of the first box of the right side.
     """
     bins, children, counts, costs = memory
     n = end - first
     if n <= LEAF_SIZE:
         return _bounded(table, first, end, end, children)
     axis, low, extent = _widest(table, first, end)
-    # Boxes around one point cannot be separated by position, nor can infinite
-    # ones.
+    # Boxes with the same centre, and infinite boxes, cannot be separated by
+    # position.
     if not 1e-200 < extent < np.inf or depth >= _BALANCE_DEPTH:
         return _bounded(table, first, first + n // 2, end, children)
     n_bins = _FEW_BINS if n <= _FEW else _BINS
@@ -88,15 +89,16 @@ def split(table, first, end, depth, memory) -> int:
 
 @helper
 def _center(table, i, axis):
-    """Twice the centre of a box along an axis."""
+    """Returns twice the coordinate of a box's centre along an axis."""
     return np.float64(table[i, 3 + axis]) - np.float64(table[i, axis])
 
 
 @helper
 def _widest(table, first, end):
-    """Returns the axis of the centres' largest spread, its start and length.
+    """Returns the axis with the largest spread of centres, and the spread.
 
-    The spread is infinite if a box is infinite, since its centre may be NaN.
+    The spread is returned as its start and its length. It is infinite if a box
+    is infinite, since the centre of such a box may be NaN.
     """
     x0 = y0 = z0 = np.inf
     x1 = y1 = z1 = -np.inf
@@ -121,7 +123,7 @@ def _widest(table, first, end):
 
 @helper
 def _fill_bins(table, first, end, axis, low, scale, bins, counts):
-    """Counts and bounds the boxes with their centres in each bin."""
+    """Computes the number and the union of the boxes in each bin."""
     for b in range(len(bins)):
         _empty(bins, b)
         counts[b] = 0
@@ -133,7 +135,7 @@ def _fill_bins(table, first, end, axis, low, scale, bins, counts):
 
 @helper
 def _best_cut(bins, grown, counts, costs) -> int:
-    """The bin border of least cost: surface area times count, of both sides."""
+    """Returns the border of bins for which a split has the least cost."""
     total = 0
     _empty(grown, 0)
     for b in range(len(bins) - 1, 0, -1):
@@ -155,10 +157,10 @@ def _best_cut(bins, grown, counts, costs) -> int:
 
 @helper
 def _partition(table, first, end, axis, low, scale, cut) -> int:
-    """Brings the boxes of the bins before `cut` to the front.
+    """Moves the boxes of the bins before `cut` to the front.
 
     Returns:
-        The first box of the remaining bins.
+        Row of the first box of the remaining bins.
     """
     i, j = first, end - 1
     while True:
@@ -176,7 +178,7 @@ def _partition(table, first, end, axis, low, scale, cut) -> int:
 
 @helper
 def _bounded(table, first, middle, end, children) -> int:
-    """Bounds the boxes before `middle` and those from there on."""
+    """Computes the union of the boxes before `middle`, and that of the rest."""
     _empty(children, 0)
     _empty(children, 1)
     for i in range(first, end):
@@ -186,14 +188,14 @@ def _bounded(table, first, middle, end, children) -> int:
 
 @helper
 def _empty(boxes, b):
-    """Makes a box that holds nothing."""
+    """Makes an empty box, for the union with other boxes."""
     for k in range(8):
         boxes[b, k] = _LOWEST
 
 
 @helper
 def _grow(boxes, b, others, i):
-    """Enlarges a box in place until it holds the other."""
+    """Enlarges a box in place to its union with another box."""
     for k in range(7):
         boxes[b, k] = max(boxes[b, k], others[i, k])
 
@@ -208,7 +210,7 @@ def _half_surface(boxes) -> float:
 
 @helper
 def write_children(node, children):
-    """Stores the boxes of both children."""
+    """Writes the boxes of the two children of a node."""
     for side in range(2):
         for k in range(3):
             node[6 * side + k] = -children[side, k]

@@ -1,4 +1,4 @@
-"""All formats of splat files, with their readers and writers."""
+"""Defines the formats of splat files, with their readers and writers."""
 
 import dataclasses as dc
 import zipfile
@@ -40,16 +40,16 @@ class SplatFormat:
 
     Attributes:
         title: Display name of the format.
-        suffix: Suffix of its files' names.
+        suffix: Suffix of the names of files of this format.
         read: Function that reads a file.
-        write: Function that writes a file, whole or not at all.
-        loss: What is lost when a splat is written, as a sentence; empty if
-            values are only rounded to single precision.
-        keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
-            discs are written as ellipsoids of one tiny thickness, from which
-            they are recognised.
-        keeps_uncertainty: Whether the format has a place for the splats' own
-            uncertainty; if not, it is lost.
+        write: Function that writes a file, completely or not at all.
+        loss: Sentence about the information that is lost when a splat is
+            written; empty if values are only rounded to single precision.
+        keeps_surfels: Whether the format supports 2DGS discs, which have two
+            scales. If not, discs are written as ellipsoids that all have the
+            same tiny thickness, by which they are recognised.
+        keeps_uncertainty: Whether the format supports the splats' uncertainty.
+            If not, the uncertainty is lost.
         reorders: Whether splats are written in `morton_order`.
     """
 
@@ -63,7 +63,7 @@ class SplatFormat:
     reorders: bool = False
 
     def as_written(self, splat: GaussianSplat) -> GaussianSplat:
-        """Returns the splat in the order in which this format writes it."""
+        """Returns a splat in the order in which this format writes it."""
         if not self.reorders:
             return splat
         return splat.select(morton_order(splat.p_GK))
@@ -77,7 +77,7 @@ PLY = SplatFormat(
     keeps_surfels=True,
     keeps_uncertainty=True,
 )
-"""PLY as INRIA's 3DGS and 2DGS write it."""
+"""The PLY format of INRIA's 3DGS and of 2DGS."""
 CHECKPOINT = SplatFormat(
     "gsplat checkpoint", ".pt", read_checkpoint, write_checkpoint
 )
@@ -132,21 +132,21 @@ def read_splat(
 ) -> GaussianSplat:
     """Reads a Gaussian splat of any format.
 
-    The format is recognised by the file's content, then by its name. Formats
-    without 2DGS discs store discs as ellipsoids of the same tiny thickness,
-    which are read as discs again (`is_flat`).
+    The format is recognised by the file's content, or else by its name. Formats
+    without 2DGS discs store discs as ellipsoids that all have the same tiny
+    thickness. These are read as discs again (`is_flat`).
 
     Args:
         path: A file, a folder of PlayCanvas' SOG, or a `package://` URI.
-        surfel: Whether a checkpoint contains 2DGS discs; None: detected, see
-            `read_checkpoint`.
-        harmonics: Whether the higher harmonics are kept. Distances and the
-            drawings of this library do not need them, and a PLY is read faster
-            without them.
+        surfel: Whether a checkpoint contains 2DGS discs. If it is None,
+            `read_checkpoint` detects it.
+        harmonics: Whether the higher harmonics are returned. Distances and the
+            drawings of this library do not need them, and a PLY file is read
+            faster without them.
 
     Raises:
-        FileError: The file is missing, of an unknown format, damaged, or holds
-            an invalid value.
+        FileError: The file is missing, has an unknown format, is damaged, or
+            contains an invalid value.
         MissingExtraError: The format needs a package that is not installed.
 
     Example:

@@ -1,4 +1,4 @@
-"""`GaussianSplat`: the Gaussians of a scene as read-only arrays."""
+"""`GaussianSplat`: the Gaussians of a scene, as read-only arrays."""
 
 import dataclasses as dc
 import hashlib
@@ -21,8 +21,9 @@ SH_C0 = 0.28209479177387814
 """
 
 LEAST_SCALE, LARGEST_SCALE = 1e-4, 1e4
-"""Least and greatest factor by which splats may be scaled: units of a tenth of
-a millimetre to tens of kilometres [m per unit of the file]."""
+"""Least and greatest factor by which splats may be scaled [m per unit of the
+file]. They correspond to units of a tenth of a millimetre and of ten
+kilometres."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -32,7 +33,7 @@ class GaussianSplat:
     Two scales make a 2DGS surfel (Huang et al., 2024): a flat disc whose normal
     is the third column of its rotation. Three scales make a 3DGS ellipsoid
     (Kerbl et al., 2023). The arrays are read-only, so all systems of a diagram
-    can share a splat. A deep copy is the object itself.
+    can share a splat. Copying returns the object itself.
 
     Attributes:
         p_GK: Centres of the splats K in G, shape (N, 3) [m].
@@ -43,13 +44,13 @@ class GaussianSplat:
         sh_rest: Coefficients of the higher spherical harmonics,
             coefficient-major, shape (N, K, 3) with K = (degree + 1)^2 - 1; K =
             0 if a file has none.
-        uncertainty: Bounds on the distance of the true surface in front of each
-            splat, on the side of a query point, shape (N,), not negative [m];
-            None if unknown.
+        uncertainty: Bound of the distance by which the true surface may be in
+            front of each splat, on the side of a query point, shape (N,), not
+            negative [m]; None if it is unknown.
 
     Raises:
-        RemoSplatError: The arrays do not match, or a value is invalid; the
-            error names the splat.
+        RemoSplatError: The shapes of the arrays do not match, or a value is
+            invalid. The error names the splat.
 
     Example:
         >>> import remosplat_drake as rs
@@ -80,7 +81,7 @@ class GaussianSplat:
         self._check()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays by attribute name; omits those that are None."""
+        """Returns the arrays, keyed by attribute; omits those that are None."""
         arrays = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         return {k: array for k, array in arrays.items() if array is not None}
 
@@ -103,7 +104,7 @@ class GaussianSplat:
                 )
         for name, values in self.arrays().items():
             self._reject(~np.isfinite(values), name, "not finite")
-        # NumPy sums short rows slowly; these are the same sums.
+        # The sums are written out, since NumPy sums short rows slowly.
         w, x, y, z = np.square(self.quaternions).T
         norms = np.sqrt(w + x + y + z)
         self._reject(np.less(norms, 1e-8), "quaternion", "zero")
@@ -133,11 +134,12 @@ class GaussianSplat:
     def restored(
         arrays: Mapping[str, np.ndarray], content_hash: str | None = None
     ) -> "GaussianSplat":
-        """Makes a splat from the arrays of another one, without any check.
+        """Makes a splat from the arrays of another splat, without checks.
 
         Args:
-            arrays: The arrays by attribute name; they become read-only.
-            content_hash: The other splat's hash; None computes it on demand.
+            arrays: The arrays, keyed by attribute; they become read-only.
+            content_hash: The hash of the other splat. If it is None, the hash
+                is computed on demand.
         """
         splat = object.__new__(GaussianSplat)
         for name, array in arrays.items():
@@ -149,7 +151,7 @@ class GaussianSplat:
 
     @staticmethod
     def empty() -> "GaussianSplat":
-        """Makes a splat of no surfels."""
+        """Makes a splat that contains no surfels."""
         return GaussianSplat(
             p_GK=np.zeros((0, 3)),
             quaternions=np.zeros((0, 4)),
@@ -173,7 +175,8 @@ class GaussianSplat:
     def R_GK(self) -> np.ndarray:
         """Rotation matrices of the splats, shape (N, 3, 3), read-only."""
         wxyz = self.quaternions.astype(np.float64)
-        # Float32 unit quaternions have errors of 1e-7; rotations must not.
+        # Quaternions are normalised in double precision, since their rounding
+        # to single precision causes errors of 1e-7.
         wxyz /= np.linalg.norm(wxyz, axis=1, keepdims=True)
         R = rotation_matrices(wxyz)
         R.flags.writeable = False
@@ -181,7 +184,7 @@ class GaussianSplat:
 
     @cached_property
     def content_hash(self) -> str:
-        """A SHA-256 digest of all arrays, in hex."""
+        """First 16 digits of the SHA-256 digest of all arrays, in hex."""
         digest = hashlib.sha256()
         for array in self.arrays().values():
             digest.update(array.data if array.size else b"")
@@ -193,7 +196,7 @@ class GaussianSplat:
         return self._with(chosen)
 
     def _with(self, arrays: dict[str, np.ndarray]) -> "GaussianSplat":
-        """Makes a splat from arrays that were already checked."""
+        """Returns this splat with other arrays, which are not checked."""
         ordered = {k: np.ascontiguousarray(v) for k, v in arrays.items()}
         return GaussianSplat.restored(ordered)
 
@@ -201,11 +204,11 @@ class GaussianSplat:
         """Appends other splats of the same kind and degree.
 
         Args:
-            other: The splats that follow.
+            other: The splats to append.
 
         Raises:
-            RemoSplatError: Only one of the splats has a known uncertainty;
-                zeros for the other splat would be wrong.
+            RemoSplatError: Only one of the two has a known uncertainty. Zeros
+                for the other one would be wrong.
         """
         first, second = self.arrays(), other.arrays()
         if ("uncertainty" in first) != ("uncertainty" in second):
@@ -223,22 +226,22 @@ class GaussianSplat:
         """Returns these splats with another `uncertainty`.
 
         Args:
-            uncertainty: Shape (N,), or one number for all [m]; None means
-                unknown.
+            uncertainty: The uncertainty of each splat, shape (N,), or one
+                number for all splats [m]; None if it is unknown.
         """
         if uncertainty is not None:
             uncertainty = np.broadcast_to(uncertainty, len(self))
         return dc.replace(self, uncertainty=uncertainty)
 
     def inside(self, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Returns which splats have their centres in a box of G.
+        """Returns whether each splat's centre is in a box in G.
 
         Args:
             lower: Lower corner of the box, shape (3,) [m].
             upper: Upper corner of the box, shape (3,) [m].
 
         Returns:
-            Shape (N,), bool.
+            A mask of the splats, shape (N,), bool.
         """
         inside = (self.p_GK >= lower) & (self.p_GK <= upper)
         return np.all(inside, axis=1)
@@ -250,8 +253,8 @@ class GaussianSplat:
     def without_harmonics(self) -> "GaussianSplat":
         """Returns these splats with colours of degree 0 only.
 
-        These colours do not depend on the direction, which suffices for
-        distances and for the drawings of this library.
+        These colours do not depend on the viewing direction. They are
+        sufficient for distances and for the drawings of this library.
         """
         return self._with(self.arrays() | {"sh_rest": self.sh_rest[:, :0]})
 

@@ -1,4 +1,4 @@
-"""Spherical harmonics: view-dependent colours of a splat.
+"""Evaluates and rotates spherical harmonics, a splat's view-dependent colours.
 
 The real harmonics are those of 3D Gaussian splatting (Kerbl et al., 2023), with
 the Condon-Shortley sign (-1)^m. Each degree l has 2 l + 1 harmonics, ordered by
@@ -14,7 +14,7 @@ from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import RemoSplatError
 
 _SAMPLES = 64
-"""Directions at which harmonics are evaluated to find their rotation."""
+"""Directions at which harmonics are evaluated to compute their rotation."""
 
 
 def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
@@ -42,13 +42,13 @@ def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
 
 
 def last_degree(coefficients: int) -> int:
-    """Returns the degree of a number of higher harmonics.
+    """Returns the degree for a given number of higher harmonics.
 
     Args:
         coefficients: Number of harmonics without that of degree 0.
 
     Raises:
-        RemoSplatError: No degree has that number.
+        RemoSplatError: No degree has this number of harmonics.
     """
     degree = round(np.sqrt(coefficients + 1)) - 1
     if (degree + 1) ** 2 != coefficients + 1:
@@ -74,7 +74,7 @@ def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
         The coefficients in F, shape (N, K, 3).
 
     Raises:
-        RemoSplatError: K harmonics do not fill a degree.
+        RemoSplatError: No degree has K harmonics.
     """
     last = last_degree(sh_rest.shape[1])
     d_F = spread_directions(_SAMPLES)

@@ -1,8 +1,8 @@
-"""Keeps expensive hierarchies in the user's cache.
+"""Keeps large hierarchies in the user's cache.
 
-The name of a file is a digest of the inputs from which its boxes were computed.
-A truncated or damaged file, or one of another version, is deleted, and its
-hierarchy computed again.
+The name of a file is a key of the inputs from which its boxes were computed. If
+a file is truncated, damaged or of another version, it is deleted, and its
+hierarchy is computed again.
 """
 
 import contextlib
@@ -20,16 +20,16 @@ from remosplat_drake.splat.bvh import (
 )
 
 LEAST_BOXES = 200_000
-"""Least number of boxes of a hierarchy in the cache; smaller hierarchies are
-built quickly."""
+"""Least number of boxes of a hierarchy that is kept. Building a smaller
+hierarchy takes little time."""
 
 MOST_BYTES = 1 << 30
-"""Largest size of the cache; beyond it, the least recently used files are
-deleted."""
+"""Largest size of the cache [bytes]. If it is exceeded, the least recently used
+files are deleted."""
 
 _KIND = FileKind("hierarchy", b"RSDBVH\0\0", 2)
-"""Version of the files; increase it when the construction or search of
-hierarchies changes."""
+"""Version of the files. It must be increased if the construction or the search
+of hierarchies changes."""
 
 
 def is_kept(n: int) -> bool:
@@ -38,15 +38,15 @@ def is_kept(n: int) -> bool:
 
 
 def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
-    """Returns the hierarchy of n boxes from the cache; None if there is none.
+    """Returns a hierarchy of n boxes from the cache; None if there is none.
 
-    Its structure is checked, so that kernels can safely traverse it. Its boxes
-    are not checked.
+    The structure of the hierarchy is checked, so that kernels can traverse it
+    safely. Its boxes are not checked.
 
     Args:
-        key: Digest of all inputs from which the boxes are computed, of letters
-            and digits.
-        n: Number of the boxes.
+        key: Key of all inputs from which the boxes are computed; it consists of
+            letters and digits.
+        n: Number of boxes.
     """
     path = _path(key)
     try:
@@ -67,21 +67,21 @@ def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
     """Keeps a hierarchy in the cache.
 
     Args:
-        key: As for `kept_hierarchy`.
+        key: The key, as for `kept_hierarchy`.
         hierarchy: The hierarchy.
     """
     arrays = {
         "nodes": hierarchy.nodes,
         "order": hierarchy.order,
     }
-    # A cache that cannot be written is not an error.
+    # If the cache cannot be written, this is not an error.
     with contextlib.suppress(FileError):
         write_arrays(_path(key), _KIND, {}, arrays)
         _drop_oldest(_path(key))
 
 
 def cache_folder() -> Path:
-    """Returns the folder of the kept hierarchies; it need not exist."""
+    """Returns the folder of the kept hierarchies, which need not exist."""
     return resources.cache_dir() / "hierarchies"
 
 
@@ -90,7 +90,7 @@ def _path(key: str) -> Path:
 
 
 def _drop_oldest(newest: Path) -> None:
-    """Deletes the least recently used files until the rest is small enough."""
+    """Deletes the least recently used files until the cache is small enough."""
     files = []
     for path in newest.parent.glob("*.bvh"):
         with contextlib.suppress(OSError):

@@ -7,9 +7,9 @@ from remosplat_drake.splat.quaternions import rotation_matrices
 
 
 def shortest_axes(splat: GaussianSplat) -> np.ndarray:
-    """Returns the shortest axis of each Gaussian, of either sign.
+    """Returns the shortest axis of each Gaussian; its sign is arbitrary.
 
-    For a Gaussian on a surface, it is a normal of the surface.
+    For a Gaussian on a surface, this axis is a normal of the surface.
 
     Args:
         splat: The N Gaussians.

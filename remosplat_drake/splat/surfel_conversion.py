@@ -1,4 +1,4 @@
-"""Conversion between 2DGS discs and 3DGS ellipsoids.
+"""Converts between 2DGS discs and 3DGS ellipsoids.
 
 Most formats of splats support only ellipsoids. A disc is written as an
 ellipsoid with the least thickness that all formats can represent, and is read
@@ -12,24 +12,24 @@ import numpy as np
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 THICKNESS = float(np.exp(-10.0))
-"""Third scale that a disc gets in formats of ellipsoids, exp(-10) = 45 um [m].
+"""Third scale of a disc in formats for ellipsoids, exp(-10) m = 45 um.
 
 It is the least scale of SPZ.
 """
 
 _FLAT = 1e-4
-"""Ellipsoids count as discs if their third scales are equal and at most this
-[m]."""
+"""Largest third scale of ellipsoids that count as discs [m]. Their third scales
+must be equal, too."""
 
 _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
-"""Quaternions wxyz of the rotations that turn z to axis 0, and to axis 1."""
+"""Quaternions wxyz of two rotations, which rotate z to axis 0 and to axis 1."""
 
 
 def is_flat(splat: GaussianSplat) -> bool:
-    """Returns whether the ellipsoids are discs that were given a thickness.
+    """Returns whether all ellipsoids are discs to which a thickness was added.
 
     They are if their third scales are all equal, to float precision, and at
-    most 0.1 mm; training does not produce such splats.
+    most 0.1 mm. Training does not produce such ellipsoids.
     """
     if splat.is_surfel or not len(splat):
         return False
@@ -43,10 +43,10 @@ def without_thickness(splat: GaussianSplat) -> GaussianSplat:
 
 
 def with_thickness(splat: GaussianSplat) -> GaussianSplat:
-    """Turns discs into ellipsoids as thin as `THICKNESS`; keeps ellipsoids.
+    """Converts discs to ellipsoids with the third scale `THICKNESS`.
 
-    If a scale of a disc is below `THICKNESS`, the disc's normal is not the
-    shortest axis of the ellipsoid.
+    Ellipsoids are returned unchanged. If a scale of a disc is below
+    `THICKNESS`, the disc's normal is not the shortest axis of the ellipsoid.
     """
     if not splat.is_surfel:
         return splat
@@ -55,12 +55,12 @@ def with_thickness(splat: GaussianSplat) -> GaussianSplat:
 
 
 def flattened(splat: GaussianSplat) -> GaussianSplat:
-    """Turns ellipsoids into discs with the shortest axis as their normal.
+    """Converts ellipsoids to discs, whose normals are the shortest axes.
 
-    K's axes are renamed cyclically, so that R_GK remains a rotation: they
+    The axes of K are permuted cyclically, so that R_GK remains a rotation. They
     become y, z, x if the first axis is the shortest, and z, x, y if the second
-    axis is. If scales are equal, the last axis is the normal. Discs are not
-    changed.
+    axis is the shortest. If scales are equal, the last axis is the normal.
+    Discs are returned unchanged.
     """
     if splat.is_surfel:
         return splat
@@ -76,7 +76,7 @@ def flattened(splat: GaussianSplat) -> GaussianSplat:
 
 
 def _times(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Hamilton products of many quaternions a with one b, wxyz, (N, 4)."""
+    """Returns the products of many quaternions a with one b, wxyz, (N, 4)."""
     w, x, y, z = b
     right = np.array(
         [[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]

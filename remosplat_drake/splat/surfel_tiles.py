@@ -1,4 +1,4 @@
-"""`make_tiles`: a splat as small triangle meshes for Meshcat."""
+"""`make_tiles`: converts a splat to small triangle meshes for Meshcat."""
 
 import dataclasses as dc
 from functools import lru_cache
@@ -13,24 +13,27 @@ MAX_SURFELS = 150_000
 """Largest number of discs on a Meshcat page, at about 250 bytes each."""
 
 TILE_SIZE = 1000
-"""Number of discs in a tile; Meshcat takes about 0.1 ms to receive a tile."""
+"""Number of discs in a tile. Meshcat takes about 0.1 ms to receive a tile."""
 
 SIDES = 6
 """Number of corners of the polygon that represents a disc in a tile."""
 
-# A splat's colours include lighting already; the page's lights dim them again.
+# Factor that brightens colours: a splat's colours already include lighting, and
+# the page's lights would dim them again.
 _EXPOSURE = 1.5
 
 
 @dc.dataclass(frozen=True, eq=False)
 class SurfelTile:
-    """Some neighbouring discs as a triangle mesh; the arrays are read-only.
+    """A triangle mesh of neighbouring discs, with read-only arrays.
 
     Attributes:
-        vertices: p_GV, column by column, shape (3, 6 n), float32 [m].
-        faces: Columns of three vertex indices, shape (3, 4 n), int32.
-        colors: Linear RGB of the vertices, bright enough for the page's
-            lights, shape (3, 6 n), float32.
+        vertices: Positions p_GV of the vertices, as columns, shape (3, 6 n),
+            float32 [m].
+        faces: Three vertex indices of each triangle, as columns, shape (3, 4
+            n), int32.
+        colors: Linear RGB of the vertices, brightened for the page's lights,
+            shape (3, 6 n), float32.
     """
 
     vertices: np.ndarray
@@ -49,20 +52,23 @@ def make_tiles(
     n_sigma: float = 1.6,
     min_opacity: float = 0.1,
 ) -> tuple[SurfelTile, ...]:
-    """Cuts a splat into meshes of neighbouring discs.
+    """Makes triangle meshes of a splat, each of some neighbouring discs.
 
     Args:
-        splat: The scene in its frame G; if it has more than `MAX_SURFELS`
-            splats, those with the largest area are used.
-        order: Indices of splats such that neighbours are consecutive, like the
-            leaf order of a hierarchy; None builds one.
-        size: Number of discs in a tile; the last one may have fewer.
+        splat: The scene in its frame G. If it has more than `MAX_SURFELS`
+            splats, those with the largest area times opacity are used.
+        order: Indices of the splats in an order in which neighbours are
+            consecutive, like the leaf order of a hierarchy. If it is None, a
+            hierarchy is built.
+        size: Number of discs in a tile; the last tile may have fewer.
         n_sigma: Radius of the discs in standard deviations.
-        min_opacity: Fainter splats are omitted; the default is the distance
-            oracle's, so that the page shows the obstacles of the robot.
+        min_opacity: Fainter splats are omitted. The default is the distance
+            oracle's threshold, so that the page shows the obstacles of the
+            robot.
     """
     if order is None:
-        # A map of a building is thinned first: it has too many discs to sort.
+        # A map of a building has too many discs to sort, so the largest discs
+        # are selected first.
         splat = largest(splat, MAX_SURFELS, min_opacity)
         p_GK = splat.p_GK.astype(float)
         order = build_hierarchy(p_GK, p_GK, p_GK[:, 2]).order
@@ -77,21 +83,21 @@ def make_tiles(
 def surfel_mesh(
     splat: GaussianSplat, n_sigma: float, sides: int = SIDES
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Meshes splats as regular polygons over their two largest axes.
+    """Makes a mesh in which each splat is a regular polygon.
 
     Args:
         splat: N discs or ellipsoids.
-        n_sigma: Circumradius in standard deviations.
+        n_sigma: Circumradius of a polygon in standard deviations.
         sides: Number of corners of a polygon.
 
     Returns:
-        Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3) and linear
-        RGB colours of the vertices (N * sides, 3), bright enough for the page's
-        lights.
+        Vertices p_GV (N * sides, 3) [m], faces (N * (sides - 2), 3), and linear
+        RGB colours of the vertices (N * sides, 3), brightened for the page's
+        lights. A polygon is in the plane of the splat's two largest axes.
     """
     rows = np.arange(len(splat))
     order = np.argsort(-splat.scales, axis=1, kind="stable")[:, :2]
-    # Semi-axes of the polygons in G, shape (n, 2, 3).
+    # These are the semi-axes of the polygons in G, shape (n, 2, 3).
     axes_G = n_sigma * np.stack(
         [splat.scales[rows, k, None] * splat.R_GK[rows, :, k] for k in order.T],
         axis=1,
@@ -105,15 +111,16 @@ def surfel_mesh(
 
 @lru_cache(maxsize=8)
 def polygon_faces(count: int, sides: int) -> np.ndarray:
-    """Triangulates polygons as triangle fans; their corners are consecutive.
+    """Triangulates polygons with consecutive corners as triangle fans.
 
     Args:
         count: Number of polygons.
-        sides: Number of corners of each.
+        sides: Number of corners of each polygon.
 
     Returns:
-        Shape (count * (sides - 2), 3), int32, read-only. Equal arguments give
-        the same array, so that tiles of one size share it.
+        Vertex indices of the triangles, shape (count * (sides - 2), 3), int32,
+        read-only. For equal arguments it is the same array, so that tiles of
+        equal size share it.
     """
     fan = np.arange(1, sides - 1)
     polygon = np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
@@ -128,8 +135,8 @@ def largest(
 ) -> GaussianSplat:
     """Returns the `count` splats with the largest area times opacity.
 
-    Of splats with equal area, the first ones are used. The splats keep their
-    order.
+    Of splats with equal area times opacity, the first ones are returned. The
+    splats keep their order.
 
     Args:
         splat: The splats.

@@ -1,1 +1,1 @@
-"""Removal of artefacts from splats that other programs have trained."""
+"""Removes artefacts from splats that other programs have trained."""

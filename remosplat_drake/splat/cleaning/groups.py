@@ -1,4 +1,4 @@
-"""Finds groups of splats that touch each other, in a graph of neighbours."""
+"""Finds groups of splats that touch each other, by a graph of neighbours."""
 
 import dataclasses as dc
 
@@ -11,24 +11,24 @@ from remosplat_drake.base.threads import blocks, num_threads
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 NEIGHBOURS = 12
-"""Number of neighbours to which a splat may be linked."""
+"""Number of nearest neighbours of a splat for which contact is tested."""
 
 REACH = 3.0
-"""Extent of a splat in standard deviations; two splats with overlapping extents
-touch."""
+"""Extent of a splat in standard deviations. Two splats touch if their extents
+overlap."""
 
 _BLOCK = 1 << 13
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Neighbours:
-    """The k splats nearest to each of n splats, nearest centre first.
+    """The k nearest neighbours of each of n splats, the nearest first.
 
     Attributes:
-        index: Indices of the neighbours, shape (n, k), int32; n if there are
-            fewer.
+        index: Indices of the neighbours, shape (n, k), int32; n for missing
+            neighbours.
         distance: Distances of the neighbours, shape (n, k), single precision;
-            inf if there are fewer.
+            inf for missing neighbours.
     """
 
     index: np.ndarray
@@ -49,8 +49,8 @@ def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
     for rows in blocks(n, _BLOCK):
         found = tree.query(p_GK[rows], count + 1, workers=workers)
         far, near = map(np.asarray, found)
-        # If points coincide, the first neighbour of a point can be another
-        # point.
+        # If points coincide, the first result of a point may be another point
+        # and not the point itself.
         own = near == np.arange(rows.start, rows.stop)[:, None]
         own[~own.any(axis=1), -1] = True
         index[rows] = near[~own].reshape(-1, count)
@@ -76,29 +76,31 @@ class Groups:
         return int(self.size.argmax())
 
     def least(self, values: np.ndarray) -> np.ndarray:
-        """Returns, for each group, the least value of its splats, (m,)."""
+        """Returns the least value of each group's splats, shape (m,)."""
         least = np.full(len(self.size), np.inf)
         np.minimum.at(least, self.label, values)
         return least
 
     def greatest(self, values: np.ndarray) -> np.ndarray:
-        """Returns, for each group, the greatest value of its splats, (m,)."""
+        """Returns the greatest value of each group's splats, shape (m,)."""
         return -self.least(-values)
 
 
 def find_groups(
     splat: GaussianSplat, neighbours: Neighbours | None = None
 ) -> Groups:
-    """Finds which splats touch each other, directly or through others.
+    """Finds the groups of splats that touch, directly or through others.
 
-    Two neighbours touch if their extents of `REACH` standard deviations along
-    the line between their centres overlap. So a needle touches splats that are
-    far away along its axis, but not across it. A disc counts as a ball, so that
-    a chain of small discs is one group for any orientations.
+    Two neighbours touch if their extents along the line between their centres
+    overlap. The extent is `REACH` standard deviations. So a needle touches
+    splats that are far away along its axis, but not splats that are far away
+    across it. A disc counts as a ball, so that a chain of small discs is one
+    group, whatever their orientations are.
 
     Args:
         splat: At least one splat.
-        neighbours: Their neighbours; None finds them.
+        neighbours: The neighbours of the splats; if they are None, this
+            function finds them.
     """
     n = len(splat)
     if neighbours is None:
@@ -117,7 +119,7 @@ def find_groups(
 def _touching(
     splat: GaussianSplat, neighbours: Neighbours, rows: slice
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs of some splats and neighbours that touch."""
+    """Returns the pairs of some splats and neighbours that touch."""
     j, distance = neighbours.index[rows], neighbours.distance[rows]
     size = np.append(splat.scales.max(axis=1), 0.0)
     reach = REACH * (size[rows, None] + size[j])
@@ -136,10 +138,10 @@ def _touching(
 def _extent(
     splat: GaussianSplat, index: np.ndarray, u_G: np.ndarray
 ) -> np.ndarray:
-    """Half the width of some splats along unit vectors, one sigma each.
+    """Returns one standard deviation of some splats along unit vectors.
 
-    It is at least that of the second axis, since normals of a thin wire are
-    inaccurate.
+    It is at least that of the splat's second axis, since the normals of splats
+    on a thin wire are inaccurate.
     """
     chosen = splat.select(index)
     along = np.einsum("nij,ni->nj", chosen.R_GK, u_G)

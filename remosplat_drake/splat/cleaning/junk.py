@@ -1,12 +1,13 @@
-"""Finds Gaussians that are not on surfaces, from the splat itself.
+"""Finds Gaussians of a splat that are not on surfaces.
 
-Splats from other programs contain floaters, sky and giants (far too large
-splats), which are not on surfaces and make distances too small. If a surface is
-removed by mistake, distances are too large, which is worse. So splats that
-touch a large part of the scene are kept, unless they are nearly transparent or
-far too large for a surface.
+Splats from other programs contain floaters, sky and giants, which are splats
+that are far too large. These splats are not on surfaces, and make distances too
+small. But if a surface is removed by mistake, distances are too large, which is
+worse. So splats that touch a large part of the scene are kept, unless they are
+nearly transparent or far too large for a surface.
 
-All lengths are relative to the splat's own: the unit of such files is unknown.
+All thresholds of lengths are relative to sizes in the splat, since the unit of
+such files is unknown.
 """
 
 import dataclasses as dc
@@ -39,51 +40,51 @@ REASONS = {
 """Reasons for removal, in the order of the tests."""
 
 LEAST_OPACITY = 0.05
-"""Splats of lower opacity are faint; this is half the oracle's threshold."""
+"""Opacity below which a splat is faint. It is half the default threshold of the
+distance oracle."""
 
 _GIANT = 0.3
-"""Largest standard deviation of a splat on a surface, as a fraction of the
-scene's radius, or of the splat's distance from the scene's middle if that is
-larger."""
+"""Largest standard deviation of a splat on a surface, as a fraction of a
+length. The length is the scene's radius or, if it is larger, the splat's
+distance from the middle of the scene."""
 
 _LARGE = 0.1
-"""Splats are compared with their neighbours if their standard deviation exceeds
-this fraction of the scene's radius, or of their distance from the scene's
-middle if that is larger."""
+"""Standard deviation above which a splat is compared with its neighbours, as a
+fraction of the same length as for `_GIANT`."""
 
 _BESIDE = 12.0
-"""A splat above `_LARGE` is a giant if it is at least this many times as large
-as the median of its neighbours."""
+"""A splat larger than `_LARGE` is a giant if it is at least this many times as
+large as the median of its neighbours."""
 
 _NEEDLE, _LONGER = 15.0, 10.0
 """Least ratio of a needle's length to its width, and to the median length of
 its neighbours."""
 
 _ORDINARY = 20.0
-"""The scene's size is computed from splats up to this multiple of the median
-size."""
+"""Largest size of a splat from which the scene's size is computed, as a
+multiple of the median size."""
 
 _GAP = 2.0
-"""Splats beyond this multiple of the scene's radius are outside it."""
+"""Multiple of the scene's radius beyond which splats are outside the scene."""
 
 FEW = 30
-"""A separate group with fewer splats than this is not part of the scene."""
+"""Least number of splats of a separate group that is a part of the scene."""
 
 _PART = 0.05
-"""A group of splats is removed for contradicting the cameras only if it has
-less than this fraction of all splats."""
+"""Fraction of all splats below which a group that contradicts the cameras is
+removed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Junk:
-    """Gaussians to remove from a splat of N.
+    """The Gaussians to remove from a splat of N Gaussians.
 
     Attributes:
         reason: Index into `names` for each splat, shape (N,), uint8; 0 is
             `KEPT`.
         middle: Middle of the kept splats, in G, shape (3,).
         radius: Radius around the middle that contains 99 % of the kept splats.
-        has_views: Whether the cameras were known.
+        has_views: Whether the poses of the training cameras were known.
     """
 
     reason: np.ndarray
@@ -95,13 +96,13 @@ class Junk:
 
     @property
     def is_kept(self) -> np.ndarray:
-        """Which splats are kept, shape (N,)."""
+        """Whether each splat is kept, shape (N,), bool."""
         return self.reason == 0
 
     def counts(self) -> dict[str, int]:
         """Returns the number of splats that are removed for each reason.
 
-        Reasons that need cameras are omitted if these are unknown.
+        If the cameras are unknown, reasons that need cameras are omitted.
         """
         counts = np.bincount(self.reason, minlength=len(self.names)).tolist()
         asked = dict(zip(REASONS, counts[1:], strict=True))
@@ -117,19 +118,21 @@ def find_junk(
 ) -> Junk:
     """Finds faint splats, giants, needles, sky and floaters.
 
-    With views, it also finds splats directly in front of a camera and splats
-    outside all views, unless they touch something large.
+    If `views` are given, the function also finds splats directly in front of a
+    camera, and splats outside all views, unless these splats belong to a large
+    group.
 
     Args:
-        splat: At least one splat in G, in any unit. If fewer than `FEW` are not
-            faint, these are all kept.
-        views: The cameras that the splat was trained from, if they are known.
-        on_stage: Called with the name of the next stage.
+        splat: At least one splat in G, in any unit. If fewer than `FEW` splats
+            are not faint, all of these are kept.
+        views: The training cameras of the splat; None if they are unknown.
+        on_stage: Function that is called with the name of each stage when the
+            stage begins.
     """
     reason = np.zeros(len(splat), np.uint8)
 
     def mark(index: np.ndarray, which: np.ndarray, name: str) -> np.ndarray:
-        """Marks some of the remaining splats, and returns the others."""
+        """Marks some of the remaining splats, and returns those not marked."""
         reason[index[which]] = Junk.names.index(name)
         return index[~which]
 
@@ -149,7 +152,7 @@ def find_junk(
 
 
 def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
-    """Marks giants and needles; returns the rest."""
+    """Marks giants and needles, and returns the splats that are not marked."""
     part = splat.select(left)
     size = part.scales.max(axis=1)
     middle, reach = _extent(part, size)
@@ -157,8 +160,8 @@ def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
     beside = _beside(size, neighbours)
     distance = np.linalg.norm(part.p_GK - middle, axis=1)
     least = np.maximum(reach, distance)
-    # A giant lies among smaller neighbours. A large splat without near
-    # neighbours may represent a whole wall.
+    # A giant is among smaller neighbours. A large splat without near neighbours
+    # is not one: it may represent a whole wall.
     is_amid = neighbours.distance[:, -1] <= size
     is_huge = size > _GIANT * least
     is_thin = size > _NEEDLE * np.sort(part.scales, axis=1)[:, -2]
@@ -180,7 +183,7 @@ def _extent(part: GaussianSplat, size: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _beside(size: np.ndarray, neighbours: Neighbours) -> np.ndarray:
-    """The median size of each splat's neighbours, shape (n,)."""
+    """Returns the median size of each splat's neighbours, shape (n,)."""
     known = np.append(size, np.nan)
     sizes = known[neighbours.index]
     return np.nanmedian(sizes, axis=1)
@@ -189,7 +192,7 @@ def _beside(size: np.ndarray, neighbours: Neighbours) -> np.ndarray:
 def _mark_groups(
     splat: GaussianSplat, left: np.ndarray, views: Views | None, mark
 ) -> np.ndarray:
-    """Marks sky, floaters and contradicted splats; returns the rest."""
+    """Marks sky, floaters, and groups that contradict the cameras."""
     part = splat.select(left)
     groups = find_groups(part)
     p_GK = part.p_GK.astype(float)
@@ -216,17 +219,18 @@ def _mark_groups(
 def _from_middle(
     p_GK: np.ndarray, groups: Groups
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The middle of the largest group, and all distances from there."""
+    """Returns the middle of the largest group, and all distances from it."""
     middle = np.median(p_GK[groups.label == groups.largest], axis=0)
     return middle, np.linalg.norm(p_GK - middle, axis=1)
 
 
 def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
-    """Returns which groups lie within the gap around the scene, and its radius.
+    """Returns whether each group belongs to the scene, and the scene's radius.
 
-    From the largest group outwards, a group that starts within `_GAP` times the
-    radius so far belongs to the scene. Small groups do not extend the radius;
-    otherwise a few strays would connect to the sky.
+    Groups are processed in the order of their distance from the middle of the
+    largest group. A group belongs to the scene if it starts within `_GAP` times
+    the radius of the groups before it. Small groups do not increase the radius;
+    otherwise a few stray splats would connect the scene to the sky.
     """
     nearest, farthest = groups.least(distance), groups.greatest(distance)
     is_large = groups.size >= FEW
@@ -242,7 +246,7 @@ def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
 def _contradicted(
     p_GK: np.ndarray, groups: Groups, asked: np.ndarray, views: Views
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns which splats are in groups near a camera or in unseen ones."""
+    """Returns whether each splat's group is near a camera or unseen by all."""
     n, label = len(p_GK), groups.label[asked]
     scene_G = p_GK[groups.label == groups.largest]
     is_seen, is_before = views.look(p_GK[asked], scene_G)

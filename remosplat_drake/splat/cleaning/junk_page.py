@@ -24,7 +24,7 @@ UNBOUNDED = (
     "missed are still missing, and only a capture of the place can measure "
     "errors of distances."
 )
-"""The limits of cleaning."""
+"""Sentence on the page about the limits of cleaning."""
 
 _COLORS = {
     KEPT: "#9aa5b1",
@@ -38,14 +38,14 @@ _COLORS = {
 _OTHER = "#c2255c"
 
 _MOST = 20_000
-"""Largest number of points of one colour in a view, for the browser."""
+"""Largest number of points of one colour in a view that browsers draw fast."""
 
 _SIDE = 620
 """Length of a view's side [px]."""
 
 _RADII = 2.5
-"""Half the side of a view, as a multiple of the radius of the kept splats;
-splats farther away are drawn at the border."""
+"""Half the side of a view, as a multiple of the radius of the kept splats.
+Splats farther away are drawn at the border."""
 
 _STYLE = """
 .dot { display: inline-block; width: .8em; height: .8em; border-radius: 50%;
@@ -80,7 +80,7 @@ def junk_table(junk: Junk) -> Table:
 
 
 def junk_page(junk: Junk, p_FK: np.ndarray, title: str, upright: bool) -> str:
-    """Makes a page with views from above and from the side.
+    """Returns an HTML page with views from above and from the side.
 
     Args:
         junk: The removed splats.
@@ -117,7 +117,7 @@ def junk_page(junk: Junk, p_FK: np.ndarray, title: str, upright: bool) -> str:
 
 
 def _view(p_M: np.ndarray, junk: Junk) -> str:
-    """Points in [-1, 1] as an SVG: one path of dots for each colour."""
+    """Draws points in [-1, 1] as SVG, with one path of dots for each colour."""
     x = np.rint(0.5 * _SIDE * (1 + p_M[:, 0])).astype(int)
     y = np.rint(0.5 * _SIDE * (1 - p_M[:, 1])).astype(int)
     paths = []

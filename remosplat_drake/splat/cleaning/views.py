@@ -1,7 +1,7 @@
 """`Views`: the training cameras of a splat, with poses and fields of view.
 
-They are read from a `transforms.json` (nerfstudio, instant-ngp), from which
-only the cameras are used: images need not exist.
+The cameras are read from a `transforms.json` (nerfstudio, instant-ngp). The
+images that this file names are not read, and need not exist.
 """
 
 import dataclasses as dc
@@ -14,15 +14,15 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import as_number, read_json_object
 
 TRANSFORMS = "transforms.json"
-"""Name of the cameras' file beside a splat."""
+"""Name of the file with the cameras, in the folder of a splat."""
 
 _BEFORE = 0.1
-"""Points are directly in front of a camera if they are nearer than this
-fraction of the scene's median depth."""
+"""Depth below which a point is directly in front of a camera, as a fraction of
+the scene's median depth."""
 
 _MOST, _SKEW = 1e7, 1e-3
-"""Largest valid intrinsic parameter of a camera [pixels], and largest deviation
-of its pose from a rigid transform."""
+"""Two limits: the largest valid intrinsic parameter of a camera [pixels], and
+the largest deviation of its pose from a rigid transform."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -46,9 +46,10 @@ class Views:
     def look(
         self, p_GK: np.ndarray, scene_G: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Finds points in view of cameras, and points directly in front of one.
+        """Finds points in the view of a camera, and points directly in front.
 
-        A point is in view if it is inside an image, even if it is occluded.
+        A point is in view if its projection is inside an image, even if it is
+        occluded.
 
         Args:
             p_GK: The points, shape (n, 3).
@@ -56,8 +57,8 @@ class Views:
                 determines which points are directly in front of a camera.
 
         Returns:
-            Masks of the points in view, and of those directly in front of a
-            camera, each of shape (n,), bool.
+            Two masks of shape (n,), bool: the points in the view of any camera,
+            and the points directly in front of any camera.
         """
         is_seen = np.zeros(len(p_GK), bool)
         is_before = np.zeros(len(p_GK), bool)
@@ -70,13 +71,13 @@ class Views:
         return is_seen, is_before
 
     def seen_share(self, p_GK: np.ndarray) -> float:
-        """Returns the fraction of points that are in view of a camera."""
+        """Returns the fraction of points in the view of any camera."""
         return float(self.look(p_GK, p_GK)[0].mean())
 
     def _depths(
         self, view: int, p_GK: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Depths of points in front of a camera, and which are in its image."""
+        """Returns depths of points in a camera, and which are in its image."""
         X_GC, K = self.X_GC[view], self.K[view]
         p_CK = (p_GK - X_GC[:3, 3]) @ X_GC[:3, :3]
         depth = p_CK[:, 2]
@@ -89,8 +90,8 @@ class Views:
 def read_views(path: Path) -> Views:
     """Reads the cameras of a `transforms.json`.
 
-    Poses are used unchanged: they have the unit and the frame of a splat that
-    was trained from them. Lens distortion is ignored.
+    Poses are used unchanged, since they have the unit and the frame of the
+    splat that was trained with them. Lens distortion is ignored.
 
     Args:
         path: The file.
@@ -111,13 +112,13 @@ def read_views(path: Path) -> Views:
 def _view(
     path: Path, document: dict[str, Any], i: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """X_GC, K and the image's size of a frame."""
+    """Returns X_GC, K and the image size of a frame in the document."""
     frame, name = document["frames"][i], f"frames[{i}]"
     if not isinstance(frame, dict):
         raise FieldError(str(path), name, "expected an object")
 
     def number(key: str, default: float | None = None) -> float:
-        """A positive number from the frame, or else from the document."""
+        """Returns a positive number of the frame, or else of the document."""
         value = frame.get(key, document.get(key, default))
         field = f"{name}.{key}" if key in frame else key
         value = as_number(path, field, value)
@@ -138,7 +139,7 @@ def _view(
 
 
 def _pose(path: Path, name: str, frame: dict[str, Any]) -> np.ndarray:
-    """X_GC in OpenCV axes, of a camera that looks along its -z (OpenGL)."""
+    """Returns X_GC in OpenCV axes; the file has OpenGL axes (view along -z)."""
     field = f"{name}.transform_matrix"
     try:
         X_GC = np.array(frame.get("transform_matrix"), float)

@@ -1,1 +1,1 @@
-"""One reader and writer for each format of splat files."""
+"""Readers and writers of splat files, one module for each format."""

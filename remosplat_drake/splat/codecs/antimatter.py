@@ -1,7 +1,8 @@
-"""The `.splat` format of antimatter15's viewer.
+"""Reads and writes the `.splat` format of antimatter15's viewer.
 
-Rows of 32 bytes without a header: position and linear scales as float32, RGBA
-and quaternion wxyz as bytes. Positions and scales keep their full precision.
+A file consists of rows of 32 bytes, without a header. A row contains the
+position and the linear scales as float32, and RGBA and the quaternion wxyz as
+bytes.
 """
 
 from pathlib import Path

@@ -1,8 +1,8 @@
-"""Checkpoints of gsplat's trainers, and of ours: `.pt` files of raw tensors.
+"""Reads and writes checkpoints of gsplat's and this package's trainers (`.pt`).
 
-A 2DGS checkpoint also has three scales, of which its trainer ignores the third.
-So the tensors alone do not determine whether a checkpoint contains discs or
-ellipsoids.
+A checkpoint contains raw tensors. gsplat's 2DGS checkpoints have three scales,
+too, but the trainer ignores the third. So the tensors alone do not determine
+whether a checkpoint contains discs or ellipsoids.
 """
 
 import io
@@ -43,13 +43,13 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
     """Reads the splats of a gsplat checkpoint (`.pt`, torch).
 
     Args:
-        path: A file {"splats": {"means": ..., ...}, ...}, or the inner
-            dictionary alone.
-        surfel: Whether the first two scales span 2DGS discs. None: detected.
-            Splats with two scales, or with third scales that are tiny and
-            equal, are discs. Otherwise the file name is used, as chosen by
-            gsplat's trainers: `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is
-            3DGS.
+        path: A file with the dictionary {"splats": {"means": ..., ...}, ...},
+            or with the inner dictionary only.
+        surfel: Whether the splats are 2DGS discs, which the first two scales
+            span. If it is None, the kind is detected: splats with two scales,
+            or with tiny and equal third scales, are discs. Otherwise the kind
+            follows from the file name that gsplat's trainers choose:
+            `ckpt_999.pt` is 2DGS, and `ckpt_999_rank0.pt` is 3DGS.
 
     Raises:
         FileError: The file is unreadable, is not a checkpoint, or contains an
@@ -80,8 +80,8 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
 def write_checkpoint(path: Path, splat: GaussianSplat) -> None:
     """Writes a checkpoint that gsplat's trainers and viewers can load.
 
-    Discs are written with the same third scale for all, by which readers
-    recognise discs.
+    All discs are written with the same third scale, by which readers recognise
+    discs.
 
     Raises:
         FileError: The file cannot be written.
@@ -107,7 +107,7 @@ def write_checkpoint(path: Path, splat: GaussianSplat) -> None:
 
 
 def is_checkpoint_archive(names: list[str]) -> bool:
-    """Returns whether a zip archive with these entries was written by torch."""
+    """Returns whether torch wrote a zip archive with the given entries."""
     return any(name.endswith("/data.pkl") for name in names)
 
 
@@ -141,7 +141,7 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
 
 
 def _check_archive(path: Path, data: bytes) -> None:
-    """Checks the sizes declared by a zip; torch's old format is not a zip."""
+    """Checks the sizes in a zip archive; torch's old format is not one."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             sizes = [entry.file_size for entry in archive.infolist()]
@@ -152,7 +152,8 @@ def _check_archive(path: Path, data: bytes) -> None:
 
 def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
     torch = _torch()
-    # Sparse and nested tensors and those of the meta device hold no rows.
+    # Sparse tensors, nested tensors and tensors of the meta device contain no
+    # rows.
     if (
         not isinstance(tensor, torch.Tensor)
         or not tensor.is_floating_point()
@@ -163,7 +164,8 @@ def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
         raise FileError(
             path, f"{key} is not a tensor of rows of floating-point numbers"
         )
-    # A tensor may repeat one number by a stride of zero.
+    # A tensor with a stride of zero repeats one number, so its shape may be
+    # larger than its data.
     if tensor.numel() * tensor.element_size() > 2 * file_size:
         raise FileError(
             path,
@@ -173,7 +175,7 @@ def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
 
 
 def _check_shapes(path: Path, tensors: dict[str, np.ndarray]) -> int:
-    """Checks that the tensors fit each other; returns the splats' number."""
+    """Checks that the tensors' shapes match; returns the number of splats."""
     n = len(tensors["means"]) if tensors["means"].ndim else 1
     check_count(path, n)
     rest = tensors.get("shN", np.zeros((n, 0, 3)))

@@ -1,9 +1,10 @@
-"""PlayCanvas' compressed PLY.
+"""Reads and writes PlayCanvas' compressed PLY files.
 
-Each splat has four words of 32 bits. Position and scale have 11, 10 and 11
-bits, as fractions between the bounds of a chunk of 256 splats. The rotation has
-the three smallest components of wxyz in 10 bits each. Colour and opacity have 8
-bits each. Higher harmonics may follow in a table of bytes.
+Each splat has four words of 32 bits: position, scale, rotation and colour. The
+components of position and scale have 11, 10 and 11 bits. They are fractions
+between the bounds of a chunk of 256 splats. The rotation is stored as the three
+smallest components of wxyz with 10 bits each. The colour channels and the
+opacity have 8 bits each. Higher harmonics may follow in a table of bytes.
 """
 
 from pathlib import Path
@@ -25,7 +26,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 CHUNK = 256
-"""Number of splats in a chunk, which share their bounds."""
+"""Number of splats in a chunk. The splats of a chunk share their bounds."""
 
 _WORDS = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
 _POSITION = ("x", "y", "z")
@@ -43,7 +44,7 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
 
     Raises:
         FileError: The file is unreadable or truncated, is not a compressed PLY,
-            has contradictory counts, or contains an invalid value.
+            declares counts that do not match, or contains an invalid value.
     """
     elements = read_ply_elements(path)
     for name in ("chunk", "vertex"):
@@ -81,8 +82,8 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
 def write_compressed_ply(path: Path, splat: GaussianSplat) -> None:
     """Writes a compressed PLY of PlayCanvas, sorted by `morton_order`.
 
-    Neighbours in space then share their bounds, so rounding steps are small.
-    Discs become thin ellipsoids.
+    In this order, the splats of a chunk are near each other in space, so the
+    rounding steps are small. Discs become thin ellipsoids.
 
     Raises:
         FileError: The file cannot be written.
@@ -128,7 +129,7 @@ def morton_order(p_GK: np.ndarray) -> np.ndarray:
         p_GK: Positions, shape (N, 3) [m].
 
     Returns:
-        The indices in that order, shape (N,).
+        The indices of the positions in this order, shape (N,).
     """
     lower = p_GK.min(axis=0)
     extent = np.maximum(np.ptp(p_GK, axis=0), np.finfo(np.float32).tiny)
@@ -141,7 +142,7 @@ def morton_order(p_GK: np.ndarray) -> np.ndarray:
 
 
 def _unpacked(words: np.ndarray, fields: tuple) -> np.ndarray:
-    """Bit fields (shift, bits) of words as fractions in [0, 1]."""
+    """Returns bit fields (shift, bits) of words as fractions in [0, 1]."""
     columns = [
         (words >> shift & (1 << bits) - 1) / ((1 << bits) - 1)
         for shift, bits in fields
@@ -160,7 +161,7 @@ def _packed(fractions: np.ndarray, fields: tuple) -> np.ndarray:
 def _between(
     path: Path, bounds: np.ndarray, names: tuple, fractions: np.ndarray
 ) -> np.ndarray:
-    """Values at fractions of the way between the bounds of their chunks."""
+    """Returns values from fractions between the bounds of their chunks."""
     lower, upper = (
         _columns(path, bounds, [f"{end}_{name}" for name in names], "f4")
         .astype(float)
@@ -173,10 +174,10 @@ def _between(
 def _within(
     bounds: dict[str, np.ndarray], names: tuple, values: np.ndarray
 ) -> np.ndarray:
-    """Values as fractions between their chunk's bounds, stored in `bounds`."""
+    """Returns values as fractions between their chunks' bounds."""
     starts = np.arange(0, len(values), CHUNK)
-    # The file has the bounds in single precision, so fractions refer to the
-    # rounded bounds.
+    # The file contains the bounds in single precision, so the fractions are
+    # computed with the rounded bounds.
     lower = np.minimum.reduceat(values, starts).astype(np.float32)
     upper = np.maximum.reduceat(values, starts).astype(np.float32)
     for i, name in enumerate(names):
@@ -190,7 +191,7 @@ def _within(
 
 
 def _harmonics(path: Path, table: np.ndarray | None, n: int) -> np.ndarray:
-    """Higher harmonics of bytes, coefficient-major, shape (N, K, 3)."""
+    """Returns the higher harmonics, coefficient-major, shape (N, K, 3)."""
     if table is None:
         return np.zeros((n, 0, 3))
     if len(table) != n:
@@ -215,7 +216,7 @@ def _harmonics(path: Path, table: np.ndarray | None, n: int) -> np.ndarray:
 def _columns(
     path: Path, table: np.ndarray, names: tuple | list, kind: str
 ) -> np.ndarray:
-    """Named columns of one type, shape (rows, len(names))."""
+    """Returns named columns of one type, shape (rows, len(names))."""
     for name in names:
         if name not in (table.dtype.names or ()):
             raise FileError(path, f"property {name} is missing")

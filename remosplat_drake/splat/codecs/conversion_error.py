@@ -1,4 +1,4 @@
-"""`ConversionError`: the change of a splat when it is written and read."""
+"""`ConversionError`: the change of a splat that a file format causes."""
 
 import dataclasses as dc
 
@@ -9,11 +9,12 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class ConversionError:
-    """Differences between corresponding Gaussians of two splats, each (N,).
+    """Differences of corresponding Gaussians of two splats, of shape (N,).
 
     Attributes:
         position: Distance between the centres [m].
-        scale: Largest ratio of two corresponding scales, minus 1.
+        scale: Largest ratio of two corresponding scales of the Gaussian, minus
+            1.
         rotation: Angle between the orientations [rad].
         opacity: Absolute difference of the opacities.
     """
@@ -30,7 +31,7 @@ def conversion_error(
     """Compares Gaussian i of one splat with Gaussian i of another.
 
     Raises:
-        ValueError: The splats differ in their number of Gaussians or in kind.
+        ValueError: The splats differ in their number or kind of Gaussians.
     """
     if before.scales.shape != after.scales.shape:
         raise ValueError(f"{before.scales.shape} and {after.scales.shape}")
@@ -38,7 +39,8 @@ def conversion_error(
         after.scales, dtype=float
     )
     a, b = before.quaternions.astype(float), after.quaternions.astype(float)
-    # q and -q are the same; the chord is exact where a cosine is not.
+    # q and -q are the same rotation. The angle is computed from the chord,
+    # since the arc cosine is inaccurate for small angles.
     chord = np.minimum(
         np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)
     )

@@ -1,8 +1,9 @@
-"""Gaussian splats as PLY files: INRIA 3DGS, 2DGS and their dialects.
+"""Reads and writes PLY files of splats: INRIA's 3DGS, 2DGS and variants.
 
-A splat's PLY holds raw network parameters: log scales, logit opacities,
-quaternions wxyz of any length and spherical-harmonics coefficients. This module
-converts them: all other modules use activated values.
+The PLY file of a splat contains raw network parameters: log scales, logits of
+opacities, quaternions wxyz of any length, and coefficients of spherical
+harmonics. This module converts these parameters to the activated values that
+all other modules use.
 """
 
 import dataclasses as dc
@@ -42,14 +43,16 @@ _UNCERTAINTY = ("uncertainty",)
 def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
     """Reads a 2DGS (two scales) or 3DGS (three scales) splat from a PLY file.
 
-    The properties may come in any order, with or without normals and higher
-    harmonics, in binary of either byte order or in ASCII (slow). Scales and
-    opacities that underflow are raised to the smallest normal float. Our own
-    property `uncertainty` [m] is optional.
+    The properties may have any order, with or without normals and higher
+    harmonics. The file may be binary, with either byte order, or ASCII, which
+    is slow. Scales and opacities that underflow are raised to the smallest
+    normal float. The property `uncertainty` [m], an extension of this package,
+    is optional.
 
     Args:
         path: The file.
-        harmonics: Whether the higher harmonics are kept, or only checked.
+        harmonics: Whether the higher harmonics are returned; if not, they are
+            only checked.
 
     Raises:
         FileError: The file is missing, truncated or empty, is not a PLY file
@@ -87,12 +90,12 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
 
 @dc.dataclass(frozen=True)
 class _Layout:
-    """Optional properties of a file.
+    """The properties of a file that are optional or vary in number.
 
     Attributes:
-        scales: The scales.
-        rest: The higher harmonics.
-        keeps_rest: Whether these are returned.
+        scales: Names of the scales.
+        rest: Names of the higher harmonics' coefficients.
+        keeps_rest: Whether the higher harmonics are returned.
         has_uncertainty: Whether the file has the property `uncertainty`.
     """
 
@@ -105,8 +108,9 @@ class _Layout:
 def _activated(
     path: Path, vertices: np.ndarray, layout: _Layout
 ) -> GaussianSplat:
-    """The splats of some rows."""
-    # f_rest is channel-major: all of red, then green, then blue.
+    """Returns the activated values of some rows."""
+    # f_rest is channel-major: first all coefficients of red, then those of
+    # green, then those of blue.
     harmonics = _columns(path, vertices, layout.rest).reshape(
         len(vertices), 3, len(layout.rest) // 3
     )
@@ -133,14 +137,14 @@ def write_ply(
     """Writes a splat in INRIA's property order, binary little-endian.
 
     The file is written completely or not at all. A surfel splat keeps its two
-    scales, as in the 2DGS reference code. A known uncertainty is the last
-    property, which other programs ignore.
+    scales, as in the 2DGS reference code. If the uncertainty is known, it is
+    the last property, which other programs ignore.
 
     Args:
         path: The file to write or replace.
         splat: The splat; opacities of 1 are stored as the nearest finite logit.
-        with_normals: Write INRIA's nx, ny, nz, which are always zero there.
-            Some viewers expect the columns.
+        with_normals: Whether the columns nx, ny and nz are written, which some
+            viewers expect. They are zero, as in INRIA's files.
 
     Raises:
         FileError: The file cannot be written.
@@ -165,7 +169,7 @@ def write_ply(
 def _raw(
     splat: GaussianSplat, with_normals: bool
 ) -> dict[tuple[str, ...], np.ndarray]:
-    """The raw parameters of splats in INRIA's order, keyed by column name."""
+    """Returns raw parameters of splats, keyed by column, in INRIA's order."""
     n = len(splat)
     harmonics = splat.sh_rest.transpose(0, 2, 1)
     rest = harmonics.reshape(n, 3 * splat.sh_rest.shape[1])
@@ -196,7 +200,8 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     """
     try:
         _check_header(path)
-        # Values that overflow in a text file are found later as not finite.
+        # If a value of a text file overflows, a later check finds that it is
+        # not finite.
         with _open_ply(path) as stream, np.errstate(over="ignore"):
             document = PlyData.read(stream)
             trailing = bool(stream.read().strip())
@@ -218,13 +223,13 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
 def _check_header(path: Path) -> None:
     """Checks the sizes in the header before memory is allocated.
 
-    If there is no header, plyfile reports the error.
+    If there is no header, the package plyfile reports the error later.
     """
     with path.open("rb") as stream:
         header = stream.read(_LONGEST_HEADER).partition(b"end_header")[0]
     largest = path.stat().st_size
     for element, count in _ELEMENT.findall(header):
-        # A row of the least type takes a byte.
+        # A row takes at least one byte.
         if not 0 <= float(count) <= largest:
             name = element.decode("ascii", "replace")
             problem = f"declares {count.decode()} rows of {name}"
@@ -236,7 +241,7 @@ def _check_header(path: Path) -> None:
 
 
 def _read_vertices(path: Path) -> np.ndarray:
-    """The rows of the file's vertex element."""
+    """Returns the rows of the file's vertex element."""
     elements = read_ply_elements(path)
     if "vertex" not in elements:
         raise FileError(path, "no splats: the PLY has no element 'vertex'")
@@ -248,9 +253,9 @@ def _read_vertices(path: Path) -> np.ndarray:
 def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
     """Returns some rows of the file's vertices.
 
-    If the vertices are memory-mapped, the rows are read from the file instead:
-    pages that are accessed stay in memory, which in the end would be the whole
-    file.
+    If the vertices are memory-mapped, the rows are read from the file instead
+    of the mapping. Otherwise the accessed pages would stay in memory, and
+    finally the whole file.
     """
     if not isinstance(vertices, np.memmap):
         return vertices[rows]
@@ -260,7 +265,7 @@ def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
 
 
 def _open_ply(path: Path) -> IO:
-    """Opens the file as text or binary; plyfile closes what it wraps."""
+    """Opens the file as text or binary."""
     with path.open("rb") as stream:
         is_text = b"format ascii" in stream.read(64)
     return path.open(encoding="ascii") if is_text else path.open("rb")
@@ -269,7 +274,7 @@ def _open_ply(path: Path) -> IO:
 def _numbered(
     path: Path, names: tuple[str, ...], prefix: str
 ) -> tuple[str, ...]:
-    """The properties prefix0, prefix1, ..., which must have no gap."""
+    """Returns the properties prefix0, prefix1, ..., without a gap."""
     pattern = re.compile(re.escape(prefix) + r"\d+")
     count = sum(bool(pattern.fullmatch(name)) for name in names)
     numbered = tuple(f"{prefix}{i}" for i in range(count))
@@ -282,7 +287,7 @@ def _numbered(
 def _columns(
     path: Path, vertices: np.ndarray, names: tuple[str, ...]
 ) -> np.ndarray:
-    """Named columns as an (N, len(names)) float32 table of finite numbers."""
+    """Returns columns as an (N, len(names)) float32 table of finite numbers."""
     for name in names:
         dtype = vertices.dtype[name]
         if dtype.kind != "f":
@@ -292,7 +297,8 @@ def _columns(
     table = _adjacent(vertices, names)
     if table is None:
         table = np.empty((len(vertices), len(names)), np.float32)
-        # Blocks of rows stay in the cache while their columns are picked.
+        # Columns are copied block by block, so that the rows of a block stay in
+        # the cache.
         for start in range(0, len(table), _BLOCK):
             rows = slice(start, start + _BLOCK)
             block = vertices[rows]
@@ -308,7 +314,7 @@ def _columns(
 def _adjacent(
     vertices: np.ndarray, names: tuple[str, ...]
 ) -> np.ndarray | None:
-    """Columns that follow each other in rows of floats; None for others."""
+    """Returns adjacent columns of rows of floats as a view; None for others."""
     fields = vertices.dtype.fields or {}
     places = {name: place for name, (_, place, *_) in fields.items()}
     floats = all(vertices.dtype[name] == np.float32 for name in places)

@@ -1,8 +1,8 @@
-"""The smallest-three packing of unit quaternions.
+"""Packs unit quaternions by the smallest-three method.
 
-The component of largest magnitude is omitted, since it follows from the other
-three, which are in [-1/sqrt(2), 1/sqrt(2)]. All packed formats use this method.
-They differ in the order of the components and in rounding.
+The component of largest magnitude is omitted, since it can be computed from the
+three others, which are in [-1/sqrt(2), 1/sqrt(2)]. All packed formats of splats
+use this method. They differ in the order of the components and in the rounding.
 """
 
 import numpy as np
@@ -15,8 +15,9 @@ def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         unit: Unit quaternions of any component order, shape (N, 4).
 
     Returns:
-        The index of the largest component, shape (N,), and the other three in
-        order, with the sign that makes the largest positive, (N, 3).
+        The index of the largest component, shape (N,), and the three other
+        components in their order, shape (N, 3). The sign of the quaternion is
+        chosen such that the largest component is positive.
     """
     n = len(unit)
     largest = np.abs(unit).argmax(axis=1)

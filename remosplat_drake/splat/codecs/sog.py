@@ -1,8 +1,9 @@
-"""PlayCanvas' SOG: a splat as lossless WebP pictures, in a folder or a zip.
+"""Reads and writes PlayCanvas' SOG: a splat as lossless WebP pictures.
 
-Pixel i of each picture belongs to splat i. Positions have 16 bits per axis on a
-logarithmic scale. Rotations are the three smallest components of wxyz. Scales
-and colours are bytes that are indices into a codebook.
+The pictures are in a folder or in a zip archive. Pixel i of each picture
+belongs to splat i. Positions have 16 bits per axis on a logarithmic scale.
+Rotations are stored as the three smallest components of wxyz. Scales and
+colours are bytes, which are indices into a codebook.
 """
 
 from pathlib import Path
@@ -35,8 +36,9 @@ def read_sog(path: Path) -> GaussianSplat:
     """Reads a `.sog` file, a folder of SOG, or the folder's meta.json.
 
     Raises:
-        FileError: The bundle is unreadable, damaged, truncated, of another
-            version, or its pictures do not fit its count.
+        FileError: The bundle is unreadable, damaged or truncated, has another
+            version, or has pictures whose sizes do not fit the number of
+            splats.
         MissingExtraError: The pictures need Pillow.
     """
     bundle = SogBundle(path, VERSION)
@@ -67,8 +69,8 @@ def read_sog(path: Path) -> GaussianSplat:
 def write_sog(path: Path, splat: GaussianSplat) -> None:
     """Writes a zipped `.sog`; discs become thin ellipsoids.
 
-    Higher harmonics are left out: they would need a palette made by
-    clustering, and distances do not depend on them.
+    Higher harmonics are omitted: they would need a palette made by clustering,
+    and distances do not depend on them.
 
     Raises:
         FileError: The file cannot be written.
@@ -122,9 +124,10 @@ def _unlogarithm(values: np.ndarray) -> np.ndarray:
 
 
 def _quantized(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A codebook of 256 numbers and the byte of each value.
+    """Returns a codebook of 256 numbers, and the index of each value in it.
 
-    Lloyd's algorithm from evenly spaced numbers, for the least mean square.
+    Lloyd's algorithm minimises the mean square error, starting from evenly
+    spaced numbers.
     """
     book = np.linspace(values.min(), values.max(), 256)
     flat = np.sort(values, axis=None)
@@ -140,7 +143,7 @@ def _quantized(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _harmonics(path: Path, bundle: SogBundle) -> np.ndarray:
-    """Higher harmonics, coefficient-major, shape (N, K, 3)."""
+    """Returns the higher harmonics, coefficient-major, shape (N, K, 3)."""
     if not bundle.has("shN"):
         return np.zeros((bundle.count, 0, 3))
     entries = bundle.integer("shN.count")
@@ -155,5 +158,5 @@ def _harmonics(path: Path, bundle: SogBundle) -> np.ndarray:
             path, f"splat {label.argmax()} is not in the palette of shN"
         )
     palette = bundle.codebook("shN")[centroids[..., :3]]
-    # A row holds 64 entries of k pixels each.
+    # A row of the picture contains 64 entries of k pixels each.
     return palette.reshape(-1, k, 3)[label]

@@ -1,7 +1,7 @@
 """Reads and checks the files of a SOG bundle: meta.json and its pictures.
 
-Every size is checked before a picture is decoded: that of a zip's entry, and
-the width and height that a picture's header declares.
+Before a picture is decoded, its sizes are checked: the size of the zip entry,
+and the width and height that the picture's header declares.
 """
 
 import io
@@ -31,17 +31,18 @@ _MAX_PICTURE = 2**28
 
 
 class SogBundle:
-    """The parts of a SOG bundle, read from its zip or folder on demand."""
+    """A SOG bundle, whose parts are read from its zip or folder on demand."""
 
     def __init__(self, path: Path, version: int):
         """Opens the bundle and reads its meta.json.
 
         Args:
             path: A `.sog` zip, a folder, or the folder's meta.json.
-            version: The version that its meta.json must have.
+            version: The version that the bundle's meta.json must have.
 
         Raises:
-            FileError: There is no such bundle, or it has another version.
+            FileError: There is no bundle at this path, or it has another
+                version.
         """
         self._path = path
         self._folder = path.parent if path.name == META else path
@@ -64,11 +65,11 @@ class SogBundle:
         check_count(path, self.count)
 
     def has(self, part: str) -> bool:
-        """Returns whether the bundle holds an optional part."""
+        """Returns whether the bundle contains an optional part."""
         return part in self._meta
 
     def integer(self, field: str) -> int:
-        """Returns the whole number with a dotted name in meta.json.
+        """Returns a whole number of meta.json by its dotted path.
 
         Raises:
             FileError: The field is missing, or is not a whole number.
@@ -81,10 +82,11 @@ class SogBundle:
         return value
 
     def numbers(self, field: str, n: int) -> np.ndarray:
-        """Returns the n finite numbers with a dotted name in meta.json.
+        """Returns a list of n finite numbers of meta.json by its dotted path.
 
         Raises:
-            FileError: The field is missing, or is not such a list.
+            FileError: The field is missing, or is not a list of n finite
+                numbers.
         """
         values = self._field(field)
         try:
@@ -103,7 +105,7 @@ class SogBundle:
         return self.numbers(f"{part}.codebook", 256)
 
     def pictures(self, part: str, n: int) -> list[np.ndarray]:
-        """Returns a part's n pictures, each with one row RGBA per splat."""
+        """Returns a part's n pictures, each as rows RGBA, one row per splat."""
         return [self._splats(name) for name in self._names(part, n)]
 
     def palette(
@@ -175,13 +177,14 @@ class SogBundle:
         return pixels[: self.count]
 
     def _pixels(self, name: str, needed: int) -> np.ndarray:
-        """A picture's RGBA bytes, (height, width, 4)."""
+        """Returns a picture's RGBA bytes, shape (height, width, 4)."""
         image_module = _pillow()
         data = self._read(name)
         try:
             with image_module.open(io.BytesIO(data), formats=["WEBP"]) as image:
                 width, height = image.size
-                # Writers pad rows and tiles, but never double the size.
+                # Programs that write SOG pad rows and tiles of pictures, but by
+                # less than a factor of two.
                 if width * height > 2 * needed + 2**16:
                     raise FileError(
                         self._path,
@@ -209,10 +212,10 @@ def pack_bundle(
     """Packs meta.json and pictures into a SOG zip archive.
 
     Args:
-        path: The file that the archive is for, for errors.
-        meta: Content of meta.json; the names of the files are added.
-        pictures: For each part its pictures by name, rows (count, 4) of values
-            from 0 to 255.
+        path: The file to which the archive will be written, for errors.
+        meta: Content of meta.json, to which the names of the files are added.
+        pictures: The pictures of each part, keyed by part and by name, as rows
+            of shape (count, 4) with values from 0 to 255.
 
     Returns:
         The bytes of the archive.
@@ -242,8 +245,8 @@ def _webp(rows: np.ndarray) -> bytes:
     pixels[: len(rows)] = rows
     image = _pillow().fromarray(pixels.reshape(height, width, 4), "RGBA")
     content = io.BytesIO()
-    # `exact` keeps the colours of pixels whose alpha is zero: all four channels
-    # contain data.
+    # `exact` preserves the colours of pixels whose alpha is zero, since all
+    # four channels contain data.
     image.save(content, "WEBP", lossless=True, exact=True, quality=50)
     return content.getvalue()
 

@@ -1,9 +1,9 @@
-"""Niantic's SPZ format, versions 1 to 4.
+"""Reads and writes Niantic's SPZ format, versions 1 to 4.
 
-A file has a header and six sections of quantised values. Up to version 3 it is
-one gzipped stream; in version 4 each section is a zstandard stream. SPZ's axes
-are right, up, back, but those of a PLY are right, down, front. So this module
-changes the signs of y and z.
+A file consists of a header and six sections of quantised values. Up to version
+3, the file is one gzipped stream. In version 4, each section is a zstandard
+stream. The axes of SPZ are right, up, back, and those of PLY files are right,
+down, front. So this module changes the signs of y and z.
 """
 
 from pathlib import Path
@@ -27,14 +27,14 @@ from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 AXIS_SIGNS = np.array([1.0, -1.0, -1.0])
-"""Signs that turn right-up-back axes into right-down-front axes, and back."""
+"""Signs that convert between right-up-back and right-down-front axes."""
 
 QUATERNION_SIGNS = np.array([1.0, -1.0, -1.0, 1.0])
 """Signs of quaternions xyzw after the change of axes."""
 
 HARMONICS_SIGNS = np.array(
-    # -1 where a harmonic changes its sign if y and z change theirs, for degrees
-    # 1 to 4.
+    # -1 for each harmonic of degrees 1 to 4 that changes its sign if y and z
+    # change their signs.
     [
         *(-1, -1, 1),
         *(-1, 1, 1, -1, 1),
@@ -45,7 +45,7 @@ HARMONICS_SIGNS = np.array(
 """Signs of the higher harmonics' coefficients after the change of axes."""
 
 COLOR_RANGE = 0.15
-"""Step of colours: a byte covers f_dc from -0.5 / 0.15 to 0.5 / 0.15."""
+"""Scale of colours: the bytes represent f_dc from -0.5 / 0.15 to 0.5 / 0.15."""
 
 _SIGN_BIT = 1 << 9
 _MAGNITUDE = _SIGN_BIT - 1
@@ -55,8 +55,9 @@ def read_spz(path: Path) -> GaussianSplat:
     """Reads an SPZ file of version 1 to 4; its splats have three scales.
 
     Raises:
-        FileError: The file is unreadable, not an SPZ, damaged, truncated, or
-            would unpack to more than it declares or than fits into memory.
+        FileError: The file is unreadable, not an SPZ file, damaged or
+            truncated, or it would unpack to more than it declares or than fits
+            into memory.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     header, sections = read_sections(path)
@@ -82,11 +83,12 @@ def write_spz(path: Path, splat: GaussianSplat, version: int = 3) -> None:
     Args:
         path: The file to write or replace.
         splat: The splat.
-        version: 3, which needs no optional package, or 4.
+        version: Version of the format: 3, which needs no optional package, or
+            4.
 
     Raises:
-        FileError: The file cannot be written, or a splat lies too far away
-            or has too many harmonics for the format.
+        FileError: The file cannot be written, or a splat is too far away for
+            the format, or has too many harmonics.
         MissingExtraError: Version 4 needs the package zstandard.
         ValueError: The version is neither 3 nor 4.
     """
@@ -119,11 +121,11 @@ def _bytes(section: bytes, n: int) -> np.ndarray:
 
 
 def _unpack_positions(section: bytes, header: SpzHeader) -> np.ndarray:
-    """Positions in right-up-back axes, shape (N, 3) [m]."""
+    """Returns positions in right-up-back axes, shape (N, 3) [m]."""
     if header.version == 1:
         return np.frombuffer(section, "<f2").reshape(-1, 3).astype(float)
-    # A coordinate has three bytes. With a zero byte below them it is a signed
-    # 32-bit integer, and a shift to the right keeps its sign.
+    # A coordinate has three bytes. A zero byte below them gives a signed 32-bit
+    # integer, and the shift to the right preserves its sign.
     padded = np.zeros((header.count, 3, 4), np.uint8)
     padded[..., 1:] = np.frombuffer(section, np.uint8).reshape(-1, 3, 3)
     fixed = padded.view("<i4")[..., 0] >> 8
@@ -131,7 +133,7 @@ def _unpack_positions(section: bytes, header: SpzHeader) -> np.ndarray:
 
 
 def _unpack_rotations(section: bytes, header: SpzHeader) -> np.ndarray:
-    """Unit quaternions xyzw in right-up-back axes, shape (N, 4)."""
+    """Returns unit quaternions xyzw in right-up-back axes, shape (N, 4)."""
     if header.version < 3:
         xyz = _bytes(section, header.count) / 127.5 - 1
         w = np.sqrt(np.maximum(1 - np.sum(xyz**2, axis=1), 0))

@@ -1,7 +1,7 @@
-"""The container of SPZ's sections: one gzip stream, or several of zstandard.
+"""Reads and writes the sections of SPZ files: gzip or zstandard streams.
 
-Versions 1 to 3 are gzipped as a whole; version 4 has a table of streams. Sizes
-are checked before anything is unpacked.
+Files of versions 1 to 3 are gzipped as a whole. Files of version 4 have a table
+of zstandard streams. Sizes are checked before any data are unpacked.
 """
 
 import dataclasses as dc
@@ -27,8 +27,8 @@ _TABLE_ENTRY = struct.Struct("<QQ")
 _HAS_EXTENSIONS = 2
 _MAX_WINDOW = 2**27  # Memory that zstandard may take besides [bytes].
 _HARMONICS = (0, 3, 8, 15, 24)
-"""Number of coefficients per colour channel, without the constant one, by
-degree."""
+"""Number of coefficients per colour channel for each degree, without the
+constant coefficient."""
 
 
 @dc.dataclass(frozen=True)
@@ -40,9 +40,10 @@ class SpzHeader:
         count: Number of splats.
         degree: Degree of the spherical harmonics, 0 to 4.
         fractional_bits: Number of fractional bits of the fixed-point positions.
-        flags: Sum of 1 if the splat was trained with anti-aliasing and 2 if
-            extensions follow.
-        num_streams: Number of zstandard streams in version 4; else reserved.
+        flags: Bit flags: 1 if the splat was trained with anti-aliasing, and 2
+            if extensions follow.
+        num_streams: Number of zstandard streams in version 4; reserved in other
+            versions.
     """
 
     version: int
@@ -56,7 +57,8 @@ class SpzHeader:
     def section_sizes(self) -> tuple[int, ...]:
         """Sizes of the six unpacked sections [bytes].
 
-        They hold positions, alphas, colours, scales, rotations and harmonics.
+        The sections are positions, alphas, colours, scales, rotations and
+        harmonics, in this order.
         """
         position = 6 if self.version == 1 else 9
         rotation = 3 if self.version < 3 else 4
@@ -82,8 +84,9 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
     """Reads the header and the six unpacked sections of an SPZ file.
 
     Raises:
-        FileError: The file is unreadable, not an SPZ, damaged, truncated, or
-            would unpack to another size than its header declares.
+        FileError: The file is unreadable, not an SPZ file, damaged or
+            truncated, or its unpacked size differs from the size that its
+            header declares.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     data = read_whole(path)
@@ -128,7 +131,8 @@ def _gunzip_sections(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
     size = sum(header.section_sizes)
     check_unpacked_size(path, len(data), size)
     whole = _COMMON.size + size
-    # One byte more than announced also makes zlib check the checksum.
+    # The reader requests one byte more than declared, so that zlib reaches the
+    # end and verifies the checksum.
     unpacked = gunzip_at_most(path, data, whole + 1)
     if len(unpacked) < whole:
         raise FileError(
@@ -175,12 +179,12 @@ def _unpack_streams(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
         stream = data[start : start + packed]
         sections.append(_unpack_stream(path, stream, size))
         start += packed
-    # Only harmonics, the last section, may have no stream.
+    # Only the last section, the harmonics, may have no stream.
     return sections + [b""] * (len(header.section_sizes) - len(sections))
 
 
 def _unpack_stream(path: Path, stream: bytes, size: int) -> bytes:
-    """A stream's content, which must be of the size it declares."""
+    """Returns a stream's content, which must have the declared size."""
     zstandard = _zstandard()
     check_unpacked_size(path, len(stream), size)
     unpacker = zstandard.ZstdDecompressor(max_window_size=_MAX_WINDOW)
@@ -196,7 +200,7 @@ def _unpack_stream(path: Path, stream: bytes, size: int) -> bytes:
 def write_sections(
     path: Path, header: SpzHeader, sections: list[bytes]
 ) -> None:
-    """Writes sections of the sizes that the header declares.
+    """Writes an SPZ file from a header and its six sections.
 
     Raises:
         FileError: The file cannot be written.

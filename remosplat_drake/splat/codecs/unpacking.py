@@ -1,7 +1,7 @@
-"""Limits on the unpacked size of a compressed splat file.
+"""Limits the unpacked size of compressed splat files.
 
-A file of a kilobyte can unpack to gigabytes. So every reader of a compressed
-format checks sizes with this module before it unpacks anything.
+A file of a kilobyte can unpack to gigabytes. So each reader of a compressed
+format checks sizes with this module before it unpacks any data.
 """
 
 import struct
@@ -25,15 +25,16 @@ ZIP_DAMAGES = (
 unsupported kind."""
 
 MAX_SPLATS = 2**24
-"""Largest number of splats; each takes 50 to 350 bytes of memory."""
+"""Largest number of splats of a file. A splat takes 50 to 350 bytes of
+memory."""
 
 _ALWAYS_ALLOWED = 2**26
-"""Unpacked size that is accepted at any compression ratio, since uniform
-pictures compress extremely well [bytes]."""
+"""Unpacked size up to which any compression ratio is accepted [bytes], since
+uniform pictures have very large ratios."""
 
 _MAX_RATIO = 1000
-"""Largest compression ratio that is accepted beyond `_ALWAYS_ALLOWED`; real
-data do not reach it."""
+"""Largest compression ratio that is accepted for unpacked sizes above
+`_ALWAYS_ALLOWED`. Real data do not reach it."""
 
 
 def read_whole(path: Path) -> bytes:
@@ -82,7 +83,7 @@ def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
 
 
 def gunzip_at_most(path: Path, data: bytes, size: int) -> bytes:
-    """Unpacks the first `size` bytes, or fewer, of gzipped data.
+    """Unpacks at most the first `size` bytes of gzipped data.
 
     Raises:
         FileError: The data is damaged or ends early.
