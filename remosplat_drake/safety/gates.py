@@ -1,10 +1,10 @@
-"""Gates: checks that a run must pass, or a person accept, before motion.
+"""Gates: faults that prevent a run, unless a person accepts them by name.
 
-Other functions check a run's map and settings, and return a `Gate` for each
-fault. `open_gates` then permits the run or refuses it. The consequence of each
-gate is a refusal, a warning or none, and may differ between simulation and a
-real robot. A refusal ends the run before it begins, unless a person has
-accepted the gate by its name; a warning is printed.
+Other modules check a run's map and settings, and make a `Gate` for each fault.
+`open_gates` then permits or refuses the run. The consequence of a gate is a
+refusal, a warning or none, and may differ between simulation and a real robot.
+A refusal ends the run before it begins, unless a person has accepted the gate
+by its name. A warning is printed.
 """
 
 import dataclasses as dc
@@ -37,7 +37,7 @@ GATES = {
     UNKNOWN_SEEN_SPACE: "the space that the map's cameras saw is not known",
     UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
-"""Names of all gates (checks before motion), each with the fault that it
+"""Names of all gates (checks before motion), and the fault that each
 reports."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
@@ -46,11 +46,11 @@ SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
 
 @dc.dataclass(frozen=True)
 class Gate:
-    """Something that is wrong with a run before it begins.
+    """A fault of a run's map or settings, found before the run begins.
 
     Attributes:
         name: Name of the gate, a key of `GATES`.
-        problem: What is wrong and, if there is one, a remedy.
+        problem: Description of the fault and, if possible, of a remedy.
         in_simulation: Consequence of the gate in simulation: `SILENCE`,
             `WARNING` or `REFUSAL`.
         on_hardware: Consequence of the gate on a real robot, with the same
@@ -72,10 +72,10 @@ class Gate:
 
 @dc.dataclass(frozen=True)
 class Passage:
-    """The gates that are shut although the run may begin.
+    """The gates that a permitted run has: warnings and accepted gates.
 
     Attributes:
-        warnings: Gates that only lead to a warning in this run.
+        warnings: Gates whose consequence in this run is only a warning.
         accepted: Gates that a person has accepted by their names.
     """
 
@@ -86,14 +86,14 @@ class Passage:
 def check_names(
     names: Collection[str], valid: Mapping[str, str] = GATES
 ) -> None:
-    """Checks the names of gates that a person accepts.
+    """Checks that the names of accepted gates exist.
 
     Args:
         names: The accepted names.
-        valid: All existing names, and their meanings.
+        valid: All existing names of gates, and their meanings.
 
     Raises:
-        RemoSplatError: A name is unknown; the text lists the valid ones.
+        RemoSplatError: A name is unknown. The error lists the valid names.
     """
     for name in names:
         if name not in valid:
@@ -110,22 +110,23 @@ def open_gates(
     where: str,
     otherwise: str = "to run anyway",
 ) -> Passage:
-    """Permits a run, or refuses it.
+    """Permits or refuses a run.
 
     Args:
-        gates: The gates that are shut: the faults that were found.
+        gates: The faults that were found before the run.
         accepted: Names of the gates that a person accepts. Names of gates that
-            are not shut have no effect.
+            are not in `gates` have no effect.
         hardware: Whether a real robot moves.
-        where: The scenario that the error names.
-        otherwise: Purpose of the flags `--accept` that the error lists.
+        where: The scenario, which the error names.
+        otherwise: Text of the error about the purpose of the flags `--accept`
+            that it lists.
 
     Returns:
         The warnings, and the gates that were accepted.
 
     Raises:
-        RemoSplatError: A gate leads to a refusal and is not accepted; one
-            line names all of them.
+        RemoSplatError: The consequence of a gate is a refusal, and the gate is
+            not accepted. The error names all such gates in one line.
     """
     rest = [gate for gate in gates if gate.name not in accepted]
     refusals = [g for g in rest if g.leads_to(hardware) == REFUSAL]

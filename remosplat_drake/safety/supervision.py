@@ -16,7 +16,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 @dc.dataclass(frozen=True, eq=False)
 class SupervisorLaw:
-    """The supervisor's thresholds and limits, which never change in a run.
+    """The supervisor's thresholds and limits, which are constant in a run.
 
     Attributes:
         config: The thresholds, and how long a value may exceed each.
@@ -24,12 +24,13 @@ class SupervisorLaw:
         acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,)
             [m/s^2, rad/s^2].
         velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        min_clearance: Clearance below which the robot must stop [m], unless it
-            started with a smaller one and comes no nearer.
-        strict: Whether a command beyond the bounds on |u| and |du/dt| stops
-            the robot instead of being passed on.
+        min_clearance: Clearance below which the robot must stop [m]. If the
+            robot started with a smaller clearance, it must stop if it comes
+            nearer to the scene.
+        strict: Whether a command beyond the bounds on |u| or |du/dt| stops the
+            robot. If not, the command is passed on.
         obeyed: Whether the robot receives the commands. In shadow mode it does
-            not, and is not checked for following them.
+            not, and the supervisor does not check that it follows them.
     """
 
     config: SupervisorConfig
@@ -44,7 +45,7 @@ class SupervisorLaw:
         """Returns the time between two ticks, rounded to whole periods [s].
 
         Args:
-            before: Time of the previous tick [s]; NaN for none.
+            before: Time of the previous tick [s]; NaN if there is none.
             now: Time of the tick [s].
         """
         return self.dt * periods_between(before, now, self.dt)
@@ -59,11 +60,12 @@ class SupervisorLaw:
         strict: bool = False,
         obeyed: bool = True,
     ) -> "SupervisorLaw":
-        """Makes the law for a robot.
+        """Makes the thresholds and limits for a robot.
 
         Args:
-            config: The thresholds, and how long a value may exceed each.
-            robot: The robot, for its limits.
+            config: The thresholds, and the times for which each may be
+                exceeded.
+            robot: The robot, whose limits are used.
             dt: Control period [s].
             smallest_stopping: Smallest stopping distance that the controller
                 may use [m].
@@ -95,12 +97,12 @@ class Observation:
         report: The controller's latest report.
         status: The station's status.
         u_measured: Measured velocities, shape (n_u,) [m/s, rad/s].
-        motion: Predicted motion of a robot with delay; None for a robot
-            without.
+        motion: Predicted motion of a robot with delay; None for a robot without
+            delay.
         map_age: Age of the map [s].
-        movers: Movers; None if nothing senses them.
-        stop: Reason of a stop that a person or a program requests; empty
-            without a request.
+        movers: The movers (moving objects); None if no sensor detects movers.
+        stop: Reason of a stop that a person or a program requests; empty if
+            none is requested.
         release: Whether a person or a program requests a release.
     """
 

@@ -1,11 +1,11 @@
 """The safety supervisor's state machine, as a pure function.
 
-The supervisor passes on the controller's command unchanged, or runs the braking
-ramp. Verification has checked both. The supervisor never scales a command: a
-scaled command would end its tick in a configuration that verification has not
-checked. The ramp starts from the command being executed, and is the ramp that
-verification checked together with that command. So a stop at any tick keeps the
-guarantee of `verify.py`.
+The supervisor either passes on the controller's command unchanged, or executes
+the braking ramp. Verification has checked both. The supervisor never scales a
+command, because at the end of a scaled command's tick the robot would be in a
+configuration that verification has not checked. The ramp starts from the
+command that is being executed. Verification has checked this ramp together with
+this command. So a stop at any tick keeps the guarantee of `verify.py`.
 
 | mode     | output           | left when                           |
 |----------|------------------|-------------------------------------|
@@ -41,7 +41,7 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 _ROUNDING = 1e-9
-"""Rounding errors of sums of periods [s]."""
+"""Bound of the rounding error of a sum of periods [s]."""
 
 
 def supervise(
@@ -52,10 +52,10 @@ def supervise(
     Args:
         law: The thresholds and limits.
         state: The supervisor's state after the previous tick.
-        now: The observation of this tick.
+        now: The inputs of this tick.
 
     Returns:
-        The next state; its command may be executed until the next tick.
+        The next state, with the command to execute until the next tick.
     """
     found = symptoms(law, state, now)
     is_clear = all(symptom.name != CLEARANCE for symptom in found)
@@ -138,9 +138,10 @@ def _with_reason(state: SupervisorState, why: Symptom) -> SupervisorState:
 def _rest(
     state: SupervisorState, now: Observation, found: list[Symptom]
 ) -> SupervisorState:
-    """Ends a stop if a release is requested and nothing is wrong."""
+    """Ends a stop if a release is requested and there is no symptom."""
     if not now.release:
-        # A requested stop is reported even if the robot is not armed yet.
+        # If the robot is not armed yet, the reason of a requested stop replaces
+        # the reason that it is not armed.
         if state.reason == UNARMED and now.stop:
             return dc.replace(state, reason=now.stop, symptom=ASKED)
         return state

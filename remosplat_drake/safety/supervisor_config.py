@@ -1,4 +1,4 @@
-"""`SupervisorConfig`: limits at which the safety supervisor stops the robot."""
+"""`SupervisorConfig`: thresholds at which the supervisor stops the robot."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -16,14 +16,15 @@ ROBOT_MODES = (
     "user_stopped",
     "automatic_error_recovery",
 )
-"""Libfranka's names of the arm's modes."""
+"""The arm's modes, by libfranka's names."""
 
 
 @dc.dataclass
 class SupervisorConfig(Config):
     """Thresholds of the safety supervisor, and how long each may be exceeded.
 
-    After that time, the robot brakes along the braking ramp to a latched stop.
+    If a threshold is exceeded for longer than its time, the robot brakes along
+    the braking ramp to a latched stop.
     """
 
     # Whether there is a supervisor.
@@ -39,13 +40,14 @@ class SupervisorConfig(Config):
     robot_modes: Annotated[
         list[Annotated[str, OneOf(ROBOT_MODES, "mode")]], Len(1)
     ] = dc.field(default_factory=lambda: ["idle", "move"])
-    # Least fraction of the commands that must reach the arm in time.
+    # Smallest tolerated fraction of the commands that reach the arm in time.
     min_success_rate: Annotated[float, Interval(ge=0, le=1)] = 0.8
     # Time for which the success rate may be less than `min_success_rate` [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
-    # Amount by which the clearance may fall below the controller's smallest
-    # stopping distance [m]. For a robot that started nearer to the scene, the
-    # limit is the largest clearance since the start.
+    # Amount by which the clearance may be below the controller's smallest
+    # stopping distance [m]. If the robot started nearer to the scene, it is
+    # instead the amount by which the clearance may be below its largest value
+    # since the start.
     clearance_margin: Annotated[float, Interval(ge=0, le=0.05)] = 0.005
     # Time for which the clearance may be below the limit of `clearance_margin`
     # [s].
@@ -61,11 +63,11 @@ class SupervisorConfig(Config):
     # Greatest error of the position predicted by the actuator model, as a
     # multiple of the model's error bound (its tube).
     max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
-    # Greatest jump of the target between two ticks [m]; absent: no limit.
+    # Greatest jump of the target between two ticks [m]; no limit if absent.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
     # Greatest age of the state of movers while the robot moves [s], if a source
-    # of movers is connected; also of the latest image of each camera that
-    # watches for movers.
+    # of movers is connected. It also limits the age of the latest image of each
+    # camera that detects movers.
     max_movers_age: Annotated[float, Interval(gt=0, le=2)] = 0.25
-    # Greatest age of the map while the robot moves [s]; absent: no limit.
+    # Greatest age of the map while the robot moves [s]; no limit if absent.
     max_map_age: Annotated[float, Interval(gt=0, le=86_400)] | None = None

@@ -1,4 +1,4 @@
-"""`SafetySupervisor`: stops the robot, between controller and station."""
+"""`SafetySupervisor`: passes commands to the station, or stops the robot."""
 
 import dataclasses as dc
 
@@ -28,7 +28,7 @@ from remosplat_drake.signals.supervisor_state import (
 from remosplat_drake.signals.tick_report import TickReport
 
 STOP_BUTTON = "stop button"
-"""Reason of a stop by the page's stop button."""
+"""Reason of a stop that the page's stop button causes."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,12 +48,12 @@ class _Sample:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Memory:
-    """State between two ticks; copying returns the object itself.
+    """The system's state between two ticks; copying returns the object itself.
 
     Attributes:
         before: The supervisor's state after the previous tick.
         sample: The inputs of the present tick; None before the first one.
-        stop: Reason of a stop that a program requests at the next tick.
+        stop: Reason of a stop that a program requests for the next tick.
         release: Whether a program releases the stop at the next tick.
     """
 
@@ -86,26 +86,27 @@ class SafetySupervisor(LeafSystem):
         - velocity_commanded
         - supervision
 
-    Measurements are sampled once a control period, at the time of the
-    controller's tick. The command is passed straight through, so it acts from
-    the tick at which the controller computed it, without a tick of delay. There
-    is no algebraic loop, because the output depends only on the sample and on
-    the controller's state. The output changes only at ticks.
+    Measurements are sampled once per control period, at the time of the
+    controller's tick. The command passes through without delay, so it acts from
+    the tick at which the controller computed it. There is no algebraic loop,
+    because the output depends only on the sample and on the controller's state.
+    The output changes only at ticks.
 
-    `velocity_commanded`, both input and output, is the command u, shape (n_u,)
-    [m/s, rad/s]; `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `velocity_measured` the measured u, `motion` the predicted
-    `Motion` of a robot with delay, `map_age` the map's age [s], and `map_hold`
-    the reason for which a new map waits for the robot to stop, empty if none
-    waits. `operator` takes the `OperatorRequests` of a stop button; if the
-    button reports trouble, the robot is stopped, too. `movers` takes the
-    `Movers`, which must not be stale. `supervision` outputs the
-    `SupervisorState`. A stop is latched until it is released.
+    Both the input and the output `velocity_commanded` are the command u, shape
+    (n_u,) [m/s, rad/s]. The input `report` is the controller's `TickReport`,
+    `status` the `StationStatus`, and `velocity_measured` the measured u.
+    `motion` is the predicted `Motion` of a robot with delay, and `map_age` the
+    age of the map [s]. `map_hold` is the reason why a new map is not used
+    before the robot stops; it is empty if there is no such map. `operator`
+    contains the `OperatorRequests` of a stop button. If the button reports a
+    problem, the robot is stopped, too. `movers` are the `Movers`, which must
+    not be stale. The output `supervision` is the `SupervisorState`. A stop is
+    latched until it is released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
-        armed: Whether the robot may start without a release. If not, it
-            begins stopped, and waits until a person arms it.
+        armed: Whether the robot may start without a release. If not, it is
+            stopped at the beginning, until a person arms it.
 
     Attributes:
         law: The thresholds and limits.
@@ -186,8 +187,8 @@ class SafetySupervisor(LeafSystem):
         Args:
             builder: Builder of the diagram.
             law: The thresholds and limits.
-            controller: A `ReactiveController`; it receives the executed
-                command.
+            controller: A `ReactiveController`, to which the executed command is
+                fed back.
             armed: Whether the robot may start without a release.
         """
         supervisor = builder.AddSystem(SafetySupervisor(law=law, armed=armed))
@@ -202,7 +203,7 @@ class SafetySupervisor(LeafSystem):
         return supervisor
 
     def supervision(self, context: Context) -> SupervisorState:
-        """Returns the present state.
+        """Returns the present state of the supervisor.
 
         Args:
             context: The system's own context.
@@ -215,7 +216,7 @@ class SafetySupervisor(LeafSystem):
         Args:
             context: The system's own context, between two steps of a
                 simulation.
-            reason: Why, in words for a person.
+            reason: Reason of the stop, as a text for a person.
         """
         self._change(context, stop=reason)
 

@@ -1,4 +1,4 @@
-"""The safety supervisor's rules: possible faults at a control tick."""
+"""Finds symptoms, the faults at a control tick that stop the robot."""
 
 import dataclasses as dc
 import math
@@ -27,11 +27,12 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 _SOLVER = 1e-3
-"""Relative tolerance with which a solver's command may exceed a bound."""
+"""Relative tolerance by which a solver's command may exceed a bound."""
 
 _ROUNDING = 1e-6
-"""Errors of predicted positions that count as rounding [m, rad], since a
-robot's description may state delays without an error bound (tube)."""
+"""Error of predicted positions up to which it counts as a rounding error [m,
+rad]. It is needed since a robot's description may state delays without an error
+bound (tube)."""
 
 _TOUCH = 1e-6
 """Clearance below which the robot counts as touching the scene [m]."""
@@ -39,13 +40,15 @@ _TOUCH = 1e-6
 
 @dc.dataclass(frozen=True)
 class Symptom:
-    """Something that is wrong at a control tick.
+    """A fault at a control tick.
 
     Attributes:
-        name: Name of the rule that found it.
-        message: What is wrong, in words for a person.
-        dwell: Time that it may last before the robot must stop [s].
-        axis: Index in u of the axis that it concerns; None for none.
+        name: Name of the rule that found the symptom.
+        message: Description of the fault for a person.
+        dwell: Time for which the symptom may last before the robot must stop
+            [s].
+        axis: Index in u of the axis that the symptom concerns; None if it
+            concerns no single axis.
     """
 
     name: str
@@ -63,9 +66,9 @@ def symptoms(
 
     Args:
         law: The thresholds and limits.
-        state: The supervisor's state after the previous tick; its command is
-            the one that is being executed.
-        now: The observation of this tick.
+        state: The supervisor's state after the previous tick. Its command is
+            being executed.
+        now: The inputs of this tick.
     """
     return [
         *_of_clock(law, state, now),
@@ -217,9 +220,9 @@ def _of_clearance(
             law.config.clearance_dwell,
         )
         return
-    # A robot that starts too near may move away: verification ensures that no
-    # command reduces the present clearance. It must not come nearer again
-    # later.
+    # A robot that starts too near to the scene may move away from it, since
+    # verification ensures that no command reduces the present clearance. The
+    # robot must not come nearer again later.
     kept = kept_clearance(state, now)
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:
@@ -242,14 +245,14 @@ def _of_clearance(
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the start of motion [m].
 
-    Before a start it is the present clearance. After a stop it is at least
-    `_TOUCH`, so a robot in contact is not released. When the payload changes,
-    it is the present clearance again, since the new payload may be near the
-    scene.
+    Before the robot starts, the result is the present clearance. After a stop
+    it is at least `_TOUCH`, so that a robot in contact is not released. If the
+    payload changes, it is the present clearance again, since the new payload
+    may be near the scene.
 
     Args:
         state: The supervisor's state after the previous tick.
-        now: The observation of this tick.
+        now: The inputs of this tick.
     """
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):
@@ -273,9 +276,9 @@ def _of_target_and_map(
 
 
 def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
-    """Symptoms of stale movers, and of cameras without new images.
+    """Yields symptoms of stale movers, and of cameras without new images.
 
-    A time stamp in the future is a symptom, just like an old one.
+    A time stamp in the future is a symptom, too.
     """
     if now.movers is None:
         return

@@ -1,6 +1,6 @@
-"""Every value that crosses a port, as immutable data.
+"""Types of the values that cross Drake's ports; all values are immutable.
 
-Systems of different rooms exchange only these values, so a system that reads a
-value does not depend on the system that made it. Copying such a value returns
-the object itself, since Drake's ports deep-copy Python values.
+Systems of different rooms exchange only these values. So a system that reads a
+value does not depend on the system that made the value. Drake's ports deep-copy
+Python values; a copy of these values is the object itself.
 """

@@ -1,4 +1,4 @@
-"""`Aim`: the targets of all end effectors of a robot."""
+"""`Aim`: the targets of a robot's end effectors at one time."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -18,16 +18,17 @@ class Aim:
     """The targets of all end effectors; copying returns the object itself.
 
     Attributes:
-        targets: One entry for each end effector, by its index: its target, or
-            None. At least one entry is a target.
-        u: Velocity reference of base and joints for control laws that track
+        targets: The target of each end effector, by the index of the end
+            effector; None for an end effector without a target. At least one
+            entry is a target.
+        u: Reference velocity of base and joints, for control laws that track
             one, shape (n_u,) [m/s, rad/s]; None if only poses are given.
         q: Configuration that the robot must have at the targets, shape (n_q,)
-            [rad, m]. Path planning leads to it; reactive control ignores it.
-            None if any configuration that reaches the targets will do.
+            [rad, m]. Planned paths end in it, and reactive control ignores it.
+            If it is None, any configuration that reaches the targets is valid.
 
     Raises:
-        ValueError: There is no target at all.
+        ValueError: No end effector has a target.
     """
 
     targets: tuple[Target | None, ...]
@@ -43,18 +44,19 @@ class Aim:
 
     @staticmethod
     def of(wanted: "Aim | Target | RigidTransform | np.ndarray") -> "Aim":
-        """Converts a target of the first end effector to an aim.
+        """Makes an aim from a target of the first end effector.
 
-        An aim is returned as it is.
+        If the argument is an aim, it is returned unchanged.
 
         Args:
-            wanted: An aim, a target, or the pose X_WT of a plain target.
+            wanted: An aim, a target, or the pose X_WT of a target without
+                further properties.
         """
         return wanted if isinstance(wanted, Aim) else Aim((Target.of(wanted),))
 
     @cached_property
     def items(self) -> tuple[tuple[int, Target], ...]:
-        """The targets, each with its end effector's index."""
+        """The targets, each with the index of its end effector."""
         return tuple((i, t) for i, t in enumerate(self.targets) if t)
 
     @property
@@ -64,7 +66,7 @@ class Aim:
 
     @cached_property
     def arrays(self) -> Packed[AimArrays]:
-        """The aim, as arrays for kernels."""
+        """The aim as arrays for kernels."""
         effectors = np.array([i for i, _ in self.items])
         parts = zip(*(target.arrays for _, target in self.items), strict=True)
         by_path = self.q is not None
@@ -80,7 +82,7 @@ class Aim:
 
     @cached_property
     def has_line(self) -> bool:
-        """Whether one of the targets must be reached on a line."""
+        """Whether any of the targets must be reached on a straight line."""
         return any(target.line is not None for _, target in self.items)
 
     def equals(self, other: "Aim") -> bool:
@@ -103,7 +105,7 @@ class Aim:
         )
 
     def errors(self, X_WEs: np.ndarray) -> tuple[PoseError, ...]:
-        """Computes the error of each target.
+        """Computes the pose error of each target.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
@@ -115,7 +117,7 @@ class Aim:
     ) -> tuple[int, Target]:
         """Returns the target with the largest error, and its end effector.
 
-        End effectors that have not arrived come first.
+        If some end effectors have not arrived, only these are considered.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
@@ -136,8 +138,8 @@ class Aim:
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Function that returns whether an error counts as arrival
-                at a target where the end effector stops.
+            arrived: Function that returns whether a pose error counts as
+                arrival at a target at which the end effector stops.
         """
         return self.is_reached_by(self.errors(X_WEs), arrived)
 
@@ -146,12 +148,12 @@ class Aim:
         errors: Sequence[PoseError],
         arrived: Callable[[PoseError], bool],
     ) -> bool:
-        """Returns whether every target is reached, given its error.
+        """Returns whether every target is reached, given the targets' errors.
 
         Args:
-            errors: The error of each target, as `errors` returns them.
-            arrived: Function that returns whether an error counts as arrival
-                at a target where the end effector stops.
+            errors: The error of each target, which the method `errors` returns.
+            arrived: Function that returns whether a pose error counts as
+                arrival at a target at which the end effector stops.
         """
         return all(
             target.is_reached(error, arrived)
@@ -165,7 +167,7 @@ class Aim:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
 
         Returns:
-            The deviation; NaN if there is no line.
+            The deviation; NaN if no target has a line.
         """
         beside = [
             target.line_deviation(X_WEs[i])

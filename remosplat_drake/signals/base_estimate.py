@@ -1,15 +1,16 @@
 r"""Drift model of an odometry, with a rate that is correlated over time.
 
-The base's pose b = (x, y, yaw) in W and the drift rate v of the odometry evolve
-from one frame to the next, after a time t, as
+From one camera image to the next, after the time t, the base's pose b = (x, y,
+yaw) in W and the drift rate v of the odometry become
 
     b' = b + (R(b_yaw - o_yaw) (o'_xy - o_xy), o'_yaw - o_yaw) + r v + noise,
     v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
 
-with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process with
-standard deviation sigma and correlation time tau, and the noise of b and v
-follows from the exact integral of this process (Bar-Shalom et al., "Estimation
-with applications to tracking and navigation", 2001, section 8.2.3).
+where o is the pose that the odometry measures, and primes mark values at the
+later image. The rate is an Ornstein-Uhlenbeck process with the standard
+deviation sigma and the correlation time tau. The covariance of the noise of b
+and v is the exact integral of this process (Bar-Shalom et al., "Estimation with
+applications to tracking and navigation", 2001, section 8.2.3).
 """
 
 import dataclasses as dc
@@ -17,17 +18,17 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of the independent errors of x, y and yaw at each frame,
-in addition to drift [m, m, rad]."""
+"""Standard deviations of the errors of x, y and yaw at each camera image, which
+are independent of the drift and of each other [m, m, rad]."""
 
 OTHER_RUN = 30.0
-"""Assumed time between two runs, in which the odometry drifts [s]. The clocks
-of two runs have no common origin."""
+"""Assumed time between two runs, during which the odometry drifts [s]. The real
+time is unknown, since the clocks of two runs have no common origin."""
 
 
 @dc.dataclass(frozen=True)
 class Drift:
-    """Parameters of the drift of a base's odometry.
+    """Parameters of the drift model of a base's odometry.
 
     Attributes:
         shift: Standard deviation of the drift rate of the position [m/s].
@@ -60,12 +61,12 @@ class Drift:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseEstimate:
-    """Estimate of the base's pose and of its odometry's drift.
+    """Estimate of the base's pose and of the drift rate of its odometry.
 
     Attributes:
         time: Time of the estimate, by the diagram's clock [s].
         X_OB: The base's pose by odometry, shape (3,) [m, rad].
-        X_WB: Its pose b in W, shape (3,) [m, rad].
+        X_WB: The base's pose b in W, shape (3,) [m, rad].
         rate: The rate v, shape (3,) [m/s, rad/s].
         covariance: Covariance of (b, v), shape (6, 6).
     """
@@ -84,7 +85,7 @@ class BaseEstimate:
         return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
 
     def certain(self) -> "BaseEstimate":
-        """Returns this estimate with its pose, which defines W, as exact."""
+        """Returns this estimate with an exact pose, which defines W."""
         P = np.zeros((6, 6))
         P[:3, :3] = np.diag(_WHITE**2)
         P[3:, 3:] = self.covariance[3:, 3:]
@@ -99,13 +100,14 @@ class BaseEstimate:
 def predicted(
     before: BaseEstimate, X_OB: np.ndarray, time: float, drift: Drift
 ) -> BaseEstimate:
-    """Predicts a base's estimate from its odometry and drift.
+    """Predicts the estimate at a later time from odometry and drift.
 
     Args:
         before: The earlier estimate.
-        X_OB: The base's pose by odometry now, shape (3,) [m, rad].
-        time: The time now [s]; an earlier time than that of `before` means
-            another run.
+        X_OB: The base's pose by odometry at the later time, shape (3,) [m,
+            rad].
+        time: The later time [s]. If it is earlier than that of `before`,
+            another run has begun.
         drift: Drift model of the odometry.
     """
     seconds = time - before.time if time >= before.time else OTHER_RUN
@@ -129,12 +131,12 @@ def moved(
         rate: The rate v, shape (3,) [m/s, rad/s].
         X_OB: The pose o by odometry at the start, shape (3,) [m, rad].
         X_OB_after: The pose o' by odometry at the end, shape (3,) [m, rad].
-        seconds: Time between the two [s].
+        seconds: Time between the two poses [s].
         drift: Drift model, with the correlation time.
 
     Returns:
-        (b', v'), shape (6,), and its Jacobian with respect to (b, v), shape (6,
-        6).
+        The vector (b', v'), shape (6,), and its Jacobian with respect to (b,
+        v), shape (6, 6).
     """
     a = np.exp(-seconds / drift.memory)
     reach = drift.memory * (1 - a)

@@ -6,24 +6,26 @@ from typing import NamedTuple
 import numpy as np
 
 COLLISION = "collision"
-"""Name of the rows against collision with the scene."""
+"""Name of the constraints against collision with the scene."""
 JOINT_LIMIT = "joint limit"
-"""Name of the rows for joint limits."""
+"""Name of the constraints for joint limits."""
 SELF_COLLISION = "self-collision"
-"""Name of the rows against self-collision."""
+"""Name of the constraints against self-collision."""
 MOVER = "mover"
-"""Name of the rows against collision with movers."""
+"""Name of the constraints against collision with movers."""
 BOUND = "bound"
-"""Name of rows that are bounds on the command itself."""
+"""Name of the bounds on the entries of the command."""
 
 
 class BoundRow(NamedTuple):
     """A constraint (row) of a tick's quadratic program, active at its optimum.
 
     Attributes:
-        name: Name of its set of rows, `BOUND` for a bound on the command.
-        index: Its index in that set.
-        about: The names of the links or joints that it constrains, or a text.
+        name: Name of the set of rows that contains this row; `BOUND` for a
+            bound on the command.
+        index: Index of the row in this set.
+        about: The names of the links or joints that the row constrains, or a
+            text.
     """
 
     name: str
@@ -33,15 +35,15 @@ class BoundRow(NamedTuple):
 
 @dc.dataclass(frozen=True, eq=False)
 class Binding:
-    """The active rows at the command, and the cost's negative gradient.
+    """The active rows at the optimum, and the negative gradient of the cost.
 
-    At the optimum, the push is the sum of the rows, each times a non-negative
-    multiplier (Karush, Kuhn and Tucker). Rows with large multipliers limit the
-    command.
+    At the optimum, the negative gradient `push` is the sum of the rows, each
+    times a non-negative multiplier (Karush, Kuhn and Tucker). The rows with
+    large multipliers are those that limit the command.
 
     Attributes:
-        rows: The k rows.
-        A: Coefficients of the rows in A u <= b, shape (k, n_u).
+        rows: The k active rows.
+        A: Coefficients of the active rows in A u <= b, shape (k, n_u).
         push: Negative gradient of the cost at the command, shape (n_u,).
     """
 
@@ -54,4 +56,4 @@ class Binding:
 
 
 NONE_BINDS = Binding((), np.zeros((0, 0)), np.zeros(0))
-"""The binding of a tick without an active row."""
+"""The `Binding` of a tick without an active row."""

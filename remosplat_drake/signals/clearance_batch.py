@@ -1,4 +1,4 @@
-"""`ClearanceBatch`: distances in many configurations of a robot at once."""
+"""`ClearanceBatch`: distances to the scene in many robot configurations."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ class ClearanceBatch:
     """Distances of n spheres in c configurations, up to k rows per sphere.
 
     The arrays are NumPy arrays or torch tensors, like those of the query. A row
-    is one of `Clearances`. Missing rows have an infinite distance and the
-    direction zero.
+    has the same meaning as in `Clearances`. A missing row has an infinite
+    distance and the direction zero.
 
     Attributes:
         distance: Distance from a sphere's surface to the scene, shape (c, n, k)
-            [m]; negative if it penetrates. A tensor's gradient with respect to
-            the spheres' centres is minus the direction.
+            [m]; negative if the sphere penetrates it. The gradient of a tensor
+            with respect to the spheres' centres is the negative direction.
         direction_W: Unit vectors from the spheres' centres towards the scene,
             in W, shape (c, n, k, 3).
     """
@@ -30,9 +30,9 @@ class ClearanceBatch:
         return len(self.distance)
 
     def minimum(self) -> Any:
-        """Returns the smallest distance of each configuration, (c,) [m].
+        """Returns the smallest distance in each configuration, (c,) [m].
 
-        It is inf if there is no row.
+        It is inf for a configuration without rows.
         """
         flat = self.distance.reshape(len(self), -1)
         return flat.min(1) if isinstance(flat, np.ndarray) else flat.amin(1)
@@ -41,11 +41,11 @@ class ClearanceBatch:
     def gathered(
         answers: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int
     ) -> "ClearanceBatch":
-        """Combines the clearances of c configurations.
+        """Combines the clearances in c configurations into a batch.
 
         Args:
-            answers: For each of the c configurations the arrays `sphere`,
-                `distance` and `direction_W` of its rows, as in `Clearances`.
+            answers: For each of the c configurations, the arrays `sphere`,
+                `distance` and `direction_W` of its `Clearances`.
             n: Number of the robot's spheres.
         """
         counts = [np.bincount(row[0], minlength=n) for row in answers]

@@ -1,8 +1,8 @@
-"""`ask`: distances to a map, for callers in compiled kernels.
+"""`ask`: computes distances to a map in compiled kernels.
 
-A `DistanceField` is a Python object, and a kernel would have to call Python for
-every query. So a field may provide its arrays as a packed named tuple. The
-tuple's type selects the kernel that computes the distances.
+A `DistanceField` is a Python object, so a kernel would have to call Python for
+each query. To avoid this, a field may provide its arrays as a packed named
+tuple. The type of the tuple selects the kernel that computes the distances.
 """
 
 import math
@@ -26,9 +26,9 @@ from remosplat_drake.base.python_calls import FAILED, ask_python
 class Misplacement(NamedTuple):
     """Bound on a map's displacement relative to a robot with an uncertain base.
 
-    A distance to the map is reduced by `shift` and by `turn` times the point's
-    distance from the base, and divided by 1 + turn, so that it stays
-    1-Lipschitz; see `oracle/uncertain_placement.py`.
+    A distance to the map is reduced by `shift`, and by `turn` times the point's
+    distance from the base. The result is divided by 1 + turn, so that it
+    remains 1-Lipschitz; see `oracle/uncertain_placement.py`.
 
     Attributes:
         x: x of the base in W [m].
@@ -48,7 +48,7 @@ IN_PLACE = Misplacement(0.0, 0.0, 0.0, 0.0)
 
 
 class Maps(NamedTuple):
-    """Several maps, combined as one for kernels.
+    """Several maps, which kernels query as one map.
 
     Attributes:
         parts: One named tuple of arrays for each map.
@@ -58,19 +58,19 @@ class Maps(NamedTuple):
 
 
 def together(parts: Iterable[Packed]) -> Packed[Maps]:
-    """Packs several maps as one.
+    """Combines several maps to one packed map, for kernels.
 
-    Kernels also accept a plain tuple of maps, but Numba determines its type
-    slowly.
+    Kernels also accept a plain tuple of maps, but for a tuple Numba takes
+    longer to determine the type.
 
     Args:
-        parts: The maps, as `DistanceField.compiled`.
+        parts: The maps, in the form of `DistanceField.compiled`.
     """
     return Packed(Maps(tuple(part.values for part in parts)))
 
 
 class RowArrays(NamedTuple):
-    """The m rows of `Clearances`, for kernels.
+    """The m rows of `Clearances`, as arrays for kernels.
 
     Attributes:
         sphere: `Clearances.sphere`, shape (m,).
@@ -86,11 +86,12 @@ class RowArrays(NamedTuple):
 
 
 class PythonMap(NamedTuple):
-    """A map that kernels query through Python; see `base.python_calls`.
+    """A map that kernels query by calls of Python; see `base.python_calls`.
 
     Attributes:
         is_lipschitz: `DistanceField.is_lipschitz`.
-        rows: Empty rows, from which Numba infers the type of a result.
+        rows: Packed `RowArrays` without rows, from which Numba infers the type
+            of the result.
     """
 
     is_lipschitz: bool
@@ -101,43 +102,43 @@ _EPSILON = 2.0**-52
 """Relative spacing of double-precision numbers."""
 
 LOOK, ROWS = 0, 1
-"""Indices of two functions in a map's `PythonCalls`: one for clearances of
-spheres, one for all rows."""
+"""Indices of two functions in a map's `PythonCalls`. The first computes
+clearances of spheres, and the second all rows."""
 
 
 def ask(compiled, question, answer) -> None:
     """Computes distances from n points to a map; for kernels only.
 
     Args:
-        compiled: The map, as `DistanceField.compiled`.
-        question: The queries, shape (n, 6). The columns are a point in W
-            (three), the distance up to which surfaces are searched, the height
-            below which the map is ignored [m], and the index of the robot's
-            sphere with this centre, -1 if there is none.
+        compiled: The map, in the form of `DistanceField.compiled`.
+        question: The queries, shape (n, 6). The columns are a point in W (three
+            columns), the distance up to which surfaces are searched, the height
+            below which the map is ignored [m], and the index of the robot
+            sphere with this centre (-1 if there is none).
         answer: Output, shape (n, 8). The columns are a number that is negative
-            if there is no surface within that distance, the signed distance
-            [m], the closest point in W (three) [m], and the direction to it in
-            W (three).
+            if there is no surface within the distance, the signed distance [m],
+            the closest point in W (three columns) [m], and the direction to
+            this point in W (three columns).
     """
     raise NotImplementedError("this is called from compiled code")
 
 
 def answers(kind: type, kernel: Callable) -> None:
-    """Registers the kernel that `ask` calls for a kind of map.
+    """Registers the kernel that `ask` calls for maps of a given type.
 
-    Numba compiles the code of `kernel` into every kernel that queries maps, and
-    compiles these again when the file of `kernel` changes. Changes in other
-    files outside this package are not detected.
+    Numba compiles the code of `kernel` into all kernels that query maps. It
+    compiles these kernels again if the file of `kernel` has changed. Changes of
+    other files outside this package are not detected.
 
     Args:
-        kind: The named tuple of the map's arrays.
+        kind: The named tuple with the map's arrays, a class.
         kernel: The kernel, with the arguments of `ask`.
     """
     bind_code(kind, kernel)
     note_extension(kernel)
 
-    # The type of the named tuple distinguishes this form of `ask`: see
-    # `bind_code`.
+    # The type of the named tuple distinguishes this implementation of `ask`;
+    # see `bind_code`.
     @extending.overload(ask)
     def _ask_kind(compiled, question, answer):
         if getattr(compiled, "kind", None) is kind:
@@ -166,8 +167,8 @@ def _ask_all(compiled, question, answer):
 
     def nearest(compiled, question, answer):
         ask(compiled[0], question, answer)
-        # The remaining maps are searched only for points nearer than this one,
-        # which is faster.
+        # The search of the remaining maps is faster if it is limited to points
+        # nearer than this one.
         nearer, other = question.copy(), np.empty_like(answer)
         for i in range(len(answer)):
             if answer[i, 0] >= 0.0:
@@ -186,8 +187,8 @@ def ask_each(maps, question, answers) -> None:
 
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
-        question: The query for `ask`.
-        answers: Output: the result of each map, shape (k, n, 8).
+        question: The queries, as for `ask`.
+        answers: Output: the result of `ask` for each map, shape (k, n, 8).
     """
     raise NotImplementedError("this is called from compiled code")
 
@@ -226,14 +227,14 @@ def clearance_rows(maps, p_WS, radius, ignore_below, index, within):
         radius: Radii of the spheres, shape (n,) [m].
         ignore_below: Heights below which the spheres ignore the map, shape (n,)
             [m].
-        index: Their indices among the robot's spheres, -1 for other spheres,
-            shape (n,).
-        within: Rows at or beyond this distance are left out [m].
+        index: Indices of the spheres among the robot's spheres, shape (n,); -1
+            for other spheres.
+        within: Rows at or beyond this distance are omitted [m].
 
     Returns:
-        The attributes `sphere`, `distance`, `direction_W` and `p_WC` of the
-        rows, sorted by sphere, then by map; and whether the query is valid: no
-        centre is infinite, and no value is NaN.
+        The arrays `sphere`, `distance`, `direction_W` and `p_WC` of the rows,
+        which are sorted by sphere and then by map; and whether the query is
+        valid. A query is valid if no centre is infinite and no value is NaN.
     """
     k, n = len(maps.parts), len(radius)
     question, is_defined = np.empty((n, 6)), True
@@ -308,7 +309,8 @@ def is_compiled(compiled) -> bool:
     """Returns whether kernels compute a map's distances; for kernels only.
 
     Args:
-        compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
+        compiled: The map, in the form of `DistanceField.placed`, or a
+            `PythonMap`.
     """
     return not is_pythons(compiled)
 
@@ -322,20 +324,20 @@ def _is_compiled(compiled):
 def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
     """Computes clearances of spheres, each up to a largest value.
 
-    A clearance below its reach is exact; a larger one is reported as the reach.
-    Unknown clearances are NaN. For kernels only.
+    A clearance below the sphere's `reach` is exact; for a larger clearance, the
+    result is `reach`. Unknown clearances are NaN. For kernels only.
 
     Args:
-        placed: A tuple of the map, its `Misplacement`, and the identifier of
-            the `PythonCalls`. The map is `DistanceField.compiled` if that is
+        placed: A tuple of the map, its `Misplacement`, and the number of the
+            `PythonCalls`. The map is `DistanceField.compiled` if that is
             1-Lipschitz, or else a `PythonMap`.
-        robot: The `RobotArrays`, or other arrays with radii, `ignore_below` and
-            `index` if the map is compiled.
+        robot: The `RobotArrays`. For a compiled map, it may also be other
+            arrays with radii, `ignore_below` and `index`.
         sphere: Indices of the spheres, shape (n,).
-        p_WS: Their centres in W, shape (n, 3) [m].
-        R_WL: Orientations of their links, shape (n, 3, 3).
-        reach: Largest clearance to report [m]: one for all spheres, or one for
-            each, shape (n,).
+        p_WS: Centres of the spheres in W, shape (n, 3) [m].
+        R_WL: Orientations of the spheres' links, shape (n, 3, 3).
+        reach: Largest clearance to report [m]: one number for all spheres, or
+            one for each sphere, shape (n,).
         found: Output: the clearances, shape (n,) [m].
     """
     of_python = is_pythons(placed[0])
@@ -368,8 +370,8 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
-        # The bound is slightly more than the distance, since the query finds
-        # only points nearer than its bound.
+        # The bound is slightly larger than the distance, since the query finds
+        # only points that are nearer than its bound.
         far += abs(far) * _EPSILON
         least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
@@ -409,6 +411,6 @@ def _longest_reach(reach):
 
 @helper
 def _margin(off, p_WS):
-    """Returns the largest displacement of a misplaced map at a point [m]."""
+    """Returns the bound of a map's displacement at a point [m]."""
     x, y = p_WS[0] - off.x, p_WS[1] - off.y
     return off.shift + off.turn * math.sqrt(x * x + y * y)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from remosplat_drake.robot.sphere_model import Spheres
 
 UNSEEN, FREE, SURFACE = 0, 1, 2
-"""States of a voxel: unseen by all cameras, free, or with a surface."""
+"""States of a voxel: no camera has seen it, it is free, or it has a surface."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,13 +31,13 @@ class Coverage:
         return float((self.state == state).mean())
 
     def states_at(self, p: np.ndarray) -> np.ndarray:
-        """Returns the states of the voxels that points are in.
+        """Returns the states of the voxels that contain points.
 
         Args:
             p: Points in the grid's frame, shape (n, 3) [m].
 
         Returns:
-            Shape (n,), uint8; `UNSEEN` outside of the grid.
+            The states, shape (n,), uint8; `UNSEEN` for points outside the grid.
         """
         cell = np.floor((p - self.lower) / self.voxel).astype(int)
         inside = np.all((cell >= 0) & (cell < self.state.shape), axis=1)
@@ -66,18 +66,18 @@ def grid_shape(
 
 
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
-    """Marks unseen voxels near the robot's past positions as free.
+    """Returns a coverage in which voxels that the robot has occupied are free.
 
     Args:
-        coverage: The coverage without these spheres.
+        coverage: The coverage before this change.
         spheres: The spheres of the robot in one or more configurations without
             contact.
         margin: Distance from the spheres within which space is free [m].
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
-    # Duplicates are removed, as many spheres are equal: the base stands still
-    # while the arm scans.
+    # Duplicates are removed, because many spheres are equal: the base does not
+    # move while the arm scans.
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)

@@ -15,22 +15,24 @@ from remosplat_drake.signals.thing import THE_MAP, Thing
 
 @dc.dataclass(frozen=True, eq=False)
 class Clearances:
-    """m signed distances from robot spheres to the scene, one per row.
+    """The m signed distances from robot spheres to the scene, one per row.
 
-    A sphere may have no row (nothing within the queried distance), one row (its
-    closest point) or several (one per view or primitive). The arrays are
-    read-only, and copying returns the object itself, since Drake's ports
-    deep-copy Python values.
+    A sphere has no row if there is no surface within the queried distance.
+    Otherwise it has one row for its closest point, or several rows, one per
+    view or primitive. The arrays are read-only. Copying returns the object
+    itself, since Drake's ports deep-copy Python values.
 
     Attributes:
-        sphere: Index of the sphere that each row belongs to, shape (m,).
+        sphere: Index of the sphere of each row, shape (m,).
         distance: Distance from the sphere's surface to the scene, shape (m,)
-            [m]; negative when it penetrates.
-        direction_W: Unit vectors n from the sphere centre towards the scene, in
-            W, shape (m, 3): moving the centre by eps n changes the distance by
-            -eps (so n = -grad d, also inside a solid).
+            [m]; negative if the sphere penetrates the scene.
+        direction_W: Unit vectors n from the sphere's centre towards the scene,
+            in W, shape (m, 3). If the centre moves by eps n, the distance
+            changes by -eps. So n is the negative gradient of the distance, also
+            inside a solid.
         p_WC: Closest scene point of each row in W, shape (m, 3) [m].
-        revision: The `DistanceField.revision` of this result.
+        revision: The `DistanceField.revision` of the field that returned this
+            result.
 
     Example:
         >>> import remosplat_drake as rs
@@ -61,7 +63,7 @@ class Clearances:
         return bool(self.distance.min(initial=np.inf) > -np.inf)
 
     def minimum(self) -> float:
-        """Returns the smallest distance [m]; inf when there is no row."""
+        """Returns the smallest distance [m]; inf if there is no row."""
         return float(self.distance.min(initial=np.inf))
 
     def per_sphere(self, n: int) -> np.ndarray:
@@ -71,7 +73,7 @@ class Clearances:
             n: Number of the robot's spheres.
 
         Returns:
-            Shape (n,) [m]; inf for a sphere without a row.
+            The distances, shape (n,) [m]; inf for a sphere without a row.
         """
         result = np.full(n, np.inf)
         np.minimum.at(result, self.sphere, self.distance)
@@ -80,7 +82,7 @@ class Clearances:
     def within(self, distance: float) -> "Clearances":
         """Returns the rows whose distance is less than `distance` [m].
 
-        Rows of unknown distance (NaN) are kept: they may be near.
+        Rows of unknown distance (NaN) are kept, since they may be near.
         """
         return self.select(~(self.distance >= distance))
 
@@ -88,7 +90,7 @@ class Clearances:
         """Returns some of the rows.
 
         Args:
-            keep: Which rows are kept, shape (m,), bool.
+            keep: Whether each row is kept, shape (m,), bool.
         """
         if keep.all():
             return self
@@ -136,42 +138,43 @@ class DistanceField(ABC):
     """
 
     revision: str
-    """Name of the map's content; fields of equal revision give equal
+    """Name of the map's content. Fields with equal revisions return equal
     results."""
 
     is_lipschitz: bool = True
     """Whether moving a sphere by s changes its distance by at most s
     (1-Lipschitz).
 
-    Verification can then skip spheres that are too far from the scene, and also
-    guarantees the motion between two queries. Distances from depth views, or
-    from a bisection that ends early, are not 1-Lipschitz: verification queries
-    these fields at the end of every tick of a braking ramp, and guarantees
-    nothing in between.
+    If so, verification can skip spheres that are too far from the scene, and
+    its guarantee includes the motion between two queries. Distances from depth
+    views, or from a bisection that ends early, are not 1-Lipschitz.
+    Verification queries such fields at the end of each tick of a braking ramp,
+    and guarantees nothing for the motion in between.
     """
 
     @property
     def for_look_ahead(self) -> "DistanceField":
-        """Returns a field of the same map for rollouts; it may be coarser.
+        """Returns a field of the same map for rollouts, which may be coarser.
 
-        Safety must not depend on it: verification queries the field itself.
+        Safety must not depend on this field; verification queries the field
+        itself.
         """
         return self
 
     @property
     def for_planning(self) -> "DistanceField":
-        """Returns a 1-Lipschitz field of the same map, for path planning.
+        """Returns a 1-Lipschitz field of the same map for path planning.
 
-        Safety must not depend on it: rollouts and verification query the field
+        Safety must not depend on this field; verification queries the field
         itself.
         """
         return self
 
     @property
     def surfaces(self) -> "DistanceField | None":
-        """Returns the map without unseen space; None if nothing remains.
+        """Returns the map without unseen space; None if that is all of it.
 
-        The page displays this part, and an operator can click on it.
+        The page displays this part of the map, and an operator can click on it.
         """
         return self
 
@@ -179,21 +182,21 @@ class DistanceField(ABC):
     def compiled(self) -> Packed | None:
         """Returns the map for kernels; None if only Python can query it.
 
-        With a compiled map, planning is several times faster.
+        Planning is several times faster with a compiled map.
         """
         return None
 
     @property
     def placed(self) -> tuple[Packed, Misplacement] | None:
-        """Returns `compiled` with the map's misplacement, for verification."""
+        """Returns `compiled` and its `Misplacement`, for verification."""
         return None if self.compiled is None else (self.compiled, IN_PLACE)
 
     @property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """Returns the maps, as `compiled`, that give the rows of `clearances`.
+        """Returns the compiled maps from which kernels compute `clearances`.
 
-        Each map gives one row per sphere. None if only Python can query the
-        map; rollouts are then several times slower.
+        Each map gives one row per sphere. The result is None if only Python can
+        query the map; rollouts are then several times slower.
         """
         return None
 
@@ -205,11 +208,11 @@ class DistanceField(ABC):
 
         Args:
             spheres: The n robot spheres, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m]; a
-                small value makes the query cheaper.
+            max_distance: Rows at or beyond this distance are omitted [m]. A
+                query with a small value takes less time.
 
         Returns:
-            The rows; a sphere may have none, one or several.
+            The clearances. A sphere may have no row, one row or several.
         """
 
     def clearances_batch(
@@ -217,16 +220,16 @@ class DistanceField(ABC):
     ) -> ClearanceBatch:
         """Measures the clearances of a robot in many configurations.
 
-        Fields on a GPU compute thousands of configurations in one call; others
-        process them one by one.
+        Fields on a GPU compute thousands of configurations in parallel. Other
+        fields process the configurations one by one.
 
         Args:
             batch: The n robot spheres in c configurations, placed in W.
-            max_distance: Rows at or beyond this distance are left out [m].
+            max_distance: Rows at or beyond this distance are omitted [m].
 
         Returns:
-            The clearances, with as many rows per sphere as the sphere with the
-            most rows.
+            The clearances. All spheres have the same number of rows, which is
+            that of the sphere with the most rows.
         """
         answers = [self.clearances(each, max_distance) for each in batch]
         rows = [(a.sphere, a.distance, a.direction_W) for a in answers]
@@ -236,8 +239,8 @@ class DistanceField(ABC):
         """Returns the kind and name of the object at a point, for display.
 
         Args:
-            p_W: A point on the surface of something, such as the closest point
-                of a clearance, in W, shape (3,) [m].
+            p_W: A point in W on a surface, such as the closest point of a
+                clearance, shape (3,) [m].
         """
         del p_W  # A map without names returns the same thing for every point.
         return THE_MAP

@@ -1,4 +1,4 @@
-"""`HandReading`: width and force of a hand."""
+"""`HandReading`: a gripper's measured width and force."""
 
 import dataclasses as dc
 import math
@@ -6,21 +6,22 @@ import math
 import numpy as np
 
 STILL = 0.002
-"""Rate of the width below which fingers are at rest [m/s]."""
+"""Rate of the width below which the fingers are at rest [m/s]."""
 
 SLIP = 0.005
-"""Largest change of the width at which a hand still holds its object [m]."""
+"""Largest change of the width for which a gripper still holds its object
+[m]."""
 
 
 @dc.dataclass(frozen=True)
 class HandReading:
-    """A reading of a station's port `HAND.state`.
+    """Measured width, rate and force of a gripper.
 
     Attributes:
-        width: Opening of the fingers [m]; NaN if it is not known.
-        rate: Rate of the opening; negative while they close [m/s].
-        force: Force with which each finger presses [N]. Hands that do not
-            measure it report the commanded one while they hold something.
+        width: Opening between the fingers [m]; NaN if it is not known.
+        rate: Rate of the opening [m/s]; negative while the fingers close.
+        force: Force with which each finger presses [N]. Grippers that do not
+            measure it report the commanded force while they hold an object.
     """
 
     width: float
@@ -45,17 +46,17 @@ class HandReading:
     def is_narrower(self, held: float) -> bool:
         """Returns whether the fingers are too close to hold the object.
 
-        Only the width counts, since many hands measure no force.
+        Only the width is used, since many grippers measure no force.
 
         Args:
-            held: Width of the hand when it holds the object [m].
+            held: Width of the gripper when it holds the object [m].
         """
         return self.width < held - SLIP
 
     def has_let_go(self, held: float) -> bool:
-        """Returns whether the hand has lost the object that it held.
+        """Returns whether the gripper has lost the object that it held.
 
         Args:
-            held: The hand's width when it grasped the object [m].
+            held: Width of the gripper when it grasped the object [m].
         """
         return self.is_narrower(held) or self.width > held + SLIP

@@ -1,4 +1,4 @@
-"""`Load`: the payload of a robot as a value that crosses ports."""
+"""`Load`: the payload of a robot, as a value that crosses ports."""
 
 import dataclasses as dc
 
@@ -9,13 +9,13 @@ from remosplat_drake.robot.payload import Payload
 
 @dc.dataclass(frozen=True)
 class Load:
-    """Payload of a robot on a port; copying returns the object itself.
+    """The payload of a robot on a port; copying returns the object itself.
 
-    `Load` wraps the payload, since in some versions of Drake the value of a
-    port must not be None.
+    The class contains the payload, since in some versions of Drake the value of
+    a port must not be None.
 
     Attributes:
-        payload: The payload; None for nothing.
+        payload: The payload; None if the robot carries nothing.
     """
 
     payload: Payload | None = None
@@ -29,7 +29,7 @@ EMPTY = Load()
 
 
 def payload_of(port: InputPort, context: Context) -> Payload | None:
-    """Reads what the robot carries.
+    """Reads the robot's payload from an input port.
 
     Args:
         port: An input port for a `Load`, which may be left unconnected.

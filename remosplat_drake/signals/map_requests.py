@@ -8,21 +8,22 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 @dc.dataclass(frozen=True)
 class MapRequests:
-    """Counts of requested changes of the map; copying returns the object.
+    """Counts of requests to the map; copying returns the object itself.
 
-    With counts, no press is lost between two reads, and nothing needs a reset.
-    Only `unfinished` may decrease: if a scan is aborted, its latest frame turns
-    out to be its last one.
+    An increased count is a request. So no request is lost between two reads,
+    and no flag must be reset. Only `unfinished` may decrease: if a scan is
+    aborted, its latest frame becomes its last one.
 
     Attributes:
         frames: Number of requested camera frames.
         refines: Number of presses of the refine button.
         undos: Number of presses of the undo button.
         saves: Number of presses of the save button.
-        unfinished: Number of frames that are followed by more frames of the
-            same scan; the map is rebuilt only after the last one.
-        scene: Scene that a simulated camera shows from now on; None for no
-            change.
+        unfinished: Number of requested frames that are followed by more frames
+            of the same scan. The map is rebuilt only after the last frame of a
+            scan.
+        scene: Scene that a simulated camera shows from now on; None if it does
+            not change.
     """
 
     frames: int = 0
@@ -33,7 +34,7 @@ class MapRequests:
     scene: PrimitiveScene | None = None
 
     def __add__(self, other: "MapRequests") -> "MapRequests":
-        """Adds up the requests of two operators."""
+        """Returns the sum of the requests of two operators."""
         return MapRequests(
             self.frames + other.frames,
             self.refines + other.refines,
@@ -50,12 +51,12 @@ class MapRequests:
 def scene_in_turn(
     scenes: Sequence[PrimitiveScene], changes: int
 ) -> PrimitiveScene | None:
-    """Returns the scene that a simulated camera shows after some changes.
+    """Returns the scene that a simulated camera shows after n changes.
 
     Args:
-        scenes: The scenes, which alternate; the first one is the scene at the
-            start.
-        changes: Number of requested changes.
+        scenes: The scenes, which the camera shows in turn. The first one is the
+            scene at the start.
+        changes: Number n of requested changes.
 
     Returns:
         The scene; None if there was no change, or there are no scenes.

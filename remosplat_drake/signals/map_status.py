@@ -1,21 +1,23 @@
-"""`MapStatus`: the live map in use, and progress of the next one."""
+"""`MapStatus`: the version of the live map in use, and progress of the next."""
 
 import dataclasses as dc
 
 from remosplat_drake.signals.scene_map import SceneMap
 
 MAKING = "making a map: "
-"""Prefix of the text while a map is being built."""
+"""Prefix of `MapStatus.text` while a map is being built."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class MapStatus:
-    """The map in use, and progress of the next; copies are the object itself.
+    """The map in use, and progress of the next; a copy is the object itself.
 
     Attributes:
         scene_map: The map that the distance oracle uses.
-        text: The latest success or the current activity, for operators.
-        trouble: The latest failure; empty after the next success.
+        text: The result of the latest request, or the current activity, for
+            operators.
+        trouble: Description of the latest failure; empty after a request has
+            succeeded.
         is_building: Whether requests are pending.
         frames: Number of camera frames of the next map.
         swaps: Number of times that the map in use was replaced.
@@ -30,7 +32,7 @@ class MapStatus:
 
     @property
     def news(self) -> str:
-        """A message to print once: the latest failure or else success."""
+        """The message to print: a failure or success; empty during building."""
         if self.trouble:
             return self.trouble
         return "" if self.text.startswith(MAKING) else self.text

@@ -1,4 +1,4 @@
-"""`Motion`: a robot's predicted motion from the commands already sent."""
+"""`Motion`: the motion that commands already sent will cause."""
 
 import dataclasses as dc
 from functools import cache, cached_property
@@ -11,11 +11,11 @@ from remosplat_drake.robot.actuators import ActuatorModel
 
 
 class MotionArrays(NamedTuple):
-    """A `Motion`, as arrays for kernels.
+    """A `Motion` as arrays for kernels.
 
     Attributes:
-        is_late: Whether the robot has a delay; if not, it executes commands at
-            once, and the other fields are unused.
+        is_late: Whether the robot has a delay. If not, it executes commands at
+            once, and all other fields are unused.
         parameters: `ActuatorModel.parameters`, shape (n_u, 4).
         tube: `Motion.tube`, shape (n_u,) [s].
         sent: `Motion.sent`, shape (h,) [s].
@@ -39,10 +39,10 @@ class MotionArrays(NamedTuple):
 
 @cache
 def prompt_motion(n_u: int) -> Packed[MotionArrays]:
-    """Makes the motion of a robot that executes commands at once.
+    """Makes the arrays for a robot that executes commands at once.
 
     Args:
-        n_u: Number of entries of its command.
+        n_u: Number of entries of the robot's command.
     """
     none = np.zeros(n_u)
     return Packed(
@@ -62,34 +62,33 @@ def prompt_motion(n_u: int) -> Packed[MotionArrays]:
 
 @dc.dataclass(frozen=True, eq=False)
 class Motion:
-    """Predicted motion of a robot with delay; copies are the object itself.
+    """Predicted motion of a robot with delay; a copy is the object itself.
 
-    Commands that have been sent are committed: the robot will execute them. The
-    axes have different delays; a command that is sent at `time` acts on the
-    fastest axis at `start`.
+    The robot will execute all commands that have been sent. The axes (base and
+    joints) have different delays. A command that is sent at `time` acts on the
+    fastest axis from `start` on.
 
     Attributes:
-        model: Model of how the axes (base and joints) follow their commands.
-        time: When the next command is sent [s].
-        sent: When earlier commands were sent, ascending, shape (h,) [s].
-        u: These commands, shape (h, n_u) [m/s, rad/s].
-        start: When the next command begins to act [s].
-        q_start: Configuration at that time, predicted, shape (n_q,) [m, rad].
-        v_start: Velocities at that time, predicted, shape (n_u,)
-            [m/s, rad/s].
-        tube: Bound on the model's position errors as a time, shape (n_u,) [s].
-            Multiplied by the speed of an axis, it bounds the error of that
-            axis.
-        q_planned: Configuration after all committed commands have acted on all
-            axes, shape (n_q,) [m, rad]. Later commands move it like a robot
-            without delay.
+        model: Dynamic model by which the axes follow their commands.
+        time: Time at which the next command is sent [s].
+        sent: Times at which earlier commands were sent, ascending, shape (h,)
+            [s].
+        u: The earlier commands, shape (h, n_u) [m/s, rad/s].
+        start: Time at which the next command begins to act [s].
+        q_start: Predicted configuration at `start`, shape (n_q,) [m, rad].
+        v_start: Predicted velocities at `start`, shape (n_u,) [m/s, rad/s].
+        tube: Bound of the model's position errors, as a time, shape (n_u,) [s].
+            The time multiplied by the speed of an axis bounds the position
+            error of this axis.
+        q_planned: Configuration after all commands that have been sent have
+            acted on all axes, shape (n_q,) [m, rad]. From this configuration,
+            later commands move the robot like one without delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
-        way_measured: Distances that the axes of the model have travelled from
-            the start of the run to the latest measurement, shape (n_u,) [m,
-            rad].
-        residual: Errors of the model's predicted positions within a short
-            window, shape (n_u,) [m, rad].
+        way_measured: Distances that the axes have moved in the model, from the
+            start of the run to the latest measurement, shape (n_u,) [m, rad].
+        residual: Errors of the positions that the model predicts within a short
+            time window, shape (n_u,) [m, rad].
         bound: Bounds on these errors, shape (n_u,) [m, rad].
     """
 
@@ -112,7 +111,7 @@ class Motion:
 
     @cached_property
     def arrays(self) -> Packed[MotionArrays]:
-        """The motion, as arrays for kernels."""
+        """The motion as arrays for kernels."""
         return Packed(
             MotionArrays(
                 True,

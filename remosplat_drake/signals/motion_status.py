@@ -12,7 +12,7 @@ WAITING = "waiting"
 MOVING = "moving"
 """Kind: the robot moves to its target."""
 HELD = "held"
-"""Kind: the robot stands still away from its target."""
+"""Kind: the robot is at rest away from its target."""
 REACHED = "reached"
 """Kind: the robot is at its target."""
 STOPPING = "stopping"
@@ -26,8 +26,8 @@ KINDS = (WAITING, MOVING, HELD, REACHED, STOPPING, STOPPED, ENDED)
 """All kinds of a robot's state."""
 
 CONSTRAINT = "constraint"
-"""Cause: any constraint of the controller's program that the other causes do
-not name."""
+"""Cause: a constraint of the controller's quadratic program that no other cause
+describes."""
 VERIFICATION = "verification"
 """Cause: verification rejects every command towards the target, since the robot
 could not stop in time."""
@@ -65,8 +65,8 @@ CAUSES = (
     NO_CONFIGURATION,
     NO_PATH,
 )
-"""All causes that hold a robot: kinds of objects in the scene, the robot's own
-constraints, and others."""
+"""All causes that keep a robot from moving: kinds of objects in the scene,
+constraints of the robot, and other causes."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -78,17 +78,16 @@ class MotionStatus:
         text: The whole state in one sentence, for display.
         distance: Distance from the end effector to the target [m]; NaN if
             unknown.
-        cause: The cause that holds the robot, one of `CAUSES`; empty if nothing
-            does.
-        thing: Name of the cause: "the shelf", "joint 4".
-        link: Name of the link that is held, or that a stop concerns; empty if
-            there is none.
-        p_W: Point at which the robot is held, or that a stop concerns, in W,
-            shape (3,) [m]; None if there is none.
-        clearance: Distance from the link to the thing [m]; None if there is
-            none.
-        way: Guidance's statement about a way around the cause, for display; may
-            be empty.
+        cause: The cause that keeps the robot from moving, one of `CAUSES`;
+            empty if there is none.
+        thing: Name of the cause, for example "the shelf" or "joint 4".
+        link: Name of the link that cannot move, or that a stop concerns; empty
+            if there is none.
+        p_W: Point in W at which the robot cannot move on, or that a stop
+            concerns, shape (3,) [m]; None if there is none.
+        clearance: Distance from `link` to `thing` [m]; None if there is none.
+        way: Statement of guidance about a way around the cause, for display;
+            may be empty.
     """
 
     kind: str
@@ -106,11 +105,11 @@ class MotionStatus:
 
     @property
     def is_obstructed(self) -> bool:
-        """Whether something holds or stops the robot, or did at the end."""
+        """Whether a cause keeps the robot from moving, or did at the end."""
         return self.kind in (HELD, STOPPING, STOPPED, ENDED)
 
     def is_news_after(self, before: "MotionStatus") -> bool:
-        """Returns whether an earlier state differs in more than numbers.
+        """Returns whether an earlier state has another kind, cause or name.
 
         Args:
             before: The earlier state.
@@ -119,7 +118,7 @@ class MotionStatus:
         return any(getattr(self, n) != getattr(before, n) for n in names)
 
     def document(self) -> dict:
-        """Returns the parts as a JSON object; unknown ones are null."""
+        """Returns the attributes as a JSON object; unknown ones are null."""
         fields = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         known = bool(np.isfinite(self.distance))
         fields["distance"] = self.distance if known else None

@@ -1,4 +1,4 @@
-"""`NearMovers`: the robot's spheres that are near movers."""
+"""`NearMovers`: the robot's spheres that are near movers (moving objects)."""
 
 import dataclasses as dc
 
@@ -15,16 +15,17 @@ may be a part of the mover [m]."""
 
 @dc.dataclass(frozen=True, eq=False)
 class NearMovers:
-    """m pairs of a robot sphere and a near mover; copies are the object itself.
+    """Pairs of a robot sphere and a near mover; a copy is the object itself.
 
     Attributes:
-        sphere: Index of the sphere, shape (m,).
-        mover: Index of the mover, shape (m,).
+        sphere: Index of the sphere of each of the m pairs, shape (m,).
+        mover: Index of the mover of each pair, shape (m,).
         distance: Least possible distance between the surfaces of sphere and
-            mover, shape (m,) [m]; negative if they may touch.
+            mover, shape (m,) [m]; negative if the two may touch.
         direction_W: Unit vectors from the sphere's centre towards the mover,
             in W, shape (m, 3).
-        closing: Approach speeds due to the movers alone, shape (m,) [m/s].
+        closing: Part of the approach speed that the mover's motion causes,
+            shape (m,) [m/s].
     """
 
     sphere: np.ndarray
@@ -40,7 +41,7 @@ class NearMovers:
         return len(self.distance)
 
     def approach_rates(self, Jv_WS: np.ndarray) -> np.ndarray:
-        """Returns n' Jv_WS, which maps u to each pair's approach speed.
+        """Returns the rows n' Jv_WS, which map u to each pair's approach speed.
 
         Args:
             Jv_WS: Translational Jacobians of the n spheres' centres in W,
@@ -71,9 +72,10 @@ class NearMovers:
             movers: Movers.
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
-            within: Pairs at or beyond this distance are left out [m].
+            within: Pairs at or beyond this distance are omitted [m].
             by: Look-ahead time [s]. Distances are reduced by the greatest
-                deviation of movers from their predictions after this time.
+                possible deviation of the movers from their predicted motion
+                after this time.
         """
         return NearMovers(
             *near_movers(
@@ -87,10 +89,10 @@ class NearMovers:
 
 
 def mover_at(movers: Movers | None, time: float, p_W: np.ndarray) -> str:
-    """Returns the name of the mover that a point may belong to; "" for none.
+    """Returns the name of the mover to which a point may belong; "" for none.
 
-    If a person is in view while a map is built, the map contains that person.
-    So a point on the map's surface may belong to a mover.
+    A point on a surface of the map may belong to a mover. For example, if a
+    person is in view while a map is built, the map contains this person.
 
     Args:
         movers: The movers; None if none are known.

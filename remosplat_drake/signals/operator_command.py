@@ -1,4 +1,4 @@
-"""`OperatorCommand`: an operator's requests to the target so far."""
+"""`OperatorCommand`: an operator's requests that concern the target."""
 
 import dataclasses as dc
 
@@ -7,26 +7,29 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class OperatorCommand:
-    """One operator's requests to the target; copying returns the object.
+    """Requests of one operator so far; copying returns the object itself.
 
-    One-time events are counted, and an increased count is a request: no press
-    is lost between two reads, and nothing needs a reset. Of several new
-    requests, the first one in this order counts: hold, home, pose, scan,
-    velocity, moves. A request to hold also ends a job, and other requests are
+    Button presses and similar events are counted, and an increased count is a
+    request. So no press is lost between two reads, and no flag must be reset.
+    If there are several new requests, the first one in this order is used:
+    hold, home, pose, scan, velocity, moves. A job is a request to take or to
+    place an object. A request to hold also ends a job; all other requests are
     ignored during a job. A request applies to the end effector that was chosen
-    last. Requests to open or close the hand are independent of these; if the
-    hand carries an object, a request to open it lets the object go.
+    last. Requests to open or close the hand are independent of the other
+    requests. If the hand carries an object, a request to open the hand releases
+    the object.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
         X_WT: Requested pose of the target T in W, shape (4, 4); None before the
-            first.
-        moves: Number of times that the operator took control of `X_WT`. A
-            slider counts each manual change, but not its updates that only
-            display the target; a stream of poses counts once, at its start.
-        V_W: Requested velocity of the target, angular above translational,
-            shape (6,) [rad/s, m/s]; None unless the operator holds the dead-man
-            button.
+            first request.
+        moves: Number of times that the operator took control of `X_WT`. Each
+            manual change of a slider is counted, but not updates of the slider
+            that only display the target. A stream of poses is counted once, at
+            its start.
+        V_W: Requested velocity of the target, angular before translational,
+            shape (6,) [rad/s, m/s]; None if the operator does not press the
+            dead-man button.
         holds: Number of requests to hold the target.
         homes: Number of requests to go home.
         pose: Name of the latest requested saved pose.
@@ -34,18 +37,18 @@ class OperatorCommand:
         scans: Number of requests of a scan.
         opens: Number of requests to open the hand.
         closes: Number of requests to close the hand.
-        thing: Name of the object that shall be taken; empty before the first
-            request.
+        thing: Name of the object to take; empty before the first request.
         takes: Number of requests to take an object.
-        support: Name of the object on which the carried one shall be placed;
-            empty before the first request.
-        p_WNear: Point near which it shall be placed, shape (3,) [m]; None for
-            below the hand.
+        support: Name of the object on which to place the carried object; empty
+            before the first request.
+        p_WNear: Point in W near which to place the carried object, shape (3,)
+            [m]; None to place it below the hand.
         places: Number of requests to place the carried object.
-        effector: Name of the end effector chosen last; empty for the first or
-            only one.
+        effector: Name of the end effector that was chosen last; empty for the
+            first or only one.
         choices: Number of times that an end effector was chosen.
-        trouble: Why `X_WT` must not be followed now; empty if it may be.
+        trouble: Reason why the target must not follow `X_WT` now; empty if it
+            may.
     """
 
     source: str = ""

@@ -5,14 +5,16 @@ import dataclasses as dc
 
 @dc.dataclass(frozen=True)
 class OperatorRequests:
-    """Number of presses of stop and release; copying returns the object itself.
+    """Counts of presses of two buttons; copying returns the object itself.
 
-    With counts, no press is lost between two reads, and nothing needs a reset.
+    An increased count is a request. So no press is lost between two reads, and
+    no flag must be reset.
 
     Attributes:
         stops: Number of presses of the stop button.
         releases: Number of presses of the release button.
-        trouble: Why the stop button does not work now; empty if it works.
+        trouble: Reason why the stop button does not work now; empty if it
+            works.
     """
 
     stops: int = 0

@@ -1,4 +1,4 @@
-"""`row_arrays`: packs clearances for kernels."""
+"""`row_arrays`: packs `Clearances` for kernels."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from remosplat_drake.signals.distance_field import Clearances
 
 
 def row_arrays(rows: Clearances) -> RowArrays:
-    """Returns clearances packed for kernels.
+    """Returns `Clearances` as packed `RowArrays` for kernels.
 
     Args:
         rows: The clearances. Their read-only arrays are copied, since Numba

@@ -1,4 +1,4 @@
-"""`rows_within`: the rows of `Clearances` at a state, for kernels."""
+"""`rows_within`: computes the rows of `Clearances` in kernels."""
 
 import numpy as np
 
@@ -14,19 +14,21 @@ from remosplat_drake.signals.side_rows import side_rows
 
 
 def rows_within(maps, line, robot, state, within, below):
-    """Computes the rows of `Clearances` at a state; for kernels only.
+    """Computes the rows of `Clearances` in a robot's state; for kernels only.
 
     Args:
-        maps: The maps, as `DistanceField.compiled_rows`, or a `PythonMap`.
-        line: Identifier of the map's `PythonCalls`, for a `PythonMap`.
+        maps: The maps, in the form of `DistanceField.compiled_rows`, or a
+            `PythonMap`.
+        line: Number of the map's `PythonCalls`; used only for a `PythonMap`.
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        within: Rows at or beyond this distance are left out [m].
-        below: Spheres that are nearer than this also get `side_rows` [m].
+        within: Rows at or beyond this distance are omitted [m].
+        below: Spheres nearer to the map than this distance also get `side_rows`
+            [m].
 
     Returns:
-        The `RowArrays`. If the query is invalid, or a map failed, there is one
-        row of NaN.
+        The `RowArrays`. If the query is invalid, or a map has failed, they have
+        a single row of NaN.
     """
     find = _rows_of_python if is_pythons(maps) else _rows_of_kernels
     return find(maps, line, robot, state, within, below)

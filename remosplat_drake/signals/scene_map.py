@@ -12,23 +12,24 @@ from remosplat_drake.splat.surfel_tiles import SurfelTile
 class SceneMap:
     """One immutable version of the map; copying returns the object itself.
 
-    A live map has many versions, each made from an earlier one.
+    A live map has many versions. Each is made from an earlier version.
 
     Attributes:
-        version: Number of the version, counting up; 0 is the scenario's own
-            map.
-        parent: Number of the version that this one was made from; None for the
-            first.
-        frames: Names of the camera frames that the map was made from.
+        version: Number of the version, which increases; 0 is the map of the
+            scenario.
+        parent: Number of the version from which this version was made; None for
+            the first version.
+        frames: Names of the camera frames from which the map was made.
         time: Time at which the newest of these frames was taken, by the
-            diagram's clock [s]; -inf without frames.
+            diagram's clock [s]; -inf if there are no frames.
         field: Distance field of the map, which the distance oracle evaluates.
-        splat_W: The map's Gaussian splat in W; None if it is made of known
-            solids.
-        coverage: The part of the workspace that the cameras saw; None if
-            unknown.
+        splat_W: The map's Gaussian splat in W; None if the map consists of
+            known solids.
+        coverage: The part of the workspace that cameras have seen; None if it
+            is unknown.
         tiles: The splat as triangle meshes for Meshcat.
-        quality: The reliability of the map in one line, for operators.
+        quality: Statement about the reliability of the map in one line, for
+            operators.
     """
 
     version: int

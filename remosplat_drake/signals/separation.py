@@ -1,17 +1,17 @@
-"""`Separation`: the distance to a mover and the required distance."""
+"""`Separation`: the present and the required distance from a mover."""
 
 import dataclasses as dc
 
 
 @dc.dataclass(frozen=True)
 class Separation:
-    """The pair of a link and a mover with the least margin.
+    """The link and the mover whose distance has the least margin.
 
     Attributes:
         link: Name of the link.
         mover: Name of the mover.
-        distance: Distance of their surfaces [m].
-        needed: The protective separation distance S_p between them [m].
+        distance: Distance between the surfaces of link and mover [m].
+        needed: The protective separation distance S_p of link and mover [m].
     """
 
     link: str
@@ -21,5 +21,5 @@ class Separation:
 
     @property
     def margin(self) -> float:
-        """The distance minus S_p [m]."""
+        """The distance minus S_p, which is the least of all pairs [m]."""
         return self.distance - self.needed

@@ -1,10 +1,11 @@
-"""Rows beside the nearest ones, for spheres that are too near to a map.
+"""Adds rows to `Clearances` for further surfaces near a sphere.
 
-A sphere has one row, a distance and its direction, for the nearest point of a
-map. In a corner, a sphere that recedes from the nearest surface may approach
-another one, which has no row. Verification rejects such a command. So a sphere
-that must leave a corner needs rows for both surfaces. The second surface is
-found by a query from a point slightly beside the sphere's centre.
+A sphere has one row, with a distance and its direction, for the nearest point
+of a map. In a corner, a sphere that moves away from the nearest surface may
+approach another surface, which has no row. Verification rejects such a command.
+So a sphere needs rows for both surfaces in order to leave a corner. To find the
+second surface, the map is queried at points slightly beside the sphere's
+centre.
 """
 
 import numpy as np
@@ -19,14 +20,15 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.row_arrays import row_arrays
 
 _STEP = 0.005
-"""Sideways offset of the additional queries [m]. It exceeds the motion in a
-tick of a robot that slowly leaves an obstacle."""
+"""Offset of the additional query points from the sphere's centre [m]. It
+exceeds the motion of a robot in one tick while the robot slowly leaves an
+obstacle."""
 
 _ALIKE = 0.99
-"""Cosine of the angle below which two directions count as one."""
+"""Cosine of the angle below which two directions count as equal."""
 
 _SIDES = 4
-"""Number of points to the side of a sphere."""
+"""Number of query points beside the centre of a sphere."""
 
 _ROWS = several(wholes(1), reals(1), reals(2), reals(2))
 
@@ -38,10 +40,10 @@ def with_side_rows(
     q: np.ndarray,
     below: float,
 ) -> Clearances:
-    """Adds rows to further surfaces for spheres that are too near to a map.
+    """Adds rows for further surfaces to spheres that are too near to a map.
 
     Args:
-        near: The clearances at q.
+        near: The clearances in the configuration q.
         field: The map. If only Python can query it, no row is added.
         robot: The robot.
         q: Configuration, shape (n_q,) [rad, m].
@@ -68,27 +70,28 @@ def with_side_rows(
 
 @kernel(returns=_ROWS)
 def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
-    """Adds rows to further surfaces for spheres near a map, in a kernel.
+    """Adds rows for further surfaces to spheres near a map, in a kernel.
 
     For each such sphere, the map is also queried at points beside the centre.
-    The distance to a convex obstacle is a convex function, so its tangent at
-    such a point gives a lower bound on the distance from the centre. A new row
-    has this bound as its distance, or the distance of the sphere's nearest row
-    if that is greater.
+    The distance to a convex obstacle is a convex function. So its tangent plane
+    at such a point gives a lower bound of the distance from the centre. The
+    distance of a new row is this bound, or the distance of the sphere's nearest
+    row if that is greater.
 
     Args:
-        maps: The maps, as `DistanceField.compiled_rows`.
+        maps: The maps, in the form of `DistanceField.compiled_rows`.
         rows: The `RowArrays`.
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
+        radius: Radii of the spheres, shape (n,) [m].
         ignore_below: Heights below which the spheres ignore the map, shape (n,)
             [m].
-        index: Their indices among the robot's spheres, -1 for other spheres,
-            shape (n,).
-        below: Spheres nearer to the map than this distance get such rows [m].
+        index: Indices of the spheres among the robot's spheres, shape (n,); -1
+            for other spheres.
+        below: Spheres nearer to the map than this distance get further rows
+            [m].
 
     Returns:
-        The attributes of the `RowArrays`: the given rows, then the new ones.
+        The arrays of the `RowArrays`: first the given rows, then the new rows.
     """
     m = len(rows.sphere)
     sphere = np.empty((1 + _SIDES) * m, np.int64)
@@ -124,7 +127,8 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
                 sphere, direction_W, count, i, n_W
             ):
                 continue
-            # The tangent at the offset point, evaluated at the sphere's centre.
+            # This is the value at the sphere's centre of the tangent plane at
+            # the offset point.
             beside = 0.0
             for c in range(3):
                 beside += n_W[c] * (question[side, c] - p_WS[i, c])

@@ -1,8 +1,9 @@
 """Names and sizes of the ports of every station, simulated or real.
 
-A controller is connected by these names and works with either kind of station.
-Ports with names that begin with `cheat.` carry ground truth, which only a
-simulation has; code that runs on the robot must not read them.
+A controller is connected to a station by these names, so it works with both
+kinds of stations. Ports with names that begin with `cheat.` contain ground
+truth, which only a simulation has. Code that runs on the robot must not read
+these ports.
 """
 
 import dataclasses as dc
@@ -17,7 +18,7 @@ WRIST_CAMERA_RGB = "wrist_camera.rgb"
 WRIST_CAMERA_DEPTH = "wrist_camera.depth"
 """Name of the output with the wrist camera's depth image [m]."""
 MOVERS = "movers"
-"""Name of the output with the `Movers`, if a station receives any."""
+"""Name of the output with the `Movers`, if a station receives movers."""
 STATUS = "status"
 """Name of the output with the `StationStatus`."""
 CHEAT = "cheat."
@@ -45,7 +46,7 @@ class Port:
         name: Name of the port in the diagram.
         direction: `INPUT` or `OUTPUT`.
         size: Length of a vector-valued port; None for an abstract-valued one.
-        content: Values of the port, with units.
+        content: Description of the port's values, with units.
     """
 
     name: str
@@ -85,8 +86,8 @@ def station_ports(
     """Lists the ports that every station of a robot has.
 
     Args:
-        description: The robot. A robot without a mobile base has no `base`
-            ports. Each gripper has `hand` ports of its own.
+        description: Description of the robot. A robot without a mobile base has
+            no `base` ports. Each gripper has its own `hand` ports.
         wrist_camera: Whether the station has a wrist camera.
     """
     n = len(description.arm.joints)

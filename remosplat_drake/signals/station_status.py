@@ -1,4 +1,4 @@
-"""`StationStatus`: the age of a station's measurements, and its mode."""
+"""`StationStatus`: a station's mode, and the age of its measurements."""
 
 import dataclasses as dc
 import math
@@ -6,8 +6,8 @@ import math
 RUNNING = "running"
 """Mode of a station that executes commands."""
 STOPPED = "stopped"
-"""Mode of a station that stands still; `StationStatus.stop_reason` has the
-reason."""
+"""Mode of a station that executes no commands; `StationStatus.stop_reason` is
+the reason."""
 
 MOVE = "move"
 """libfranka's name of the robot mode in which the arm executes motions."""
@@ -18,13 +18,14 @@ class StationStatus:
     """The state of a robot's station; copying returns the object itself.
 
     Attributes:
-        age: Age of the arm's measurements on the ports [s]; 0 in simulated
-            stations.
-        base_age: Time since the measurement of the base's pose, by which the
-            pose on the ports has been extrapolated [s].
+        age: Age of the arm's measurements on the output ports [s]; 0 in
+            simulated stations.
+        base_age: Time since the base's pose was measured [s]. The pose on the
+            output ports is extrapolated by this time.
         mode: Either `RUNNING` or `STOPPED`.
-        stop_reason: Why the station stopped, in one line; empty while running.
-        robot_mode: The arm's own mode by libfranka's names: other, idle, move,
+        stop_reason: Reason why the station stopped, in one line; empty while it
+            runs.
+        robot_mode: Mode of the arm by libfranka's names: other, idle, move,
             guiding, reflex, user_stopped or automatic_error_recovery.
         success_rate: Fraction of the arm's latest commands that reached it in
             time, 0 to 1 (libfranka's control_command_success_rate).
@@ -32,10 +33,11 @@ class StationStatus:
             This stop ends by itself.
         is_lost: Whether the station stopped because the pose of the base is not
             known well enough.
-        base_uncertainty: Bound on the error of the base's pose on the ports:
-            shift and turn [m, rad]; 0 in simulated stations.
-        sent: Time at which the latest command was sent to a real robot, after
-            its tick, by the diagram's clock [s]; -inf in simulated stations.
+        base_uncertainty: Bound of the error of the base's pose on the output
+            ports, as a position and a heading error [m, rad]; 0 in simulated
+            stations.
+        sent: Time at which the latest command was sent to a real robot, by the
+            diagram's clock [s]; -inf in simulated stations.
     """
 
     age: float = 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from remosplat_drake.robot.payload import Payload
 
 STARTING = "starting"
-"""Mode at standstill, until measurements and a command have arrived."""
+"""Mode in which the command is zero until measurements and a command arrive."""
 RUNNING = "running"
 """Mode in which the controller's commands are passed on."""
 STOPPING = "stopping"
@@ -18,19 +18,19 @@ STOPPED = "stopped"
 """Mode in which the command is zero until an explicit release."""
 
 ASKED, LOST, SCANNER = "operator", "localization", "protective_stop"
-"""Names of symptoms: an operator has pressed STOP, the base's pose is too
-uncertain, and the safety scanner has stopped the base."""
+"""Names of three symptoms. In order: an operator has pressed STOP, the base's
+pose is too uncertain, and the safety scanner has stopped the base."""
 
 ARM_MODE, ARM_RATE = "robot_mode", "success_rate"
-"""Names of symptoms: the arm is in another mode, such as a reflex, and too few
-commands reach the arm in time."""
+"""Names of two symptoms. In order: the arm is in another mode, such as a
+reflex, and too few commands reach the arm in time."""
 
 CLEARANCE, JUMP = "clearance", "target"
-"""Names of symptoms: the clearance is below its limit, and the target has
-jumped."""
+"""Names of two symptoms. In order: the clearance is below its limit, and the
+target has jumped."""
 
 UNARMED = "waiting for an operator to arm"
-"""Reason of the initial stop of a real robot."""
+"""Reason of the stop in which a real robot begins a run."""
 
 LATCHED = (STOPPING, STOPPED)
 """Modes that only a release ends."""
@@ -44,19 +44,21 @@ class SupervisorState:
         command: Velocity command u for the robot until the next tick, shape
             (n_u,) [m/s, rad/s].
         mode: One of `STARTING`, `RUNNING`, `STOPPING` and `STOPPED`.
-        reason: Why the supervisor stopped the robot, or the missing condition
-            for a start; empty while running.
-        symptom: Name of the rule that stopped the robot; empty while none has.
+        reason: Reason why the supervisor stopped the robot, or the condition
+            that is missing for a start; empty while the robot runs.
+        symptom: Name of the rule that stopped the robot; empty if no rule has.
         axis: Index in u of the axis that the reason concerns; None if it
-            concerns none.
-        refusal: Why the latest release was not granted; empty if it was.
+            concerns no single axis.
+        refusal: Reason why the latest request for a release was refused; empty
+            if it was not.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
         kept_clearance: The largest clearance since the start of motion [m].
-        since: Time at which each current symptom began [s], by its name.
-        payload: The object carried at the latest tick; None for none.
-        map_revision: Revision of the latest map in which the robot had enough
-            clearance.
+        since: Time at which each current symptom began [s], keyed by its name.
+        payload: The object that the robot carried at the latest tick; None if
+            it carried nothing.
+        map_revision: Revision of the latest map in which the clearance was
+            above its limit.
     """
 
     command: np.ndarray

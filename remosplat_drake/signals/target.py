@@ -1,4 +1,4 @@
-"""`Target`: the goal of an end effector, and how to reach it."""
+"""`Target`: the goal of an end effector, and the way to reach it."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -22,11 +22,12 @@ translations along them, in the order of `Target.weights`."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Line:
-    """A straight path to a target.
+    """A straight path of an end effector to its target.
 
     Attributes:
-        X_WA: Pose of the end effector at the start A, shape (4, 4). Along the
-            line, the end effector turns at a constant rate towards the target.
+        X_WA: Pose A of the end effector at the start of the line, shape (4, 4).
+            Along the line, the end effector rotates at a constant rate to the
+            orientation of the target.
         speed: Speed along the line [m/s].
     """
 
@@ -38,19 +39,19 @@ class Line:
 class Target:
     """The goal of an end effector; copying returns the object itself.
 
-    A plain pose is a target with equal weights in all directions.
+    A target with equal weights in all directions is a plain pose.
 
     Attributes:
         X_WT: Pose of the target T in the world W, shape (4, 4).
-        weights: Weights of the directions of T, rotations about its axes before
-            translations along them, shape (6,): factors on the cost of their
-            errors. A direction of weight zero is free. The number of free
+        weights: Weights of the errors in the controller's cost, shape (6,):
+            first for rotations about the axes of T, then for translations along
+            them. A direction with weight zero is free. The number of free
             rotations must be zero, one or three.
-        line: The straight path to the target; None leaves the path open.
+        line: The straight path to the target; None if any path is valid.
         passed_within: Distance at which the target counts as passed, without a
-            stop [m]; None for a target to be reached and held.
-        onward: Length of the path after a passed target, along which the end
-            effector keeps its speed [m].
+            stop [m]; None for a target at which the end effector stops.
+        onward: Length of the path after a target that is passed, along which
+            the end effector keeps its speed [m].
 
     Raises:
         ValueError: The weights are invalid.
@@ -81,7 +82,7 @@ class Target:
 
     @staticmethod
     def of(wanted: "Target | RigidTransform | np.ndarray") -> "Target":
-        """Converts a plain pose X_WT to a target; returns a target as it is.
+        """Makes a target from a pose X_WT; returns a target unchanged.
 
         Args:
             wanted: A target, or a pose: Drake's, or of shape (4, 4).
@@ -93,7 +94,7 @@ class Target:
         return Target(np.array(wanted, float, order="C"))
 
     def at(self, X_WT: np.ndarray) -> "Target":
-        """Returns this target at another pose, to be reached and held.
+        """Returns this target at another pose, where the end effector stops.
 
         Args:
             X_WT: The pose, shape (4, 4).
@@ -115,7 +116,7 @@ class Target:
         return dc.replace(self, weights=weights)
 
     def on_line(self, X_WA: np.ndarray, speed: float) -> "Target":
-        """Returns this target, to be reached on a straight line from a start A.
+        """Returns this target with a straight line to it from a start pose A.
 
         Args:
             X_WA: Pose of the end effector at the start, shape (4, 4).
@@ -124,7 +125,7 @@ class Target:
         return dc.replace(self, line=Line(X_WA, speed))
 
     def passed(self, within: float) -> "Target":
-        """Returns this target, to be passed without a stop.
+        """Returns this target as one that is passed without a stop.
 
         Args:
             within: Distance at which the target counts as passed [m].
@@ -133,9 +134,9 @@ class Target:
 
     @cached_property
     def arrays(self) -> TargetArrays:
-        """The target, as arrays for kernels."""
+        """The target as arrays for kernels."""
         line = self.line or Line(self.X_WT, 0.0)
-        # Copies, since Numba compiles for writable arrays.
+        # The arrays are copied, since kernels are compiled for writable arrays.
         return TargetArrays(
             np.array(self.X_WT, float, order="C"),
             np.array(self.weights, float),
@@ -146,7 +147,7 @@ class Target:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the target is a plain pose: equal weights, and no line."""
+        """Whether the target is a plain pose: equal weights and no line."""
         return self.line is None and bool((self.weights == 1.0).all())
 
     @cached_property
@@ -191,7 +192,7 @@ class Target:
         )
 
     def error(self, X_WE: np.ndarray) -> PoseError:
-        """Computes the pose error in the directions that have a weight.
+        """Computes the pose error in the directions that are not free.
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -203,19 +204,19 @@ class Target:
     def is_reached(
         self, error: PoseError, arrived: Callable[[PoseError], bool]
     ) -> bool:
-        """Returns whether an error is small enough.
+        """Returns whether an error is small enough to have reached the target.
 
         Args:
             error: The target's error.
-            arrived: Function that returns whether an error counts as arrival
-                at a target where the end effector stops.
+            arrived: Function that returns whether a pose error counts as
+                arrival at a target at which the end effector stops.
         """
         if self.passed_within is None:
             return arrived(error)
         return error.distance < self.passed_within
 
     def nearest_pose(self, X_WE: np.ndarray) -> np.ndarray:
-        """Returns the pose nearest to X_WE that reaches the target, (4, 4).
+        """Returns the pose nearest to X_WE without a target error, (4, 4).
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -229,7 +230,7 @@ class Target:
         return X_WN
 
     def line_deviation(self, X_WE: np.ndarray) -> float:
-        """Returns the deviation of E from the line [m]; NaN without a line.
+        """Returns the distance of E from the line [m]; NaN without a line.
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -241,7 +242,7 @@ class Target:
 
 
 def weights_problem(weights: np.ndarray) -> str:
-    """Returns what is wrong with a target's weights; empty if nothing is.
+    """Returns the problem of a target's weights; empty if they are valid.
 
     Args:
         weights: The weights, shape (6,).

@@ -1,4 +1,4 @@
-"""Input ports for the target of a system."""
+"""Declares and connects the input ports for a system's target."""
 
 import dataclasses as dc
 
@@ -17,12 +17,12 @@ from remosplat_drake.signals.aim import Aim
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetPorts:
-    """A system's two input ports for its target, of which one is connected.
+    """A system's two input ports for its target, one of which is connected.
 
     Attributes:
-        pose: The pose X_WT of a plain target, a `RigidTransform`.
-        full: An `Aim`, or a `Target` of the first end effector; takes
-            precedence if both are connected.
+        pose: Port of a plain target, the pose X_WT as a `RigidTransform`.
+        full: Port of an `Aim`, or of a `Target` of the first end effector. It
+            takes precedence if both ports are connected.
     """
 
     pose: InputPort
@@ -33,7 +33,7 @@ class TargetPorts:
         """Declares the inputs `target` and `aim`.
 
         Args:
-            system: The system, under construction.
+            system: The system, which is being constructed.
         """
         return TargetPorts(
             system.DeclareAbstractInputPort("target", Value(RigidTransform())),
@@ -54,12 +54,12 @@ class TargetPorts:
 def connect_target(
     builder: DiagramBuilder, target: OutputPort, system: LeafSystem
 ) -> None:
-    """Connects a target, a plain pose or an `Aim`, to the matching input.
+    """Connects the port of a plain pose or of an `Aim` to a matching input.
 
     Args:
         builder: Builder of the diagram.
-        target: The port of the target.
-        system: The system, with `TargetPorts`.
+        target: The output port of the target.
+        system: The system, which has `TargetPorts`.
     """
     is_pose = isinstance(target.Allocate().get_value(), RigidTransform)
     name = "target" if is_pose else "aim"

@@ -1,4 +1,4 @@
-"""`TargetState`: pose, goal and mode of the teleoperated target."""
+"""`TargetState`: pose, goal and mode of the target in teleoperation."""
 
 import dataclasses as dc
 
@@ -7,7 +7,7 @@ import numpy as np
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 HOLD = "hold"
-"""Mode in which the target rests at the end effector's initial pose.
+"""Mode in which the target is at the end effector's initial pose.
 """
 FOLLOW = "follow"
 """Mode in which the target moves to the pose that the operator requests."""
@@ -25,30 +25,30 @@ MODES = (HOLD, FOLLOW, VELOCITY, GO, SCAN)
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetState:
-    """The teleoperated target after a tick; copying returns the object itself.
+    """The target in teleoperation; copying returns the object itself.
 
     Attributes:
         mode: One of `MODES`.
         X_WT: Pose of the target, shape (4, 4).
-        V_WT: Spatial velocity of the target in W, angular above translational,
+        V_WT: Spatial velocity of the target in W, angular before translational,
             shape (6,) [rad/s, m/s].
-        X_WT_goal: Pose that the target moves to, inside the workspace, shape
+        X_WT_goal: Pose inside the workspace to which the target moves, shape
             (4, 4).
         text: State of the target and its reason, for operators.
         command: The operator's command that led to this state.
-        scan: Remaining poses of the scan, the current one first.
+        scan: Remaining poses of the scan; the first is the current one.
         scan_size: Number of poses at the start of the scan.
         shown: Time at which the target reached the current pose of the scan
-            [s]; None before.
-        arrived: Time at which the end effector reached that pose [s]; None
-            before.
+            [s]; None if it has not.
+        arrived: Time at which the end effector reached the current pose of the
+            scan [s]; None if it has not.
         frames_wanted: Number of camera frames that scans have requested so far.
         unfinished: Number of these frames that are followed by another frame of
-            the same scan; one less after a scan is aborted.
+            the same scan. It decreases by one if a scan is aborted.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None if there is only one. Targets that the operator does not move
-            stay in place.
+            None if there is only one end effector. Targets that the operator
+            does not move stay in place.
     """
 
     mode: str

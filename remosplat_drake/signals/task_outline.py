@@ -1,4 +1,4 @@
-"""`TaskOutline`: the steps and the objects of a task, for display."""
+"""`TaskOutline`: the jobs, steps and objects of a task, for display."""
 
 import dataclasses as dc
 
@@ -8,12 +8,12 @@ AHEAD, PRESENT, DONE, FAILED = "ahead", "present", "done", "failed"
 
 @dc.dataclass(frozen=True)
 class OutlineLine:
-    """A job of a task, or one of its steps.
+    """A job of a task, or a step of a job.
 
     Attributes:
         text: Description of the robot's action.
         state: `AHEAD`, `PRESENT`, `DONE` or `FAILED`.
-        is_step: Whether it is a step of the previous job in the list.
+        is_step: Whether the line is a step of the previous job in the list.
     """
 
     text: str
@@ -26,10 +26,11 @@ class OutlineObject:
     """An object of a task, and the contact that is permitted at present.
 
     Attributes:
-        name: Its name.
-        text: Whether it is carried, or which links may touch it.
-        may_be_touched: Whether a link may touch it.
-        is_carried: Whether the robot carries it.
+        name: Name of the object.
+        text: Statement that the object is carried, or about the links that may
+            touch it.
+        may_be_touched: Whether any link may touch the object.
+        is_carried: Whether the robot carries the object.
     """
 
     name: str
@@ -43,10 +44,10 @@ class TaskOutline:
     """Outline of a task at a tick; copying returns the object itself.
 
     Attributes:
-        lines: Its jobs in their order, with the steps of the present job after
-            that job.
-        objects: Its objects.
-        failures: Why steps have failed so far.
+        lines: The jobs of the task in their order. The steps of the present job
+            follow this job.
+        objects: The objects of the task.
+        failures: Reasons why steps have failed so far.
     """
 
     lines: tuple[OutlineLine, ...] = ()

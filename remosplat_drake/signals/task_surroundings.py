@@ -1,4 +1,4 @@
-"""`TaskSurroundings`: objects, contacts and load of a task at a tick."""
+"""`TaskSurroundings`: a task's objects, contact rules and load at a tick."""
 
 from typing import Protocol
 
@@ -10,15 +10,15 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 
 class TaskSurroundings(Protocol):
-    """Objects, contact rules and load of a task, for any map of the scene."""
+    """Protocol of a task's objects, contact rules and load."""
 
     @property
     def payload(self) -> Payload | None:
-        """The carried object; None for none."""
+        """The carried object; None if the robot carries nothing."""
         ...
 
     def field(self, scene: DistanceField) -> DistanceField:
-        """Returns a map with the objects and the contact rules.
+        """Returns a map to which the objects and the contact rules are added.
 
         Args:
             scene: The map without the objects.

@@ -21,7 +21,7 @@ class Thing:
 
     Attributes:
         kind: One of `KINDS`.
-        name: Its name in a sentence, with its article.
+        name: Name of the object in a sentence, with its article.
     """
 
     kind: str

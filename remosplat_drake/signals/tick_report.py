@@ -12,14 +12,15 @@ from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
 
 OPTIMAL = "optimal"
-"""Status of a tick whose quadratic program was solved without changes."""
+"""Status of a tick whose quadratic program was solved as it was."""
 ACCELERATION_DROPPED = "acceleration_dropped"
 """Status of a tick whose program was solved without acceleration bounds."""
 RELAXED = "relaxed"
-"""Status of a tick whose program was solved after relaxation.
+"""Status of a tick whose program was solved after its rows were relaxed.
 
-Rows that demand a retreat are scaled by the greatest common factor that makes
-the program feasible.
+Some rows demand that the robot retreats from an obstacle. The demands of these
+rows are multiplied by the greatest common factor for which the program is
+feasible.
 """
 BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""
@@ -30,42 +31,46 @@ STATUSES = (OPTIMAL, ACCELERATION_DROPPED, RELAXED, BRAKING)
 
 @dc.dataclass(frozen=True, eq=False)
 class TickReport:
-    """Inputs, decision and reasons of one tick; copies are the object itself.
+    """Inputs, decision and reasons of one tick; a copy is the object itself.
 
     Attributes:
         time: Time of the tick [s]; NaN before the first one.
-        q: Measured configuration that the tick started from, shape (n_q,) [m,
+        q: Measured configuration at the start of the tick, shape (n_q,) [m,
             rad].
         command: Commanded velocity u, held until the next tick, shape (n_u,)
             [m/s, rad/s].
         status: One of `STATUSES`.
-        reason: Why the status is not `OPTIMAL`, with the names of the relaxed
-            constraints; empty otherwise.
-        scale: Scale of the command after verification, from braking (0) to the
+        reason: Reason why the status is not `OPTIMAL`, with the names of the
+            relaxed constraints; empty if it is `OPTIMAL`.
+        scale: Factor of the command after verification, from braking (0) to the
             program's optimum (1).
-        clearances: The oracle's result: all rows within the influence distance.
-        kept: Which rows of `clearances` could be active, shape (m,), bool; the
-            velocity bounds imply the others.
-        tight: Which rows of `clearances` hold with equality at the program's
-            optimum (active constraints), before verification, shape (m,), bool.
+        clearances: All rows of the distance oracle within the influence
+            distance.
+        kept: Whether each row of `clearances` is in the program, shape (m,),
+            bool. The velocity bounds imply all other rows.
+        tight: Whether each row of `clearances` holds with equality at the
+            program's optimum, before verification (an active constraint), shape
+            (m,), bool.
         aim: The targets of the end effectors at this tick.
         binding: All rows of any kind that hold with equality at the program's
-            optimum, and the push against them.
-        inside: The row of the deepest violation of a stopping distance, to the
-            scene or to the robot itself, or of a joint limit. None if there is
-            no notable one.
+            optimum, and the negative gradient of the cost there.
+        inside: The row with the largest violation of a joint limit, or of a
+            stopping distance from the scene or between links. It is None if no
+            violation exceeds rounding errors.
         line_deviation: Largest deviation of end effectors from the lines of
             their targets [m]; NaN without lines.
-        objection: The constraint for which verification rejected the program's
-            optimum: `COLLISION`, `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`;
-            empty if it accepted the optimum.
+        objection: The constraint because of which verification rejected the
+            program's optimum: `COLLISION`, `JOINT_LIMIT`, `SELF_COLLISION` or
+            `MOVER`; empty if verification accepted the optimum.
         separation: Distance and protective separation distance of the pair of
             link and mover with the least margin; None without movers.
-        payload: The object that the robot carried at this tick; its spheres
-            follow the robot's in `clearances`. None for nothing.
-        timings: Wall-clock time of each phase [s]: guidance (in the previous
-            period), oracle, solve (only if one of Drake's solvers is used),
-            tick (kinematics, program, decision, verification), total.
+        payload: The object that the robot carried at this tick; None if it
+            carried nothing. In `clearances`, the spheres of the object follow
+            those of the robot.
+        timings: Wall-clock time of each phase [s]. The phases are `guidance`
+            (in the previous period), `oracle`, `solve` (only if one of Drake's
+            solvers is used), `tick` (kinematics, program, decision,
+            verification), and `total`.
     """
 
     time: float
@@ -91,12 +96,12 @@ class TickReport:
 
     @property
     def target(self) -> Target:
-        """The target of the first or only end effector that has one."""
+        """The target of the first end effector that has one."""
         return self.aim.first
 
     @property
     def X_WT(self) -> np.ndarray:
-        """Pose of that target, shape (4, 4)."""
+        """Pose of `target`, shape (4, 4)."""
         return self.target.X_WT
 
     @property
@@ -106,7 +111,7 @@ class TickReport:
 
     @staticmethod
     def before_first(n_q: int, n_u: int) -> "TickReport":
-        """Makes the report of a controller that has not ticked yet.
+        """Makes the report of a controller before its first tick.
 
         Args:
             n_q: Number of configuration variables.
