@@ -1,1 +1,1 @@
-"""Describes the robot's state in one sentence, with the cause."""
+"""Describes the robot's state, and its cause, in one sentence."""

@@ -1,4 +1,4 @@
-"""Finds the cause that keeps a robot at rest, and distance violations."""
+"""Finds the cause that keeps a robot from moving, and distance violations."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -31,20 +31,20 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure (see `pressures`) below which an active row does not hold the robot,
-since such values may be rounding errors of the solver."""
+"""Pressure (see `pressures`) below which an active row is not the cause of a
+standstill, since such values may be rounding errors of the solver."""
 
 _SHARE = 0.5
-"""The sentence keeps the link of the previous sentence if the pressure of that
-link's row is at least this fraction of the greatest pressure. So it does not
-alternate between two rows of similar pressure."""
+"""Fraction of the greatest pressure. If the pressure of the row of the link in
+the previous sentence is at least this fraction, the sentence names this link
+again. So it does not alternate between two rows of similar pressure."""
 
 _VETO = 0.5
-"""If verification scales the command by less than this factor, verification
-counts as the cause that holds the robot."""
+"""Factor of the command below which verification counts as the cause that keeps
+the robot from moving."""
 
 _LEAST_COMMAND = 0.03
-"""Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
+"""Commanded speed above which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
 """Function that names the object at a point in W, shape (3,) [m]."""
@@ -57,10 +57,12 @@ class Hold:
     Attributes:
         cause: One of `motion_status.CAUSES`.
         thing: Name of the obstacle, joint or constraint.
-        link: Name of the link that is held; empty if none is.
-        p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
+        link: Name of the link that cannot move on; empty if the cause concerns
+            no link.
+        p_W: Point in W at which the link cannot move on, shape (3,) [m]; None
+            if there is none.
+        clearance: Distance from the link to the obstacle [m]; None if there is
             none.
-        clearance: Distance from the link to the thing [m]; None without one.
     """
 
     cause: str
@@ -71,7 +73,7 @@ class Hold:
 
     @property
     def is_of_a_constraint(self) -> bool:
-        """Whether an active constraint holds the robot."""
+        """Whether the cause is an active constraint of the program."""
         return self.cause not in (NO_COMMAND, NOT_OBEYED, NOTHING)
 
 
@@ -85,18 +87,18 @@ def present_hold(
 ) -> Hold | None:
     """Returns the cause that keeps a robot from moving; None while it moves.
 
-    If the whole robot is at rest, every cause counts. If only its hand is at
-    rest, only constraints and the lack of a path count, since the base may be
-    turning for the next motion. If the robot moves but comes no nearer to its
-    target, the only possible cause is a mover, since the robot may be moving
-    away from one.
+    If the whole robot is at rest, the cause may be of any kind. If only its
+    hand is at rest, the cause can only be a constraint or a missing path:
+    otherwise the base may be turning for the next motion. If the robot moves
+    but comes no nearer to its target, the cause can only be a mover, from which
+    the robot may be moving away.
 
     Args:
-        still: Memory of the robot's motion.
+        still: Past motion of the robot.
         time: Present time [s].
         find: Function that finds the cause.
         is_there: Whether the robot is at its target.
-        lacks: Whether no path was found.
+        lacks: Whether planning has found no path.
     """
     if time - still.robot.since >= PAUSE:
         return find()
@@ -113,13 +115,13 @@ def present_hold(
 def find_hold(
     report: TickReport, robot: RobotModel, name: Naming, link_before: str = ""
 ) -> Hold:
-    """Finds the cause that keeps a robot at rest.
+    """Finds the cause that keeps a robot from moving.
 
     Args:
         report: The latest tick.
         robot: The robot.
         name: Function that names the thing at a point.
-        link_before: Name of the link that was held last.
+        link_before: Name of the link in the previous cause.
     """
     if report.status == BRAKING:
         return Hold(NO_COMMAND, report.reason)
@@ -135,13 +137,13 @@ def find_hold(
 def beside_mover(
     hold: Hold, robot: RobotModel, q: np.ndarray, movers: Movers, time: float
 ) -> Hold:
-    """Adds the point of the mover that is nearest to the waiting link.
+    """Adds the mover's point that is nearest to the waiting link.
 
     Args:
-        hold: The cause that holds the robot. If it is no mover, it is returned
-            unchanged.
+        hold: The cause that keeps the robot from moving. It is returned
+            unchanged if it is not a mover.
         robot: The robot.
-        q: Its configuration, shape (n_q,) [m, rad].
+        q: Configuration of the robot, shape (n_q,) [m, rad].
         movers: The movers.
         time: Present time [s].
     """
@@ -167,9 +169,9 @@ def find_inside(
     """Finds the deepest violation of a stopping distance; None without one.
 
     Args:
-        report: The latest tick.
+        report: The report of the latest tick.
         robot: The robot.
-        name: Function that names the thing at a place.
+        name: Function that names the object at a point.
     """
     if report.inside is None:
         return None
@@ -193,13 +195,13 @@ def _of_row(
 
 
 def pressures(binding: Binding) -> np.ndarray:
-    """Computes the pressure on each active row, a measure of its effect.
+    """Computes the pressure of each active row, a measure of its effect.
 
-    The pressure on a row is its multiplier at the program's optimum, times the
-    length of the row. The result has the shape (k,).
+    The pressure of a row is its multiplier at the program's optimum, times the
+    norm of the row. The result has the shape (k,).
 
     Args:
-        binding: The rows that hold with equality.
+        binding: The k rows that hold with equality.
     """
     if not len(binding.A):
         return np.zeros(0)
@@ -211,7 +213,7 @@ def pressures(binding: Binding) -> np.ndarray:
 def _strongest(
     report: TickReport, robot: RobotModel, link_before: str
 ) -> BoundRow | None:
-    """Returns the row to name in the sentence; None if no row has pressure."""
+    """Returns the row that the sentence names; None if no row has pressure."""
     rows = report.binding.rows
     pressed = pressures(report.binding)
     pressed[[row.name == BOUND for row in rows]] = 0.0
@@ -227,7 +229,7 @@ def _strongest(
 
 
 def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
-    """Returns the name of the link that a row holds; empty if none."""
+    """Returns the name of the link that a row constrains; empty if none."""
     if row.name == COLLISION:
         return robot.spheres.links[report.clearances.sphere[row.index]]
     if row.name in (SELF_COLLISION, MOVER):
@@ -240,20 +242,20 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
 def nearest_hold(
     report: TickReport, robot: RobotModel, name: Naming, cause: str
 ) -> Hold:
-    """Returns the hold by the nearest obstacle in the scene.
+    """Returns a `Hold` whose obstacle is the nearest one in the scene.
 
     Args:
-        report: The latest tick, with at least one clearance.
+        report: The report of the latest tick, with at least one clearance.
         robot: The robot.
-        name: Function that names the thing at a point.
-        cause: The cause of the hold, one of `motion_status.CAUSES`.
+        name: Function that names the object at a point.
+        cause: The cause, one of `motion_status.CAUSES`.
     """
     nearest = int(report.clearances.distance.argmin())
     return dc.replace(_near(report, robot, name, nearest), cause=cause)
 
 
 def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
-    """Makes the hold by the obstacle of row i of the clearances."""
+    """Returns a `Hold` whose obstacle is that of row i of the clearances."""
     clearances = report.clearances
     link = robot.spheres.links[clearances.sphere[i]]
     p_WC, distance = clearances.p_WC[i], float(clearances.distance[i])
@@ -262,7 +264,7 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
-    """Makes the hold by the constraint that made verification object."""
+    """Returns a `Hold` by the constraint that verification has reported."""
     separation = report.separation
     if report.objection == MOVER and separation is not None:
         return Hold(MOVER, separation.mover, separation.link)
@@ -300,8 +302,8 @@ def moved_by(robot: RobotModel, joint: str) -> str:
 def _near_itself(
     report: TickReport, robot: RobotModel, link: str, other: str
 ) -> Hold:
-    # The text names the link nearer to the arm's end as held, and the other one
-    # as the obstacle.
+    # The link nearer to the arm's end is the one that cannot move on, and the
+    # other link is the obstacle.
     if robot.tree.index(other) > robot.tree.index(link):
         link, other = other, link
     thing = f"the {robot.description.called(other)}"

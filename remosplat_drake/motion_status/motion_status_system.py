@@ -53,7 +53,7 @@ class _Memory:
 
 
 class MotionStatusSystem(LeafSystem):
-    """Describes in one sentence the robot's state and its cause.
+    """Describes the robot's state and its cause in one sentence.
 
     .. pydrake_system::
 
@@ -69,22 +69,24 @@ class MotionStatusSystem(LeafSystem):
         output_ports:
         - motion_status
 
-    The sentence is updated ten times a second. A robot that has not moved for
-    `PAUSE` counts as held until it moves again, so the sentence does not
-    flicker; see `present_hold`. All times are by the diagram's clock.
+    The sentence is updated ten times per second. If the robot has not moved for
+    the time `PAUSE`, the sentence states the cause until the robot moves again,
+    so that it does not flicker; see `present_hold`. All times are by the
+    diagram's clock.
 
-    `configuration` takes the measured q, `report` the controller's
-    `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
-    `TargetProgress`, `supervision` a `SupervisorState`, `movers` the `Movers`
-    and `selection` guidance's `Selection`. `motion_status` outputs the
-    `MotionStatus`.
+    The input `configuration` is the measured q, `report` the controller's
+    `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` the
+    `TargetProgress`, `supervision` the `SupervisorState`, `movers` the
+    `Movers`, and `selection` the `Selection` of guidance. The output
+    `motion_status` is the `MotionStatus`.
 
     Args:
         robot: The robot.
-        arrival: When a target counts as reached.
+        arrival: Tolerances within which a target counts as reached.
         period: Control period [s].
         parked: Whether all speeds of the base are limited to zero.
-        floor_height: Height in W below which everything is the floor [m].
+        floor_height: Height in W below which a surface belongs to the floor
+            [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
 
@@ -124,8 +126,9 @@ class MotionStatusSystem(LeafSystem):
             self._calc_motion_status,
             {self.abstract_state_ticket(self._memory_index)},
         )
-        # The event occurs at every tick, although it mostly does nothing: a
-        # longer period of its own would add event times between the ticks.
+        # The event occurs at every tick, but updates the sentence only at some
+        # of them. A separate, longer period would add event times between the
+        # ticks.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     @staticmethod
@@ -136,7 +139,8 @@ class MotionStatusSystem(LeafSystem):
 
         Args:
             builder: Builder of the diagram.
-            inputs: Output ports to connect, by the names of the input ports.
+            inputs: Output ports to connect, keyed by the names of the input
+                ports.
             **arguments: The arguments of `MotionStatusSystem`.
         """
         system = builder.AddSystem(MotionStatusSystem(**arguments))
@@ -145,7 +149,7 @@ class MotionStatusSystem(LeafSystem):
         return system
 
     def latest(self, context: Context) -> MotionStatus:
-        """Returns the state at the latest update.
+        """Returns the `MotionStatus` of the latest update.
 
         Args:
             context: The system's own context.
@@ -153,7 +157,7 @@ class MotionStatusSystem(LeafSystem):
         return self._memory(context).motion_status
 
     def now(self, context: Context) -> MotionStatus:
-        """Computes the current state without storing it.
+        """Computes the present `MotionStatus` without storing it.
 
         Args:
             context: The system's own context.
@@ -232,7 +236,7 @@ class MotionStatusSystem(LeafSystem):
     def _beyond(
         self, aim: Aim, q: np.ndarray, *, drives: bool = False
     ) -> float:
-        """Returns a lower bound on the distance out of reach [m]; or 0."""
+        """Returns a lower bound of the target's distance out of reach [m]."""
         if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
         parked = self._parked and not drives

@@ -1,4 +1,4 @@
-"""Names of the things at points of the scene."""
+"""Finds the names of objects at points of the scene."""
 
 import numpy as np
 
@@ -19,13 +19,15 @@ def name_thing(
 ) -> Thing:
     """Returns the kind and name of the object at a point.
 
-    A map has only surfaces without names. If the point is on the floor, or near
-    a solid of the true scene, the result has the name of the floor or solid.
+    The surfaces of a map have no names. If the point is on the floor, or near a
+    solid of the true scene, the result has the name of the floor or of this
+    solid.
 
     Args:
         field: The map.
         p_W: A point on a surface, in W, shape (3,) [m].
-        floor_height: Height in W below which everything is the floor [m].
+        floor_height: Height in W below which a surface belongs to the floor
+            [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
     thing = field.thing_at(p_W)

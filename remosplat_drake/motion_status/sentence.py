@@ -1,4 +1,4 @@
-"""Formats the robot's state as one sentence; a pure function."""
+"""Formats the robot's state as one sentence."""
 
 import dataclasses as dc
 import math
@@ -32,7 +32,7 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.task.target_sequence import TargetProgress
 
 CIRCLING = 10.0
-"""Time without progress after which the sentence reports it [s]."""
+"""Time without progress after which the sentence states this time [s]."""
 
 _ADVICE = {
     things.MAP: "move or turn the target",
@@ -47,21 +47,21 @@ _ADVICE = {
     states.BASE: "the base is not allowed to drive: move it nearer",
     states.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""For each cause, advice for a person, or an explanation."""
+"""Advice for a person, or an explanation, for each cause."""
 
 _CAUSES_WITHOUT_PATH = {
     UNREACHED: states.NO_CONFIGURATION,
     CRAMPED: states.NO_CONFIGURATION,
     CUT_OFF: states.NO_PATH,
 }
-"""For a robot at rest without an active constraint: the cause, by the reason
-why there is no path."""
+"""Cause of a standstill without an active constraint, for each reason why there
+is no path."""
 
 _OF_THE_TARGET = (states.BASE, states.NO_CONFIGURATION, states.NO_PATH)
-"""Causes that are displayed at the target."""
+"""Causes that the page displays at the target."""
 
 _NEAR = 0.1
-"""Distance below which the sentence is in millimetres and degrees [m]."""
+"""Distance below which the sentence uses millimetres and degrees [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -69,28 +69,29 @@ class Situation:
     """The inputs of the sentence that describes the robot's state.
 
     Attributes:
-        error: The error from the end effector to the present target; of
-            several, the largest error.
-        target: The present target; None means a plain pose.
+        error: The pose error of the end effector at the present target; the
+            largest error if there are several targets.
+        target: The present target; None for a plain pose.
         effector: Name of the target's end effector; empty if the robot has only
             one.
-        beside_line: Distance of the end effector from the target's line [m];
-            NaN without a line.
+        beside_line: Distance of the end effector from the line to the target
+            [m]; NaN if there is no line.
         is_there: Whether the end effector has arrived at the target.
-        hold: The cause that holds the robot; None while it moves.
-        stop: The cause of a stop by the supervisor; None if it is unknown, or
-            if there is no stop.
+        hold: The cause that keeps the robot from moving; None while it moves.
+        stop: The cause of a stop by the supervisor; None if the cause is
+            unknown, or if there is no stop.
         inside: The deepest violation of a stopping distance; None if there is
             none.
-        beyond: Lower bound on the target's distance out of reach [m]; 0 if
+        beyond: Lower bound of the target's distance out of reach [m]; 0 if
             unknown.
         parked: Whether the target is out of reach only because all speeds of
             the base are limited to zero.
-        no_nearer_for: Time since the robot last came nearer to the target [s].
-        progress: Progress along the targets; None if no sequence of targets
-            runs.
-        supervision: State of the safety supervisor; None without one.
-        selection: Guidance's latest selection of a candidate; None without
+        no_nearer_for: Time for which the robot has come no nearer to the target
+            [s].
+        progress: Progress in a sequence of targets; None if there is no
+            sequence.
+        supervision: State of the safety supervisor; None without a supervisor.
+        selection: The latest selection of a candidate by guidance; None without
             guidance.
     """
 
@@ -156,11 +157,11 @@ def at_end(status: MotionStatus, why: str) -> MotionStatus:
     """Describes the robot's state at the end of a run.
 
     Args:
-        status: The last state.
-        why: Why the run ended: "reached", "time limit", "interrupted".
+        status: The last `MotionStatus`.
+        why: Reason why the run ended: "reached", "time limit" or "interrupted".
     """
     if why == states.REACHED:
-        # Other packages' targets may end a run for other reasons.
+        # Targets of other packages may end a run for other reasons.
         text = status.text if status.kind == why else states.REACHED
         return dc.replace(status, kind=states.REACHED, text=text)
     if status.kind not in (states.MOVING, states.HELD):
@@ -170,7 +171,7 @@ def at_end(status: MotionStatus, why: str) -> MotionStatus:
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
-    """Returns the condition that a start waits for; empty without one."""
+    """Returns the condition for which the start waits; empty if none."""
     if supervision is None or supervision.mode != STARTING:
         return ""
     return supervision.reason
@@ -247,7 +248,7 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> MotionStatus:
 
 
 def _cause(now: Situation, hold: Hold) -> str:
-    """Returns the cause of a hold; causes for an unreachable target first."""
+    """Returns the cause of a hold; unreachable targets take precedence."""
     if now.beyond:
         return _beyond_cause(now)
     if hold.cause != states.NOTHING:
@@ -315,7 +316,7 @@ def _doing(progress: TargetProgress) -> str:
 
 
 def _away(now: Situation) -> str:
-    """Formats the error to the target: "0.52 m", or nearby "12 mm and 4 deg".
+    """Formats the pose error: "0.52 m", or "12 mm and 4 deg" if it is small.
 
     Free directions are omitted.
     """
@@ -348,7 +349,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """Returns guidance's statement about another path to the target."""
+    """Returns the statement of guidance about another way to the target."""
     if selection is None:
         return ""
     if selection.missing:

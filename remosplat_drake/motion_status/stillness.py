@@ -1,4 +1,4 @@
-"""`Stillness`: duration of the robot's standstill or lack of progress."""
+"""`Stillness`: the duration of a standstill, or of a lack of progress."""
 
 import dataclasses as dc
 
@@ -9,35 +9,36 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 STILL = 0.01
-"""Change of a configuration variable that does not count as motion [m, rad]: a
-command may oscillate between two constraints."""
+"""Change of a configuration variable up to which it does not count as motion
+[m, rad], since a command may oscillate between two constraints."""
 
 PAUSE = 0.6
-"""Time of standstill after which the robot counts as held [s]. A robot that
-takes longer than this to move by `STILL` also counts as held."""
+"""Time of standstill after which the sentence states a cause [s]. A robot that
+takes longer than this time to move by `STILL` counts as being at rest, too."""
 
 _NEARER = 0.01
 """Least decrease of the distance that counts as progress [m]."""
 
 
 _ARM = 0.3
-"""Length by which an angle is multiplied, for targets of orientation only
-[m]."""
+"""Length by which an angle is multiplied to get a distance [m]. It is used for
+targets that constrain only the orientation."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Rest:
-    """Memory of how long a value has been at rest.
+    """The time for which a value has been at rest.
 
     Attributes:
-        at: Stored value, an array of any shape. Changes of the value by at most
-            `STILL` count as rest.
+        at: Stored value, an array of any shape. The value is at rest as long as
+            it differs from the stored value by at most `STILL`.
         there_since: Time at which the value was stored [s]. It is stored again
-            after each larger change, and while the robot may rest.
+            after each larger change, and at all times at which the robot may
+            rest.
         since: Start of the present standstill [s]. It may be before
-            `there_since`, since slow changes do not end a standstill. Time in
-            which the robot may rest, at its target for example, is not part of
-            a standstill.
+            `there_since`, since slow changes do not end a standstill. The time
+            in which the robot may rest, for example at its target, is not part
+            of a standstill.
     """
 
     at: np.ndarray
@@ -47,14 +48,14 @@ class Rest:
     def updated(
         self, time: float, at: np.ndarray, change: float, may_rest: bool
     ) -> "Rest":
-        """Returns the memory after a measurement.
+        """Returns the object after a measurement.
 
         Args:
             time: Present time [s].
             at: Present value.
-            change: Its difference from the stored value; a difference that is
-                not finite counts as motion.
-            may_rest: Whether there is a reason to rest.
+            change: Difference of the present value from the stored value. A
+                difference that is not finite counts as motion.
+            may_rest: Whether the robot has a reason to rest.
         """
         if change <= STILL and not may_rest:
             return self
@@ -65,16 +66,16 @@ class Rest:
 
 @dc.dataclass(frozen=True, eq=False)
 class Stillness:
-    """Memory of the robot's motion; copying returns the object itself.
+    """The robot's past motion; copying returns the object itself.
 
     Attributes:
         robot: Rest of the configuration, shape (n_q,) [m, rad].
-        hands: Rest of the poses of the end effectors, shape (e, 4, 4). They may
-            rest while the base or an elbow moves.
+        hands: Rest of the poses of the end effectors, shape (e, 4, 4). End
+            effectors may be at rest while the base or an elbow moves.
         aim: The current aim.
-        nearest: Least distance to the aim so far, summed over end effectors
-            [m]. For a target of orientation only, it is the angle times a
-            length.
+        nearest: Smallest distance to the targets so far, as a sum over the end
+            effectors [m]. For a target that constrains only the orientation,
+            the distance is the angle times a length.
         nearest_at: Time at which `nearest` was reached [s].
     """
 
@@ -97,16 +98,16 @@ def observe(
     *,
     may_rest: bool,
 ) -> Stillness:
-    """Updates the memory of a robot's motion.
+    """Updates a robot's past motion by a measurement.
 
     Args:
-        before: The previous memory; None at first.
+        before: The past motion before the measurement; None at the start.
         time: Present time [s].
         q: Measured configuration, shape (n_q,).
         aim: The current aim.
         X_WEs: Poses of the end effectors, shape (e, 4, 4).
-        may_rest: Whether the robot has a reason to rest, such as that it is at
-            its target. Such time does not count as standstill.
+        may_rest: Whether the robot has a reason to rest, for example because it
+            is at its target. Such a rest does not count as standstill.
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
     if before is None or time < before.robot.since:

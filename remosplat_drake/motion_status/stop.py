@@ -1,4 +1,4 @@
-"""`find_stop`: finds the link or the point that a stop concerns."""
+"""`find_stop`: finds the cause and the place of a stop."""
 
 from remosplat_drake.motion_status.hold import (
     Hold,
@@ -20,14 +20,14 @@ from remosplat_drake.signals.supervisor_state import (
 from remosplat_drake.signals.tick_report import TickReport
 
 _CAUSES = {SCANNER: BASE, LOST: LOCALIZATION}
-"""Causes of stops, by the supervisor's symptom; for all other symptoms, the
-cause is the supervisor."""
+"""Causes of stops, keyed by the supervisor's symptom. For all other symptoms,
+the cause is the supervisor."""
 
 
 def find_stop(
     state: SupervisorState, report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold:
-    """Finds the cause of a stop, and its place.
+    """Finds the cause and the place of a stop.
 
     The place is the point of the scene that is too near, the target that has
     jumped, the link that a faulty axis moves, the base, or the first link of
@@ -35,9 +35,9 @@ def find_stop(
 
     Args:
         state: The supervisor's state.
-        report: The latest tick.
+        report: The report of the latest tick.
         robot: The robot.
-        name: Function that names the thing at a point.
+        name: Function that names the object at a point.
     """
     cause = _CAUSES.get(state.symptom, SUPERVISOR)
     if state.symptom == CLEARANCE and len(report.clearances):
