@@ -118,9 +118,9 @@ def find_hold(
     """Finds the cause that keeps a robot from moving.
 
     Args:
-        report: The latest tick.
+        report: The report of the latest tick.
         robot: The robot.
-        name: Function that names the thing at a point.
+        name: Function that names the object at a point.
         link_before: Name of the link in the previous cause.
     """
     if report.status == BRAKING:

@@ -12,7 +12,7 @@ from remosplat_drake.base.strict_json import as_number, parse_json_object
 SUPERVISOR = "supervisor"
 """Kind of event: the supervisor's mode has changed."""
 MOTION_STATUS = "motion_status"
-"""Kind of event: the cause that holds the robot has changed."""
+"""Kind of event: the cause that keeps the robot from moving has changed."""
 MAP = "map"
 """Kind of event: the oracle has begun to use another version of the map."""
 TARGET = "target"
@@ -25,7 +25,7 @@ TROUBLE = "trouble"
 
 @dc.dataclass(frozen=True)
 class Event:
-    """Something that happened in a run.
+    """An event of a run, such as a stop or a new map.
 
     Attributes:
         time: Time of the event, by the diagram's clock [s].
@@ -33,9 +33,9 @@ class Event:
             `TROUBLE`.
         text: Description of the event, for display.
         version: Version of the map, in events about a map.
-        link: Name of the link that is held from now on; empty if none.
-        place: Point in W at which the link was first held [m]; None if there is
-            none.
+        link: Name of the link that cannot move on; empty if there is none.
+        place: Point in W at which the link first could not move on [m]; None if
+            there is none.
     """
 
     time: float
@@ -53,7 +53,7 @@ class EventWriter:
         path: The file; it must not exist.
 
     Attributes:
-        trouble: Why events are missing in the file; empty if the file is
+        trouble: Reason why events are missing in the file; empty if the file is
             complete.
 
     Raises:
@@ -65,7 +65,7 @@ class EventWriter:
         self._file = AppendFile(path)
 
     def append(self, event: Event) -> None:
-        """Writes an event, or records in `trouble` why that failed."""
+        """Writes an event; if that fails, `trouble` states the reason."""
         line = json.dumps(dc.asdict(event)) + "\n"
         problem = self._file.append(line.encode())
         if problem:
@@ -80,7 +80,7 @@ class EventWriter:
 
 @reads_file
 def read_events(path: Path) -> list[Event]:
-    """Reads a file of events; an incomplete last line is ignored.
+    """Reads a file of events, and ignores an incomplete last line.
 
     Args:
         path: The file.

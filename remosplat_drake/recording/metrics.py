@@ -22,14 +22,15 @@ class RunMetrics:
 
     Attributes:
         duration: Simulated time from the first tick to the end [s].
-        clearance_min: Smallest clearance by the oracle [m]; None if the scene
-            was never within the oracle's influence distance.
+        clearance_min: Smallest clearance in the run by the distance oracle [m];
+            None if the scene was never within the influence distance.
         clearance_mean: Mean over the ticks of the smallest clearance by the
-            oracle [m]; None if `clearance_min` is None.
-        truth_clearance_min: Smallest clearance by ground truth [m]; None if
-            that is unknown.
+            distance oracle [m]; None if `clearance_min` is None.
+        truth_clearance_min: Smallest clearance in the run by ground truth [m];
+            None if the ground truth is unknown.
         truth_clearance_mean: Mean over the ticks of the smallest clearance by
-            ground truth [m] (paper section V, D_avg); None if that is unknown.
+            ground truth [m] (paper section V, D_avg); None if the ground truth
+            is unknown.
         path_length: Length of the path of the first or only end effector [m]
             (paper section V, L).
         base_path_length: Length of the path of the base's origin [m].
@@ -41,22 +42,23 @@ class RunMetrics:
         scaled_ticks: Number of ticks whose command verification reduced.
         effector_paths: Lengths of the paths of several end effectors, keyed by
             name [m]; empty if there is only one end effector.
-        line_deviation_max: Largest deviation of the end effector from the lines
-            of targets [m]; None without lines.
-        line_deviation_mean: Mean of that deviation over the ticks on lines [m].
-        unseen_clearance_min: Smallest distance to space that no camera has seen
-            [m], negative inside; None if seen space is unknown.
-        unseen_ticks: Number of configurations in which the robot reached into
-            unseen space.
+        line_deviation_max: Largest deviation of the end effector from the
+            straight lines of targets [m]; None if no target has a line.
+        line_deviation_mean: Mean of this deviation over the ticks on lines [m].
+        unseen_clearance_min: Smallest distance of the robot to space that no
+            camera has seen [m], negative inside this space; None if the seen
+            space is unknown.
+        unseen_ticks: Number of ticks at which a part of the robot was in unseen
+            space.
         mover_distance_min: Smallest true distance to a mover (moving object)
             [m]; None without movers.
         mover_contacts: All contacts with movers (moving objects), each with its
             cause.
-        waited: Total time in which no part of the robot moved [s]; None without
-            movers.
-        separation_margin_min: Least difference over all ticks: distance to
-            known movers minus protective separation distance S_p [m]; None
-            without movers.
+        waited: Total time in which no part of the robot moved [s]; None if
+            there are no movers.
+        separation_margin_min: Smallest difference, over all ticks, of the
+            distance to known movers and the protective separation distance S_p
+            [m]; None if there are no movers.
     """
 
     duration: float
@@ -148,7 +150,7 @@ def run_metrics(
 def _judged(
     trajectory: Trajectory, robot: RobotModel, dt: float
 ) -> MoverJudgement | None:
-    """Finds contacts with the movers of a run; None without movers.
+    """Finds the contacts with the movers of a run; None without movers.
 
     Between two ticks, movers are assumed to keep the velocity that they have at
     the earlier tick.
@@ -175,7 +177,7 @@ def clearances_to(
     """Computes the smallest clearance of every configuration to a field.
 
     Returns:
-        Clearances, shape (T + 1,) [m]; shape (0,) without a field.
+        The clearances, shape (T + 1,) [m]; shape (0,) if there is no field.
     """
     if field is None:
         return np.zeros(0)

@@ -1,7 +1,7 @@
 """Finds true contacts with movers, and classifies them by cause.
 
-A mover may touch a robot at rest, or catch up with a retreating robot. But a
-robot must not move towards a person and touch them.
+A mover may touch a robot that is at rest or that moves away. But a robot must
+not move towards a person and touch them.
 """
 
 import dataclasses as dc
@@ -13,8 +13,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import MoverArrays, Movers
 
 TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
-"""Kinds of contact, by the motion of the touched link: towards the mover, which
-is the robot's fault; away or sideways; or at rest."""
+"""Kinds of contact, by the motion of the link: towards the mover, which is the
+robot's fault; away or sideways; or at rest."""
 
 UNSEEN = "unseen"
 """Kind of contact: the link moved towards a mover that came out of unseen
@@ -33,7 +33,7 @@ WAITING_SPEED = 0.01
 [m/s]."""
 
 SHORTEST = 5e-4
-"""Least time between two samples [s]."""
+"""Smallest time between two samples [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -84,7 +84,7 @@ class MoverJudgement:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Look:
-    """A sample: robot and movers at one time.
+    """A sample of robot and movers at one time.
 
     Attributes:
         time: Time of the sample [s].
@@ -118,18 +118,19 @@ def judge_movers(
 ) -> MoverJudgement:
     """Finds a run's contacts with movers, using their true positions.
 
-    The function samples every tick, and halves the time between two samples
+    The function samples each tick, and halves the time between two samples
     until a contact is excluded or its start is found. Let d0 and d1 be the
-    distances of two surfaces at two samples, and s a bound on their relative
-    motion in between. They do not touch in between if d0 + d1 > s.
+    distances of two surfaces at two samples, and s a bound of their relative
+    motion between the samples. The surfaces do not touch between the samples if
+    d0 + d1 > s.
 
     Args:
         robot: The robot, for its spheres.
         time: Times of T ticks [s].
         q: Configurations at the ticks and at the end, shape (T + 1, n_q);
             between two ticks, the configuration is interpolated linearly.
-        movers: Returns the movers at any time [s], always the same ones in the
-            same order.
+        movers: Function that returns the movers at any time [s]. The movers and
+            their order must not change.
         dt: Control period [s].
     """
     judge, contacts = _Judge(robot, movers), _Contacts(robot)
@@ -156,7 +157,7 @@ class _Judge:
         self._robot, self._movers = robot, movers
 
     def look(self, time: float, q: np.ndarray) -> _Look:
-        """Samples an instant."""
+        """Samples robot and movers at a time."""
         spheres = self._robot.spheres_at(q)
         movers = self._movers(time)
         at = movers.at(movers.stamp)
@@ -175,7 +176,7 @@ class _Judge:
     def fill(
         self, ticks: np.ndarray, q: np.ndarray, k: int, before: _Look
     ) -> list[_Look]:
-        """Samples tick k so densely that no contact is missed.
+        """Samples tick k as densely as necessary to miss no contact.
 
         Args:
             ticks: Times of the ticks, shape (T,) [s].
@@ -228,13 +229,14 @@ def distances(
     Args:
         movers: k movers.
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
+        radius: Radii of the spheres, shape (n,) [m].
 
     Returns:
-        Signed distances of their surfaces, shape (k, n) [m], and the unit
-        vectors from the spheres towards the movers' nearest points in W, shape
-        (k, n, 3); for a centre within a mover's core, it is the distance to the
-        nearest face, and the vector points inwards.
+        Signed distances between the surfaces of movers and spheres, shape (k,
+        n) [m], and unit vectors from the spheres to the movers' nearest points
+        in W, shape (k, n, 3). If a centre is inside a mover's core (its inner
+        box), the distance is that to the nearest face, and the vector points
+        inwards.
     """
     p_WS = np.asarray(p_WS, float)
     p_MS = np.einsum("kji,knj->kni", movers.R_WM, p_WS - movers.p_WM[:, None])
@@ -270,7 +272,7 @@ class _Contacts:
     def add(self, look: _Look) -> None:
         """Adds the next sample, with the robot's motion since the previous one.
 
-        For the first sample, the motion until the second one is used.
+        For the first sample, the motion between the first two samples is used.
         """
         before, self._latest = self._latest, look
         if before is None:

@@ -1,4 +1,4 @@
-"""Movers of a run as arrays, for storage in a file."""
+"""Converts the movers of a run to arrays for a file, and back."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -18,21 +18,21 @@ PREFIX = "mover_"
 """Prefix of the names of arrays with movers."""
 
 _NUMBERS, _QUATERNION = 21, slice(4, 8)
-"""Columns of a row: those of `PackedMovers`, with a quaternion as
-orientation."""
+"""Columns of a row: those of `PackedMovers`, but with the orientation as a
+quaternion."""
 
 
 def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
-    """Writes the movers of T ticks as arrays.
+    """Converts the movers of T ticks to arrays.
 
     Args:
         ticks: The movers at each tick.
 
     Returns:
-        `mover_tick`, the tick of each of m rows, shape (m,); `mover_name`,
-        shape (m,); `mover_state`, shape (m, 21); and `mover_stamp`, the time of
-        the movers' state at each tick, shape (T,) [s]. Empty if there is no
-        tick.
+        The arrays, keyed by name: `mover_tick`, the tick of each of m rows,
+        shape (m,); `mover_name`, shape (m,); `mover_state`, shape (m, 21); and
+        `mover_stamp`, the time of the movers' state at each tick, shape (T,)
+        [s]. There are no arrays if there is no tick.
     """
     if not ticks:
         return {}
@@ -53,7 +53,7 @@ def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
 
 
 def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
-    """Reads the output of `to_arrays`.
+    """Restores the movers of each tick from the result of `to_arrays`.
 
     Raises:
         KeyError: An array is missing.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("pdf", "png", "svg")
-"""Formats of a saved figure, which are also the suffixes of its files."""
+"""Formats of a saved figure, which are also the suffixes of the files."""
 
 _OURS, _TRUE, _LIMIT = "tab:blue", "black", "tab:red"
 _MAP, _STOP = "tab:green", "tab:orange"
@@ -35,8 +35,8 @@ def draw_operator_figure(
     Args:
         trace: The curves.
         stopping: Distance at which the controller stops approaching [m].
-        events: Events of the run; new maps and changes of the supervisor
-            among them are marked by vertical lines.
+        events: Events of the run. Vertical lines mark new maps and changes of
+            the supervisor's mode.
     """
     from matplotlib.figure import Figure
 
@@ -121,14 +121,14 @@ def _draw_clearance(
 def _mark_events(
     axes: "Axes", time: np.ndarray, events: Sequence[Event]
 ) -> None:
-    """Draws a line at each new map, and at each change of the supervisor."""
+    """Draws a line at each new map and at each change of the supervisor."""
     for kind, color, label in (
         (MAP, _MAP, "another map"),
         (SUPERVISOR, _STOP, "supervisor"),
     ):
         times = [event.time for event in events if event.kind == kind]
         for t in times:
-            # The first tick does not count as a change.
+            # The first tick is not a change.
             if time[0] < t <= time[-1]:
                 axes.axvline(t, color=color, lw=1.0, ls=":", label=label)
                 label = ""

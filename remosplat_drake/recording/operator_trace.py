@@ -1,4 +1,4 @@
-"""`OperatorTrace`: the curves of the paper's figure 5, from a log."""
+"""`OperatorTrace`: computes the curves of the paper's figure 5 from a log."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -20,12 +20,12 @@ class OperatorTrace:
 
     Attributes:
         time: Times of the ticks, shape (T,) [s].
-        clearance: Smallest distance, by the map in use at the tick, shape (T,)
-            [m]; inf beyond the oracle's influence.
+        clearance: Smallest distance to the map that was in use at the tick,
+            shape (T,) [m]; inf beyond the influence distance.
         deviation: |v desired - v executed| of the end effector, shape (T,)
             [m/s].
         true_clearance: Smallest distance to the true scene, shape (T,) [m];
-            None if that is unknown.
+            None if the true scene is unknown.
     """
 
     time: np.ndarray
@@ -50,8 +50,9 @@ def trace_operator(
         robot: The robot of the run.
         gain: Gain of the controller's servo [1/s].
         max_speed: Largest desired speed of the servo [m/s].
-        truth: Returns the true scene at a time [s]; None if it is unknown.
-        on_tick: Called with the number of ticks that are done.
+        truth: Function that returns the true scene at a time [s]; None if the
+            true scene is unknown.
+        on_tick: Function that is called with the number of processed ticks.
     """
     count = len(log)
     deviations, true_clearance = np.zeros(count), np.zeros(count)

@@ -1,4 +1,4 @@
-"""`PackedMovers`: the movers (moving objects) at a tick, as compact arrays."""
+"""`PackedMovers`: the movers (moving objects) at a tick as compact arrays."""
 
 import dataclasses as dc
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -9,8 +9,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.scene.mover import Mover, Movers
 
 _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
-"""Number of entries of each quantity in the row of a mover: half extents,
-radius, orientation R_WM, position, velocity, angular velocity, bounds."""
+"""Number of entries of each quantity in the row of a mover. The quantities are
+half extents, radius, orientation R_WM, position, velocity, angular velocity,
+and bounds."""
 
 MOVER = "mover_"
 """Prefix of the columns of movers."""
@@ -35,7 +36,7 @@ class PackedMovers:
 
     @staticmethod
     def of(movers: Movers) -> "PackedMovers":
-        """Packs movers; `unpacked` restores them exactly.
+        """Packs movers, which `unpacked` restores exactly.
 
         Args:
             movers: The movers.
@@ -61,8 +62,8 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
     """Makes a mover from its numbers.
 
     Args:
-        name: Its name.
-        row: Its numbers, shape (26,).
+        name: Name of the mover.
+        row: Numbers of the mover, shape (26,).
 
     Raises:
         FieldError: A number is invalid.
@@ -84,16 +85,16 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
 def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
     """Converts the movers of T ticks to arrays.
 
-    Ticks that share a message about movers refer to one copy of it.
+    Ticks that share a message about movers refer to one copy of the message.
 
     Args:
         ticks: The movers of each tick.
 
     Returns:
-        Arrays by name: `mover_message`, the index of each tick's message, shape
-        (T,); `mover_stamp` and `mover_count` of the m messages, shape (m,);
-        `mover_name`, shape (k,), and `mover_row`, shape (k, 26), of the k
-        movers of all messages. Empty if there is no tick.
+        The arrays, keyed by name: `mover_message`, the index of each tick's
+        message, shape (T,); `mover_stamp` and `mover_count` of the m messages,
+        shape (m,); `mover_name`, shape (k,), and `mover_row`, shape (k, 26), of
+        the k movers in all messages. There are no arrays if there is no tick.
     """
     if not ticks:
         return {}
@@ -111,7 +112,7 @@ def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
 
 
 def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
-    """Reads the output of `to_columns`.
+    """Restores the movers of each tick from the result of `to_columns`.
 
     Args:
         columns: The arrays, keyed by name.

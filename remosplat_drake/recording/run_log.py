@@ -1,8 +1,8 @@
-"""The log of a run: one row for each control tick, written during the run.
+"""Writes and reads the log of a run, which has a row for each control tick.
 
-A log is a line of JSON that describes it, and then rows of numbers of
-`row_type`, one after the other. It has no end marker, so the log of a crashed
-run is as valid as any other.
+A log begins with a line of JSON that describes it. Consecutive rows of numbers
+of the type `row_type` follow. A log has no end marker, so the log of a crashed
+run is valid, too.
 """
 
 import dataclasses as dc
@@ -38,14 +38,14 @@ VERSION = 1
 """Version of the format that this program writes and reads."""
 
 MODES = ("", STARTING, RUNNING, STOPPING, STOPPED)
-"""Modes of the supervisor; a mode's index is its code in the log. The first
+"""Modes of the supervisor. The log contains the index of the mode. The first
 mode means that there is no supervisor."""
 
 NO_MAP = -1
-"""Version of the map in the rows, if the map does not change in the run."""
+"""Version of the map in the rows of a run whose map does not change."""
 
 _HELD = 1.0
-"""Duration of the rows that are written together [s]."""
+"""Duration of a block of rows, which are written together [s]."""
 
 _HEADER_LIMIT = 4096
 """Greatest length of a header [bytes]."""
@@ -54,14 +54,14 @@ _MAX_JOINTS = 1000
 
 
 def row_type(n_q: int, n_u: int) -> np.dtype:
-    """Returns the NumPy type of a row; it has no padding.
+    """Returns the NumPy type of a row, which has no padding.
 
     A row contains the time [s] and the configuration q of the tick; the
-    controller's command u, and the executed one; the first three rows of the
-    target X_WT; the smallest clearance by the oracle [m], inf beyond its
-    influence; the scale of the command after verification; the version of the
-    map; and the codes of status and mode, which are indices into `STATUSES` and
-    `MODES`.
+    controller's command u and the executed command; the first three rows of the
+    matrix of the target X_WT; the smallest clearance by the distance oracle
+    [m], which is inf beyond the influence distance; the scale of the command
+    after verification; the version of the map; and the indices of the status in
+    `STATUSES` and of the mode in `MODES`.
 
     Args:
         n_q: Length of the configuration.
@@ -84,10 +84,10 @@ def row_type(n_q: int, n_u: int) -> np.dtype:
 
 
 class RunLogWriter:
-    """Writes a log, once a second.
+    """Writes a log; rows are passed to the operating system once per second.
 
-    If the disk is full, rows are dropped and `trouble` states that; when there
-    is space again, the log continues.
+    If the disk is full, rows are dropped, and `trouble` states this. The log
+    continues when there is space again.
 
     Args:
         path: The file; it must not exist.
@@ -96,7 +96,7 @@ class RunLogWriter:
         period: Control period [s].
 
     Attributes:
-        trouble: Why rows are missing in the file; empty if the file is
+        trouble: Reason why rows are missing in the file; empty if the file is
             complete.
 
     Raises:
@@ -117,7 +117,7 @@ class RunLogWriter:
         self._file = AppendFile(path, json.dumps(header).encode() + b"\n")
         size = max(1, math.ceil(_HELD / period))
         self._rows = np.zeros(size, row_type(n_q, n_u))
-        # Writing through a view of each column is faster than writing whole
+        # Assigning to a view of each column is faster than assigning whole
         # rows.
         names = self._rows.dtype.names or ()
         self._column = {name: self._rows[name] for name in names}
@@ -211,8 +211,9 @@ class RunLog:
         Args:
             k: Index of the row.
             clearances: Clearances for the report, since the log contains only
-                the smallest one of a tick. Rows with the smallest distance are
-                marked as `tight`. None: the report has no clearances.
+                the smallest clearance of a tick. Rows with the smallest
+                distance are marked as `tight`. If it is None, the report has no
+                clearances.
         """
         row = self.rows[k]
         clearances = Clearances.none() if clearances is None else clearances
@@ -233,14 +234,14 @@ class RunLog:
 
 @reads_file
 def read_log(path: Path) -> RunLog:
-    """Reads the log of a run; an incomplete last row is ignored.
+    """Reads the log of a run, and ignores an incomplete last row.
 
     Args:
         path: The file.
 
     Raises:
         FileError: The file cannot be read, is not a log, or is damaged.
-        FieldError: A field of its header is unusable.
+        FieldError: A field of the log's header is invalid.
     """
     try:
         with open(path, "rb") as file:
@@ -296,7 +297,7 @@ def _names(path: Path, header: dict, field: str) -> tuple[str, ...]:
 
 
 def _check_rows(path: Path, log: RunLog) -> None:
-    """Raises an error for rows that no run can have produced."""
+    """Raises an error if a row contains values that no run can produce."""
     good = {
         "time": np.isfinite(log.rows["time"]),
         "q": np.isfinite(log.rows["q"]).all(axis=1),

@@ -1,4 +1,4 @@
-"""`TickBlocks`: columns of a long run on the disk, block by block."""
+"""`TickBlocks`: stores the columns of a long run on disk, in blocks."""
 
 import dataclasses as dc
 import math
@@ -18,15 +18,15 @@ class _Place:
 
 
 class TickBlocks:
-    """Appends blocks of arrays to a temporary file that has no name.
+    """Appends blocks of arrays to a temporary file without a name.
 
     The operating system deletes the file when the program ends for any reason.
-    It is in the folder that `TMPDIR` names, or else in the system's. Writing
-    does not wait for the disk.
+    It is in the folder that the variable `TMPDIR` names, or else in the
+    system's folder for temporary files. Writing does not wait for the disk.
     """
 
     def __init__(self):
-        """Starts without blocks, and without a file."""
+        """Prepares the object; the first block creates the file."""
         self._file = None
         self._size = 0
         self._blocks: list[dict[str, _Place]] = []
@@ -35,7 +35,7 @@ class TickBlocks:
         """Appends a block; if that fails, the file is unchanged.
 
         Args:
-            arrays: Its arrays, keyed by name.
+            arrays: The arrays of the block, keyed by name.
 
         Returns:
             The error message of the operating system if the write failed, such
@@ -60,10 +60,11 @@ class TickBlocks:
         return ""
 
     def read(self, start: str) -> Iterator[dict[str, np.ndarray]]:
-        """Reads, from each block, the arrays whose names begin with a text.
+        """Reads the arrays of each block whose names begin with a given text.
 
         Args:
-            start: The beginning of the names; an empty text selects all arrays.
+            start: The text with which the names begin; an empty text selects
+                all arrays.
 
         Raises:
             OSError: The file cannot be read.

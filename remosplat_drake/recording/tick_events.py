@@ -1,4 +1,4 @@
-"""Finds events: the differences between two control ticks."""
+"""Finds the events between two control ticks."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -27,14 +27,15 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
 _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
-"""Kinds of `MotionStatus` for which the supervisor has events of its own."""
+"""Kinds of `MotionStatus` for which there are separate events of the
+supervisor."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class LoggedSignals:
     """Signals of a tick, in addition to the controller's report.
 
-    Each is None if the diagram has no such system.
+    A signal is None if the diagram has no system that outputs it.
 
     Attributes:
         supervision: State of the safety supervisor.
@@ -54,7 +55,7 @@ class LoggedSignals:
 
     @property
     def mode(self) -> str:
-        """Mode of the supervisor; empty without one."""
+        """Mode of the supervisor; empty if there is none."""
         return "" if self.supervision is None else self.supervision.mode
 
     @property
@@ -72,7 +73,7 @@ def events_between(
     Args:
         before: The signals of the earlier tick.
         now: The signals of the later tick.
-        time: Time of the later tick, which the events get [s].
+        time: Time of the later tick, which becomes the time of the events [s].
     """
     if now.supervision is not before.supervision:
         yield from _supervision_changes(before, now, time)
@@ -105,9 +106,10 @@ def _motion_status_changes(
 
 
 def _is_supervisor_event(motion_status: MotionStatus) -> bool:
-    """Whether an event of the supervisor states the same.
+    """Whether an event of the supervisor states the same as a motion status.
 
-    It does not state the place of a stop, which a replay highlights.
+    An event of the supervisor does not contain the place of a stop, which a
+    replay highlights.
     """
     has_place = motion_status.link != "" or motion_status.p_W is not None
     is_place = motion_status.kind == STOPPED and has_place

@@ -19,7 +19,8 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 BLOCK = 4000
-"""Number of ticks that are written to disk together: 40 s at 100 Hz, 1 MB."""
+"""Number of ticks that are written to disk together: 40 s at 100 Hz, or 1
+MB."""
 
 _TIMING = "timing_"
 """Prefix of the columns with the times of a tick's phases."""
@@ -28,13 +29,13 @@ _TIMING = "timing_"
 class TickTable:
     """Stores the numbers of each `TickReport` that metrics need.
 
-    A tick takes about 250 bytes, and each mover of a new message 208 bytes. The
-    whole report, with all clearances, takes about a hundred times as much and
-    is not stored. With `block`, a table keeps the latest ticks in memory and
-    all others in a file.
+    A tick takes about 250 bytes, and each mover in a new message 208 bytes. The
+    whole report, with all clearances, would take about a hundred times as much,
+    and is not stored. If `block` is given, the table keeps the latest ticks in
+    memory and all other ticks in a file.
 
     Attributes:
-        trouble: Why ticks are missing; empty if none are.
+        trouble: Reason why ticks are missing; empty if none are missing.
     """
 
     def __init__(self, n_q: int, n_u: int, *, block: int | None = None):
@@ -43,8 +44,8 @@ class TickTable:
         Args:
             n_q: Length of the configuration.
             n_u: Length of the command.
-            block: Number of ticks that are moved from memory to disk together;
-                None keeps all in memory.
+            block: Number of ticks that are moved from memory to disk together.
+                If it is None, all ticks remain in memory.
         """
         self._n_q, self._n_u = n_q, n_u
         self._block, self._blocks = block, TickBlocks()
@@ -55,7 +56,7 @@ class TickTable:
         self._clear()
 
     def _clear(self) -> None:
-        """Starts without ticks in memory."""
+        """Removes all ticks from memory."""
         self._time, self._q, self._u = array("d"), array("d"), array("d")
         self._status = array("B")
         self._scale, self._clearance = array("d"), array("d")
@@ -87,7 +88,7 @@ class TickTable:
         Args:
             report: The controller's report.
             executed: The command after the supervisor, shape (n_u,).
-            movers: The movers; None at all ticks of a run without movers.
+            movers: The movers at the tick; None in a run without movers.
         """
         separation = report.separation
         margin = np.nan if separation is None else separation.margin
@@ -111,7 +112,7 @@ class TickTable:
             self._put_block_away()
 
     def _add_timings(self, timings: dict[str, float]) -> None:
-        """Adds the times of a tick's phases; NaN for phases that it lacks."""
+        """Adds the times of a tick's phases; NaN for a missing phase."""
         for phase in timings.keys() - self._timings.keys():
             self._timings[phase] = array("d", [np.nan]) * len(self._time)
         for phase, column in self._timings.items():
@@ -128,7 +129,7 @@ class TickTable:
         self._clear()
 
     def forget_before(self, time: float) -> None:
-        """Forgets the oldest ticks in memory.
+        """Removes the oldest ticks from memory.
 
         Args:
             time: Time before which ticks are removed [s].
@@ -169,7 +170,7 @@ class TickTable:
         )
         status = self._whole("status")
         present = np.unique(status)
-        # NumPy then makes the strings as long as the longest status in this
+        # So NumPy makes the strings only as long as the longest status in this
         # run.
         names = np.array([STATUSES[i] for i in present], dtype=str)
         movers = self._all_movers()
@@ -201,7 +202,7 @@ class TickTable:
         }
 
     def _whole(self, name: str) -> np.ndarray:
-        """Returns a column of all ticks; NaN for blocks that lack it."""
+        """Returns a column of all ticks; NaN for blocks without this column."""
         blocks = [*self._blocks.read(name), self._columns()]
         counts = [*self._counts, len(self._time)]
         return np.concatenate(

@@ -1,4 +1,4 @@
-"""`Trajectory`: the robot's motion, tick by tick, and its .npz file."""
+"""`Trajectory`: the robot's motion at each tick, and its .npz file."""
 
 import dataclasses as dc
 import math
@@ -36,10 +36,10 @@ _DAMAGES = (
     struct.error,
     zlib.error,
 )
-"""Errors of NumPy and zipfile for a damaged archive."""
+"""Exceptions that NumPy and zipfile raise for a damaged archive."""
 
 _ALWAYS_ALLOWED = 2**24
-"""Arrays up to this size are not checked [bytes]."""
+"""Size up to which arrays are not checked [bytes]."""
 
 _MAX_RATIO = 1000
 """Greatest compression ratio of deflate."""
@@ -56,11 +56,11 @@ class Trajectory:
         status: Names from `tick_report.STATUSES`, shape (T,).
         scale: Factors by which verification scaled the commands, 0 to 1,
             shape (T,).
-        clearance: Smallest distance by the oracle, shape (T,) [m]; inf
-            beyond its influence.
-        timings: Wall-clock times by the phase of a tick, shape (T,) each
-            [s].
-        movers: The movers at each of T ticks; empty without movers.
+        clearance: Smallest clearance by the distance oracle at each tick, shape
+            (T,) [m]; inf beyond the influence distance.
+        timings: Wall-clock times of each phase of the ticks, keyed by phase,
+            each of shape (T,) [s].
+        movers: The movers at each of T ticks; empty if there are no movers.
     """
 
     time: np.ndarray
@@ -79,8 +79,8 @@ class Trajectory:
 def save_trajectory(trajectory: Trajectory, path: Path) -> None:
     """Writes a trajectory as a NumPy .npz archive, atomically.
 
-    Arrays have the names of the fields; timings have the prefix `timing_`, and
-    movers the prefix `mover_`.
+    The arrays have the names of the attributes. The arrays of timings have the
+    prefix `timing_`, and those of movers the prefix `mover_`.
 
     Raises:
         FileError: The file cannot be written.
@@ -110,7 +110,7 @@ def load_trajectory(path: Path) -> Trajectory:
                 arrays = dict(archive)
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
-    # A damaged archive causes many kinds of errors, and may request huge
+    # A damaged archive may raise many kinds of exceptions, and may declare huge
     # arrays.
     except _DAMAGES as error:
         raise FileError(path, "is not a recorded trajectory") from error
@@ -133,7 +133,7 @@ def load_trajectory(path: Path) -> Trajectory:
 
 
 def _check_sizes(path: Path, file: IO[bytes]) -> None:
-    """Rejects arrays whose declared size exceeds the stored one.
+    """Raises an error if an array's declared size exceeds the stored size.
 
     The header of an array declares its size in memory, and the zip archive the
     stored size.

@@ -21,11 +21,11 @@ from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.tick_report import TickReport
 
 LOG, EVENTS = "trajectory.log", "events.jsonl"
-"""Names of the two files in the folder of a run."""
+"""Names of the two files in a run's folder: the log and the events."""
 
 
 class TrajectoryLog(LeafSystem):
-    """Appends every control tick and every event to files.
+    """Appends each control tick and each event to files.
 
     .. pydrake_system::
 
@@ -42,22 +42,23 @@ class TrajectoryLog(LeafSystem):
         output_ports:
         - trouble
 
-    The system writes once a control period. It also sends each tick to a
-    `McapRecorder`, if there is one. Rows are passed to the operating system
-    once a second, events at once. A full disk does not end the run: `trouble`
-    then states in one line what is missing in the files; it is empty if they
-    are complete. If another simulation runs with the same diagram, its ticks
-    are appended to the same files.
+    The system writes once per control period. It also sends each tick to a
+    `McapRecorder`, if there is one. Ticks are passed to the operating system
+    once per second, and events at once. A full disk does not end the run. The
+    output `trouble` states in one line what the files lack, and is empty if
+    they are complete. If another simulation runs with the same diagram, its
+    ticks are appended to the same files.
 
-    `report` takes a `TickReport`, `velocity_executed` the command u that the
-    station received (if it is not connected, the report's command),
-    `supervision` a `SupervisorState`, `map_status` a `MapStatus`,
-    `target_state` a `TargetState`, `map_requests` the `MapRequests`,
-    `station_status` a `StationStatus` and `motion_status` a `MotionStatus`.
+    The input `report` is a `TickReport`, and `velocity_executed` the command u
+    that the station received. If `velocity_executed` is not connected, the
+    command of the report is used. `supervision` is a `SupervisorState`,
+    `map_status` a `MapStatus`, `target_state` a `TargetState`, `map_requests`
+    the `MapRequests`, `station_status` a `StationStatus`, and `motion_status` a
+    `MotionStatus`.
 
     Attributes:
-        is_paused: Whether writing is paused, for example while the run is tried
-            out before its start.
+        is_paused: Whether writing is paused, for example during a trial
+            simulation before the run.
 
     Args:
         folder: Folder of the run, in which the two files must not exist yet.
@@ -65,7 +66,8 @@ class TrajectoryLog(LeafSystem):
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        recorder: Recorder that writes the run as an MCAP file; None for none.
+        recorder: Recorder that writes the run as an MCAP file; None for no such
+            file.
 
     Raises:
         FileError: The files cannot be created.
@@ -132,7 +134,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """What is missing in the files, as a sentence; empty if complete."""
+        """Sentence about what the files lack; empty if they are complete."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 
@@ -160,7 +162,7 @@ class TrajectoryLog(LeafSystem):
             value_or_none(self._station_input, context),
             value_or_none(self._motion_status_input, context),
         )
-        # A tick uses the map of the previous update.
+        # A tick uses the map of the last update before this tick.
         map_version, self._map_version = self._map_version, now.map_version
         if not report.time > self._time:
             return

@@ -15,7 +15,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 
 class TrajectoryRecorder(LeafSystem):
-    """Collects the controller's reports and the executed commands.
+    """Stores the numbers of the controller's reports and executed commands.
 
     .. pydrake_system::
 
@@ -26,21 +26,22 @@ class TrajectoryRecorder(LeafSystem):
         - velocity_executed (optional)
         - movers (optional)
 
-    Once a control period, it adds each new `TickReport` to a `TickTable`,
-    together with the executed command (`velocity_executed`) and the `Movers`.
-    Another simulation starts with an empty table. Only the latest report is
-    kept as a whole.
+    Once per control period, the system adds the new `TickReport` to a
+    `TickTable`, together with the executed command (`velocity_executed`) and
+    the `Movers`. Another simulation starts with an empty table. Only the latest
+    report is kept as a whole.
 
     Args:
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        keep: Age at which ticks are forgotten [s]; None keeps all: the latest
-            `BLOCK` ticks in memory, and earlier ones in a temporary file.
+        keep: Age at which ticks are removed [s]. If it is None, all ticks are
+            kept: the latest `BLOCK` ticks in memory, and earlier ticks in a
+            temporary file.
 
     Attributes:
         ticks: All ticks that are kept.
-        latest: The latest report; None before the first.
+        latest: The latest report; None before the first report.
     """
 
     def __init__(
@@ -84,8 +85,8 @@ class TrajectoryRecorder(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q.
             report: The controller's `TickReport`.
-            executed: The command u of the station, if it may differ from the
-                controller's.
+            executed: The command u that the station executes, if it may differ
+                from the controller's command.
             movers: The `Movers`, if there are any.
             **arguments: The arguments of `TrajectoryRecorder`.
         """

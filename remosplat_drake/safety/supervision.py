@@ -19,7 +19,7 @@ class SupervisorLaw:
     """The supervisor's thresholds and limits, which are constant in a run.
 
     Attributes:
-        config: The thresholds, and how long a value may exceed each.
+        config: The thresholds, and the times for which each may be exceeded.
         dt: Control period [s].
         acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,)
             [m/s^2, rad/s^2].

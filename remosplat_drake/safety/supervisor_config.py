@@ -21,7 +21,7 @@ ROBOT_MODES = (
 
 @dc.dataclass
 class SupervisorConfig(Config):
-    """Thresholds of the safety supervisor, and how long each may be exceeded.
+    """Thresholds of the safety supervisor, and their tolerated durations.
 
     If a threshold is exceeded for longer than its time, the robot brakes along
     the braking ramp to a latched stop.

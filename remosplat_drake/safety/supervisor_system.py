@@ -33,7 +33,7 @@ STOP_BUTTON = "stop button"
 
 @dc.dataclass(frozen=True, eq=False)
 class _Sample:
-    """The inputs of a tick, sampled before the controller ran."""
+    """The inputs of a tick, sampled before the controller's computation."""
 
     time: float
     status: StationStatus
@@ -67,7 +67,7 @@ class _Memory:
 
 
 class SafetySupervisor(LeafSystem):
-    """Passes on the controller's commands, or stops the robot after a fault.
+    """Passes on the controller's commands, and stops the robot after a fault.
 
     .. pydrake_system::
 

@@ -121,8 +121,8 @@ class Aim:
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Function that returns whether an error counts as arrival
-                at a target where the end effector stops.
+            arrived: Function that returns whether a pose error counts as
+                arrival at a target at which the end effector stops.
         """
 
         def left(item: tuple[int, Target]) -> tuple[bool, float]:

@@ -67,7 +67,7 @@ class BaseEstimate:
         time: Time of the estimate, by the diagram's clock [s].
         X_OB: The base's pose by odometry, shape (3,) [m, rad].
         X_WB: The base's pose b in W, shape (3,) [m, rad].
-        rate: The rate v, shape (3,) [m/s, rad/s].
+        rate: The drift rate v, shape (3,) [m/s, rad/s].
         covariance: Covariance of (b, v), shape (6, 6).
     """
 
@@ -128,7 +128,7 @@ def moved(
 
     Args:
         X_WB: The base's pose b, shape (3,) [m, rad].
-        rate: The rate v, shape (3,) [m/s, rad/s].
+        rate: The drift rate v, shape (3,) [m/s, rad/s].
         X_OB: The pose o by odometry at the start, shape (3,) [m, rad].
         X_OB_after: The pose o' by odometry at the end, shape (3,) [m, rad].
         seconds: Time between the two poses [s].

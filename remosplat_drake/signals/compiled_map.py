@@ -186,7 +186,7 @@ def ask_each(maps, question, answers) -> None:
     """Queries several maps, one after the other; for kernels only.
 
     Args:
-        maps: The k maps, as `DistanceField.compiled_rows`.
+        maps: The k maps, in the form of `DistanceField.compiled_rows`.
         question: The queries, as for `ask`.
         answers: Output: the result of `ask` for each map, shape (k, n, 8).
     """
@@ -222,7 +222,7 @@ def clearance_rows(maps, p_WS, radius, ignore_below, index, within):
     """Computes the rows of `Clearances`, one per map and sphere.
 
     Args:
-        maps: The k maps, as `DistanceField.compiled_rows`.
+        maps: The k maps, in the form of `DistanceField.compiled_rows`.
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Radii of the spheres, shape (n,) [m].
         ignore_below: Heights below which the spheres ignore the map, shape (n,)
@@ -293,7 +293,8 @@ def is_lipschitz(compiled) -> bool:
     """Returns whether a map is 1-Lipschitz; for kernels only.
 
     Args:
-        compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
+        compiled: The map, in the form of `DistanceField.placed`, or a
+            `PythonMap`.
     """
     return not is_pythons(compiled) or compiled.is_lipschitz
 

@@ -69,7 +69,7 @@ class NearMovers:
         """Finds the movers near the robot.
 
         Args:
-            movers: Movers.
+            movers: The movers.
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are omitted [m].

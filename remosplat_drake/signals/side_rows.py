@@ -47,7 +47,8 @@ def with_side_rows(
         field: The map. If only Python can query it, no row is added.
         robot: The robot.
         q: Configuration, shape (n_q,) [rad, m].
-        below: Spheres nearer to the map than this distance get such rows [m].
+        below: Spheres nearer to the map than this distance get further rows
+            [m].
 
     Returns:
         The clearances, followed by the new rows.

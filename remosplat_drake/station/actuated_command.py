@@ -22,12 +22,11 @@ class ActuatedCommand(LeafSystem):
         output_ports:
         - velocity
 
-    The output is the mean velocity of the axes during each step. It is the
-    command to a station whose robot executes commands exactly.
+    The output is the mean velocity of the axes in each step. It is the command
+    to a station whose robot executes commands exactly.
 
     Args:
-        model: How the axes follow their commands; dead times are rounded to
-            steps.
+        model: Dynamic model of the axes; dead times are rounded to whole steps.
         step: Length of a step [s].
     """
 
@@ -37,7 +36,8 @@ class ActuatedCommand(LeafSystem):
         n = len(model.parameters)
         self._model, self._length = model, step
         self._late = np.round(model.delay / step).astype(int)
-        # Rows: velocities, mean velocities, and delayed commands.
+        # The rows of the state are the velocities, the mean velocities, and the
+        # delayed commands.
         self._shape = (3 + int(self._late.max()), n)
         self.DeclareDiscreteState(int(np.prod(self._shape)))
         self._input = self.DeclareVectorInputPort("velocity_commanded", n)
@@ -69,7 +69,7 @@ def stepped(
     """Advances delay lines and actuators by one step.
 
     Args:
-        model: How the axes follow their commands.
+        model: Dynamic model of the axes.
         late: Dead time of each axis in steps, shape (n,).
         state: Velocities, mean velocities of the previous step, and the latest
             commands, the newest first, shape (3 + max(late), n).

@@ -1,4 +1,4 @@
-"""`BaseUncertainty`: a bound on the base's error, from a station's status."""
+"""`BaseUncertainty`: reads the bound of the base's pose error from a status."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import (
@@ -15,7 +15,7 @@ from remosplat_drake.signals.station_status import StationStatus
 
 
 class BaseUncertainty(LeafSystem):
-    """Outputs the bound on the base's error from a station's status.
+    """Outputs the bound of the base's pose error from a station's status.
 
     .. pydrake_system::
 
@@ -25,7 +25,7 @@ class BaseUncertainty(LeafSystem):
         output_ports:
         - base_uncertainty
 
-    The output is a shift and a turn [m, rad], as defined by
+    The output is the bound of the position and the heading error [m, rad] in
     `StationStatus.base_uncertainty`.
     """
 
@@ -45,11 +45,11 @@ class BaseUncertainty(LeafSystem):
         """Adds the system to a diagram, and connects it with a station.
 
         Args:
-            builder: Builder of the diagram that holds the station.
+            builder: Builder of the diagram that contains the station.
             station: A simulated or the real station.
 
         Returns:
-            The output port of the shift and the turn, 2 entries.
+            The output port of the bound, a vector of 2 entries.
         """
         system = builder.AddSystem(BaseUncertainty())
         builder.Connect(

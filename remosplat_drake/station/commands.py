@@ -1,4 +1,4 @@
-"""Command ports of a station, with a check of their values."""
+"""Declares a station's command ports, and checks the values of commands."""
 
 import dataclasses as dc
 
@@ -24,10 +24,10 @@ from remosplat_drake.signals.station_status import (
 
 @dc.dataclass(frozen=True)
 class HandCommand:
-    """A command to a hand.
+    """A command to a gripper.
 
     Attributes:
-        width: Commanded opening [m]; None keeps the present one.
+        width: Commanded opening [m]; None keeps the present opening.
         force: Bound on the gripping force [N].
     """
 
@@ -40,8 +40,8 @@ class StationCommand:
     """A checked command to a station; copying returns the object itself.
 
     Attributes:
-        u: Base and arm velocities, shape (n_u,) [m/s, rad/s]; zeros when the
-            robot is stopped.
+        u: Base and arm velocities, shape (n_u,) [m/s, rad/s]; zero if the robot
+            is stopped.
         hands: The command to each hand.
         status: Status of the station: stopped, with the reason, if a command
             was not finite.
@@ -60,12 +60,12 @@ def checked_command(
 ) -> StationCommand:
     """Converts the values of the command ports to a command without NaN.
 
-    One number that is not finite stops the whole robot, since the other numbers
-    of that command may be wrong, too.
+    A number that is not finite stops the whole robot, since the other numbers
+    of the command may be wrong, too.
 
     Args:
-        values: Values of the input ports, keyed by name; a port that is absent
-            commands nothing.
+        values: Values of the input ports, keyed by name. For a missing port,
+            the command is zero, or a hand's present width.
         robot: The robot; its description names the ports.
     """
     broken = [
@@ -89,9 +89,9 @@ def checked_command(
 
 
 class CommandInputs:
-    """Command ports of a system, with one cached check for all its outputs.
+    """Command ports of a system, whose values are checked once for all outputs.
 
-    The port of a hand may be unconnected: the gripper then keeps its width.
+    If the port of a hand is not connected, the gripper keeps its width.
     """
 
     def __init__(self, system: LeafSystem, robot: RobotModel):
@@ -120,7 +120,7 @@ class CommandInputs:
         return self._command.ticket()
 
     def read(self, context: Context) -> StationCommand:
-        """Returns the present command, checked.
+        """Returns the present command, after the check.
 
         Args:
             context: Context of the system with the ports.

@@ -1,4 +1,4 @@
-"""Connects a station's ports with the whole robot's vectors q and u."""
+"""Connects a station's ports with the vectors q and u of the whole robot."""
 
 import math
 
@@ -79,7 +79,7 @@ def ConnectCommand(
     station: Diagram,
     hands: OutputPort | None = None,
 ) -> None:
-    """Connects the command u to base and arm, and the grippers' command.
+    """Connects the command u to base and arm, and the grippers' commands.
 
     Args:
         builder: Builder of the diagram that holds the station.
@@ -87,7 +87,7 @@ def ConnectCommand(
         velocity: Output port of the command u, shape (n_u,) [m/s, rad/s].
         station: A simulated or the real station.
         hands: Output port of width and force of each gripper [m, N]; None keeps
-            their widths.
+            the widths in the robot's description.
     """
     names = [ports.arm_command(robot.description)]
     if robot.n_base:

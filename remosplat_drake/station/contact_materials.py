@@ -1,11 +1,11 @@
-"""Contact of the dynamic station: compliant pads and scene, rigid objects.
+"""Contact properties in the dynamic station: compliant pads, rigid objects.
 
-Two point contacts cannot prevent an object from turning about the line through
-them. So fingers and objects have a contact patch: fingers are compliant
-hydroelastic bodies, and objects rigid ones. Scenes are compliant, too, but
-stiffer, so that the whole base of an object is in contact. Other pairs, such as
-two objects or a link and the scene, have point contact (Drake's
-`hydroelastic_with_fallback`).
+If an object is held by two point contacts, it can rotate about the line through
+the two points. To prevent this, fingers and objects have a contact patch:
+fingers are compliant hydroelastic bodies, and objects are rigid hydroelastic
+bodies. Scenes are compliant, too, but stiffer, so that the whole base of an
+object is in contact. Other pairs, such as two objects or a link and the scene,
+have point contact (Drake's `hydroelastic_with_fallback`).
 
 Source of the model: Elandt et al., "A pressure field model for fast, robust
 approximation of net contact force and moment between nominally rigid objects",
@@ -45,10 +45,10 @@ _PAD_EDGE = 0.01  # Of meshes on pads that are not convex polytopes [m].
 
 
 def scene_material(size: float) -> ProximityProperties:
-    """Returns the properties of a solid of the scene.
+    """Returns the contact properties of a solid of the scene.
 
     Args:
-        size: Its smallest radius, or any length for a box [m].
+        size: Smallest radius of the solid; any length for a box [m].
     """
     material = ProximityProperties()
     AddContactMaterial(
@@ -62,12 +62,12 @@ def scene_material(size: float) -> ProximityProperties:
 
 
 def object_material(radius: float, friction: float) -> ProximityProperties:
-    """Returns the properties of an object.
+    """Returns the contact properties of an object.
 
     Args:
         radius: Radius of a round object, which determines the fineness of its
             contact mesh; any length for other objects [m].
-        friction: Its coefficient of friction.
+        friction: Coefficient of friction of the object.
     """
     material = ProximityProperties()
     AddContactMaterial(
@@ -114,7 +114,7 @@ def soften_pads(
 
 
 def finger_bodies(plant: MultibodyPlant, hand: HandGeometry) -> list[RigidBody]:
-    """Returns the fingers, with the bodies that are welded to them.
+    """Returns the finger bodies, and the bodies that are welded to them.
 
     Args:
         plant: The finalized plant.

@@ -1,4 +1,4 @@
-"""`ContactMonitor`: true contacts between bodies, as pairs of names."""
+"""`ContactMonitor`: outputs true contacts between bodies as pairs of names."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -24,10 +24,10 @@ class ContactReport:
     """Pairs of bodies in contact; copying returns the object itself.
 
     Attributes:
-        scene: Pairs of a robot's link and a geometry of the scene.
+        scene: Pairs of a link of the robot and a geometry of the scene.
         robot: Pairs of two links of the robot.
-        movers: Pairs of a robot's link and a mover (moving object).
-        objects: Pairs of a robot's link and an object.
+        movers: Pairs of a link of the robot and a mover (moving object).
+        objects: Pairs of a link of the robot and an object.
         others: Pairs of an object and another object or a geometry of the
             scene, and pairs of a mover and an object.
     """
@@ -51,11 +51,11 @@ _FIELDS = {
     (_OBJECT, _SCENE): "others",
     (_MOVER, _OBJECT): "others",
 }
-"""Field of the report, keyed by the kinds of the two bodies in contact."""
+"""Attribute of `ContactReport` for each pair of kinds of bodies in contact."""
 
 
 class ContactMonitor(LeafSystem):
-    """Reports the contacts in a plant as pairs of names.
+    """Outputs the contacts in a plant as pairs of names.
 
     .. pydrake_system::
 
@@ -65,8 +65,9 @@ class ContactMonitor(LeafSystem):
         output_ports:
         - cheat.contact
 
-    `contact_results` is the plant's port of that name; `cheat.contact` gives
-    a `ContactReport` of the plant's last step, empty before the first.
+    `contact_results` is connected to the plant's port of this name.
+    `cheat.contact` outputs a `ContactReport` of the plant's last step, which is
+    empty before the first step.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The dynamic station: rigid bodies, motors with torque limits, contact."""
+"""Builds the dynamic station, with rigid bodies, motors and contact."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -62,17 +62,17 @@ def make_dynamic_station(
         robot: The robot; its description names the ports.
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
-        wrist_camera: The wrist camera; None for none.
-        movers: The movers (moving objects) at the start. They have contact with
-            the robot.
-        objects: Objects that a hand may grasp, at their initial poses. Only
-            gravity and contact move them.
+        wrist_camera: The wrist camera; None if there is none.
+        movers: The movers (moving objects) at the start, which can touch the
+            robot.
+        objects: Objects that a gripper may grasp, at their initial poses. Only
+            gravity and contact forces move them.
 
     Returns:
-        A diagram with the ports of `signals.station_ports` and, as ground
-        truth, `cheat.contact`, `cheat.query_object` and, with objects,
-        `cheat.objects`. With movers it also has the input port `movers`, for
-        `Movers` of the same number and order.
+        A diagram with the ports of `signals.station_ports`. It has further
+        outputs with ground truth: `cheat.contact`, `cheat.query_object` and, if
+        there are objects, `cheat.objects`. If there are movers, it has the
+        input port `movers`, whose `Movers` must have the same number and order.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -106,7 +106,7 @@ def make_dynamic_station(
 
 @dc.dataclass(frozen=True, eq=False)
 class DynamicBody:
-    """The parts of a dynamic station that move, in a diagram.
+    """The plant of a dynamic station, and its moving parts.
 
     Attributes:
         plant: The finalized plant.
@@ -140,10 +140,10 @@ def add_dynamic_body(
         builder: Builder of the diagram.
         config: Physics of the station.
         robot: The robot.
-        scene: The solids in the scene; None for none.
-        q0: Configuration to start from, shape (n_q,).
+        scene: The solids in the scene; None for an empty scene.
+        q0: Configuration at the start, shape (n_q,).
         movers: The movers at the start.
-        objects: Objects that a hand may grasp, at their initial poses.
+        objects: Objects that a gripper may grasp, at their initial poses.
 
     Raises:
         RemoSplatError: A setting is unusable.

@@ -1,4 +1,4 @@
-"""Simulated grippers: their joints, and the motion to a commanded width."""
+"""Simulates grippers: their joints, and their motion to a commanded width."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ def hand_geometries(
 
 
 def robot_hands(robot: RobotModel) -> dict[int, HandGeometry]:
-    """Returns the geometry of a robot's grippers by end effector.
+    """Returns the geometry of each end effector's gripper.
 
     Args:
         robot: The robot, with or without grippers.
@@ -106,7 +106,7 @@ def width_rate(
 
     Args:
         width: Present width [m].
-        target: Commanded width [m]; it is clamped to the gripper's range.
+        target: Commanded width [m], which is clamped to the gripper's range.
         hand: Geometry of the gripper.
         speed: Greatest rate [m/s].
     """

@@ -38,16 +38,18 @@ class KinematicRobot(LeafSystem):
         - status
         - posture
 
-    The state (q, then the width of each hand) is *continuous*: a command acts
-    from the tick at which the controller computed it. So the state at the next
-    tick is `robot.advance(q, u, period)`, as the controller has verified. With
-    a discrete update, commands would act one tick late.
+    The state consists of q and the width of each gripper. It is *continuous*,
+    so a command acts from the tick at which the controller computed it. The
+    state at the next tick is then `robot.advance(q, u, period)`, which the
+    controller has verified. With a discrete state, commands would act one tick
+    too late.
 
-    The ports have the names of `signals.station_ports`; a robot on a fixed base
-    has no `base` ports, and each gripper has `hand` ports of its own. `posture`
-    (q, then the finger positions) is for drawing. If a command is not finite,
-    the robot stands still, and `status` contains the reason. Joint stops are
-    not modelled; the controller keeps the joint limits.
+    The ports have the names of `signals.station_ports`. A robot on a fixed base
+    has no `base` ports, and each gripper has its own `hand` ports. The output
+    `posture`, q followed by the finger positions, is used to draw the robot. If
+    a command is not finite, the robot does not move, and `status` contains the
+    reason. Joint stops are not modelled, since the controller keeps the joint
+    limits.
     """
 
     def __init__(
@@ -63,11 +65,11 @@ class KinematicRobot(LeafSystem):
 
         Args:
             robot: The robot; its description names the ports.
-            hands: Geometry of its grippers.
+            hands: Geometry of the robot's grippers.
             hand_speed: Speed at which a gripper's width changes [m/s].
-            q0: Configuration to start from, shape (n_q,).
+            q0: Configuration at the start, shape (n_q,).
             odometry_drift: Rate at which the measured pose of the base drifts
-                away from the true one [m/s, m/s, rad/s].
+                away from the true pose [m/s, m/s, rad/s].
         """
         super().__init__()
         self._robot = robot

@@ -38,20 +38,21 @@ def make_kinematic_station(
 ) -> Diagram:
     """Builds a station whose robot reaches commanded velocities at once.
 
-    Without a camera the diagram has no geometry, and is built in about two
-    milliseconds.
+    If there is no camera, the diagram has no geometry, and building it takes
+    about two milliseconds.
 
     Args:
         config: Settings of the station.
         robot: The robot; its description names the ports.
-        scene: The solids that the camera sees; None for none.
-        q0: Configuration to start from, shape (n_q,).
-        wrist_camera: The wrist camera; None for none.
-        objects: Objects that a hand may grasp; they do not move.
+        scene: The solids that the camera sees; None for an empty scene.
+        q0: Configuration at the start, shape (n_q,).
+        wrist_camera: The wrist camera; None if there is none.
+        objects: Objects in the scene, which do not move.
 
     Returns:
-        A diagram with the ports of `signals.station_ports`; with a camera also
-        `cheat.query_object`, and with objects `cheat.objects`.
+        A diagram with the ports of `signals.station_ports`. If there is a
+        camera, it also has the output `cheat.query_object`, and if there are
+        objects, `cheat.objects`.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -107,7 +108,7 @@ def _connect_posture(
     robot: RobotModel,
     joints: Sequence[str],
 ) -> None:
-    """Connects the integrated configuration to the poses of the geometry."""
+    """Computes the poses of the geometry from the integrated configuration."""
     D = np.zeros((plant.num_positions(), len(joints)))
     for column, name in enumerate(joints):
         D[plant.GetJointByName(name).position_start(), column] = 1.0

@@ -1,4 +1,4 @@
-"""`MergedMovers`: all movers, merged from several sources."""
+"""`MergedMovers`: merges the movers of several sources."""
 
 from collections.abc import Sequence
 from itertools import chain
@@ -17,10 +17,11 @@ from remosplat_drake.scene.mover import Movers
 def merge_movers(parts: Sequence[Movers]) -> Movers:
     """Merges the movers of several sources into one value.
 
-    The stamp of the result is the oldest one, so a stale source is noticed.
+    The stamp of the result is the oldest stamp, so that the supervisor detects
+    a stale source.
 
     Args:
-        parts: The movers of each of several sources; at least one.
+        parts: The movers of each source; at least one source.
     """
     return Movers(
         min(part.stamp for part in parts),
@@ -64,8 +65,8 @@ class MergedMovers(LeafSystem):
             parts: Output ports of `Movers`.
 
         Returns:
-            The port with all movers. A single port is returned as it is; None
-            without ports.
+            The port with all movers. A single port is returned unchanged. It is
+            None if there are no ports.
         """
         if len(parts) < 2:
             return parts[0] if parts else None

@@ -1,13 +1,13 @@
-"""Velocity-controlled motors of the dynamic station.
+"""Computes the gains of the dynamic station's velocity-controlled motors.
 
-Each joint has a damper that pulls it to its commanded velocity, and that the
-contact solver treats implicitly: torque = d (v_desired - v), limited to the
-joint's effort limit. d is the joint's inertia divided by the time constant, so
-one time constant suits all joints of all robots. It is at least a multiple of
-the joint's viscous friction, which would otherwise stop a light joint. There is
-no position gain, since the error of a blocked joint would accumulate. As a
-consequence, the velocity of a joint under load has an error of torque / d; the
-time constant is short to keep it small.
+The motor of each joint is a damper, torque = d (v_desired - v), limited to the
+joint's effort limit. The contact solver treats it implicitly. The gain d is the
+inertia of the joint divided by the time constant, so one time constant suits
+all joints of all robots. The gain is at least a multiple of the joint's viscous
+friction, which would otherwise stop a light joint. There is no position gain,
+since the error of a blocked joint would accumulate. As a consequence, the
+velocity of a joint under load has the error torque / d. The time constant is
+short, so that this error is small.
 """
 
 import dataclasses as dc
@@ -28,12 +28,13 @@ from remosplat_drake.station.hand import (
 from remosplat_drake.station.station_config import DynamicStation
 
 _OVER_FRICTION = 100.0
-"""Smallest ratio of a motor's gain to its joint's viscous friction; a free
-joint is then slower than commanded by 1 % at most."""
+"""Smallest ratio of a motor's gain to its joint's viscous friction. With this
+ratio, a joint without load is slower than commanded by at most 1 %."""
 
 DRIVE_SHARE = 0.8
-"""Fraction of the base's effort limit that drives it forward. The rest prevents
-sideways motion, as the wheels of a differential base do."""
+"""Fraction of the base's effort limit that drives the base forward. The rest of
+the effort prevents sideways motion, which the wheels of a differential base
+prevent in reality."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,13 +62,13 @@ def make_motors(
 ) -> Motors:
     """Computes the motors' gains from the robot's inertia and friction.
 
-    The gain of a finger is chosen as follows: if the finger is blocked, and its
-    commanded speed is `hand_speed`, it pushes with its effort limit.
+    The gain of a finger is chosen such that a blocked finger with the commanded
+    speed `hand_speed` pushes with its effort limit.
 
     Args:
         robot: The robot.
-        hands: Geometry of its grippers.
-        q0: Configuration at which the inertia is taken, shape (n_q,).
+        hands: Geometry of the robot's grippers.
+        q0: Configuration at which the inertia is computed, shape (n_q,).
         config: Time constant, hand speed and time step of the station.
 
     Raises:
@@ -92,7 +93,8 @@ def make_motors(
         damping[fingers] = np.maximum(damping, stiff)[fingers]
     drive_error = np.inf
     if robot.n_base:
-        # In one step, force f corrects the error e = f / d + f dt / M.
+        # In one step, the force f corrects the velocity error e = f / d + f dt
+        # / M.
         f = DRIVE_SHARE * effort[:2].min()
         drive_error = f / damping[0] + f * config.time_step / inertia[0]
     return Motors(joints, damping, float(drive_error))
@@ -104,7 +106,7 @@ def _inertia(
     joints: tuple[str, ...],
     q0: np.ndarray,
 ) -> np.ndarray:
-    """Diagonal of the mass matrix at q0 with rotors, keyed by joint."""
+    """Returns the diagonal of the mass matrix at q0, with rotors, by joint."""
     context = plant.CreateDefaultContext()
     q = plant.GetPositions(context)
     for name, position in zip(robot.joint_names, q0, strict=True):
@@ -123,11 +125,11 @@ def effort_limits(
 
     Args:
         plant: The finalized plant with the robot.
-        robot: The robot, to name in errors.
+        robot: The robot, which errors name.
         joints: Names of the m joints.
 
     Returns:
-        The limits, infinite where there is none, shape (m,) [N, N m].
+        The limits, shape (m,) [N, N m]; infinite for a joint without a limit.
 
     Raises:
         FileError: A joint has no actuator.

@@ -1,7 +1,7 @@
-"""Movers as bodies of a dynamic station, which follow given motions.
+"""Adds bodies to a dynamic station that follow the motions of movers.
 
 A body is heavy, and a strong force pulls it to the pose of its mover. So it
-pushes the robot in contact, while the robot hardly deflects it.
+pushes a robot that it touches, but the robot hardly deflects the body.
 """
 
 import math
@@ -115,8 +115,8 @@ class MoverDriver(LeafSystem):
         output_ports:
         - spatial_forces
 
-    `movers` are the `Movers`, one for each body and in the same order; the
-    other ports are connected to the plant's ports of the same names.
+    The input `movers` are the `Movers`, one for each body and in the same
+    order. The other ports are connected to the plant's ports of the same names.
 
     Args:
         bodies: The bodies.
@@ -188,7 +188,7 @@ def pull(mover: Mover, X_WB: RigidTransform, V_WB: SpatialVelocity):
     """Returns the force that pulls a body to the pose of its mover.
 
     Args:
-        mover: The mover: the desired pose and velocity of the body.
+        mover: The mover, which has the desired pose and velocity of the body.
         X_WB: Pose of the body in W.
         V_WB: Spatial velocity of the body in W.
     """

@@ -1,7 +1,8 @@
-"""Settings of a simulated robot's sensors for movers (moving objects).
+"""Settings of simulated sensors that detect movers (moving objects).
 
-A sensor gets the true movers, and computes those that the robot knows. A sensor
-with cameras has a period, so its results may be old.
+A sensor computes, from the true movers, the movers that the robot knows. A
+sensor with cameras measures periodically, so its latest result may be as old as
+its period.
 """
 
 import dataclasses as dc
@@ -16,15 +17,15 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class MoverSensor(Protocol):
-    """The interface of a simulated sensor for movers."""
+    """Protocol of a simulated sensor that detects movers."""
 
     @property
     def period(self) -> float:
-        """Time between two measurements [s]; 0: the sensor is continuous."""
+        """Time between two measurements [s]; 0 for a continuous sensor."""
         ...
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:
-        """Measures once, and returns the known movers.
+        """Measures once, and returns the movers that the robot knows.
 
         Args:
             truth: All true movers, stamped with the present time.
@@ -34,7 +35,7 @@ class MoverSensor(Protocol):
 
 
 class MoverSensing(Protocol):
-    """The interface of settings that make a `MoverSensor`.
+    """Protocol of settings that make a `MoverSensor`.
 
     In a scenario, a class of another package is `!package.module:Class`.
     """
@@ -42,7 +43,7 @@ class MoverSensing(Protocol):
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
     ) -> MoverSensor | None:
-        """Makes the sensor of a run; None if the robot never senses movers.
+        """Makes the sensor of a run; None if the robot detects no movers.
 
         Args:
             robot: The robot, which a camera sees, too.
@@ -58,7 +59,7 @@ class KnownMovers(Config):
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
     ) -> MoverSensor:
-        """Makes a sensor that returns the truth."""
+        """Makes a sensor that returns the true movers."""
         del robot, scene
         return _TrueMovers(at_rest=False)
 
@@ -67,8 +68,8 @@ class KnownMovers(Config):
 class StandingMovers(Config):
     """Settings of a sensor that measures poses of movers, but no motion.
 
-    The robot then treats movers as static obstacles. This is for comparisons
-    only.
+    The robot then treats movers as static obstacles. These settings are for
+    comparisons only.
     """
 
     def make(
@@ -84,7 +85,7 @@ class UnknownMovers(Config):
     """Settings for a robot that senses no movers, for comparisons only."""
 
     def make(self, robot: RobotModel, scene: PrimitiveScene | None) -> None:
-        """Makes no sensor."""
+        """Returns None, for no sensor."""
         del robot, scene
 
 
@@ -102,7 +103,7 @@ class _TrueMovers:
 
 
 def without_motion(mover: Mover) -> Mover:
-    """Returns a mover at rest, whose bounds on its motion are zero."""
+    """Returns a mover with zero velocity and zero bounds of its motion."""
     return dc.replace(
         mover,
         v_WM=np.zeros(3),

@@ -27,12 +27,13 @@ class MoverSensorSystem(LeafSystem):
         output_ports:
         - movers
 
-    `truth` are the true `Movers`, `configuration` is the robot's true q, and
-    `movers` are those that the sensor detects. A sensor with a period measures
-    once per period, and the output keeps its result in between.
+    The input `truth` are the true `Movers`, and `configuration` is the robot's
+    true q. The output `movers` are the movers that the sensor detects. If the
+    sensor has a period, it measures once per period, and the output is constant
+    between two measurements.
 
     Args:
-        sensor: The sensor, which belongs to this system alone.
+        sensor: The sensor, which no other system may use.
         n_q: Length of the configuration.
     """
 

@@ -10,7 +10,7 @@ from remosplat_drake.scene.moving.track import Track, movers_at
 
 
 class MoverSource(LeafSystem):
-    """Outputs the true poses and motions of a scenario's movers.
+    """Outputs the true poses and velocities of a scenario's movers.
 
     .. pydrake_system::
 
@@ -18,7 +18,7 @@ class MoverSource(LeafSystem):
         output_ports:
         - movers
 
-    `movers` are the `Movers` at the context's time.
+    The output `movers` are the `Movers` at the context's time.
 
     Args:
         tracks: The motion of each mover.

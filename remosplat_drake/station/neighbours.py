@@ -1,9 +1,9 @@
 """Excludes contact between links that meet at a joint.
 
-Collision shapes are coarser than links, and overlap where links meet. Drake
-ignores such overlaps of a joint's two links, but not those of links that are
-fixed to them, such as a flange behind a wrist. Contact between these links
-would block the joint.
+Collision shapes are larger than links, and overlap where links meet. Drake
+ignores overlaps of the two links of a joint, but not those of further links
+that are fixed to these two, such as a flange behind a wrist. Contact between
+such links would block the joint.
 """
 
 from pydrake.geometry import (
@@ -20,11 +20,11 @@ from remosplat_drake.robot.self_collision.link_pairs import possible_pairs
 def let_neighbours_overlap(
     plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotModel
 ) -> None:
-    """Ignores contact between links whose self-collision is not checked.
+    """Excludes contact between links whose self-collision is not checked.
 
-    These are the pairs that `possible_pairs` leaves out: links fewer than two
-    moving joints apart, and those that the description or its SRDF allows to
-    touch.
+    These are the pairs that `possible_pairs` omits: links with fewer than two
+    moving joints between them, and links that the robot's description or its
+    SRDF allows to touch.
 
     Args:
         plant: The finalized plant with the robot.
@@ -32,7 +32,7 @@ def let_neighbours_overlap(
         robot: The robot.
 
     Raises:
-        FileError: The SRDF file of its description cannot be read.
+        FileError: The SRDF file of the robot's description cannot be read.
     """
     shapes = {}
     for name in robot.tree.names:

@@ -1,4 +1,4 @@
-"""Objects as free bodies of a dynamic station, and a reader of their poses."""
+"""Adds objects to a dynamic station as free bodies, and reads their poses."""
 
 from collections.abc import Sequence
 
@@ -32,13 +32,13 @@ def add_object_bodies(
 ) -> list[RigidBody]:
     """Adds a free body for each object, at its initial pose.
 
-    An object of unknown mass, such as a table, is fixed to the world, and
+    An object of unknown mass, such as a table, is fixed to the world, and is
     compliant like the scene.
 
     Args:
         plant: A plant with a scene graph, before `Finalize`.
         objects: The objects.
-        friction: Their coefficient of friction.
+        friction: Coefficient of friction of the objects.
 
     Raises:
         RemoSplatError: Two objects have the same name.
@@ -80,8 +80,9 @@ class ObjectReader(LeafSystem):
         output_ports:
         - cheat.objects
 
-    `body_poses` is the plant's port of that name; `cheat.objects` gives the
-    objects as a tuple of `SceneObject`, in their order at the start.
+    `body_poses` is connected to the plant's port of this name. `cheat.objects`
+    outputs the objects as a tuple of `SceneObject`, in the same order as at the
+    start.
     """
 
     def __init__(
@@ -119,7 +120,7 @@ class ObjectReader(LeafSystem):
             builder: Builder of the station.
             plant: The finalized plant.
             objects: The objects.
-            bodies: Their bodies, in the same order.
+            bodies: Bodies of the objects, in the same order.
         """
         reader = builder.AddNamedSystem(
             "object_reader", ObjectReader(objects=objects, bodies=bodies)

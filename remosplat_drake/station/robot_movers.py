@@ -19,15 +19,15 @@ _STEP = 1e-4
 """Time step for the finite differences of the links' poses [s]."""
 
 MOST_ACCELERATION = 15.0
-"""Bound on the commanded acceleration of a robot's points [m/s^2].
+"""Bound of the commanded acceleration of any point of a robot [m/s^2].
 
-A Panda that braked with its arm stretched out was observed to reach 13 m/s^2.
-The sum of all joints' limits, 200 m/s^2, would be so large that no robot could
-approach another one."""
+When a simulated Panda braked with its arm stretched out, its acceleration
+reached 13 m/s^2. The sum of the limits of all joints is 200 m/s^2. This bound
+would be so large that no robot could approach another one."""
 
 _JUMP = 5e-3
-"""Largest deviation of a link from motion within its acceleration bound [m],
-since commands change in steps from tick to tick."""
+"""Largest deviation of a link from a motion within its acceleration bound [m].
+Deviations occur because commands change in steps from tick to tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -36,10 +36,10 @@ class LinkShape:
 
     Attributes:
         link: Name of the link.
-        body: Number of its body in the robot's tree.
+        body: Number of the link's body in the robot's kinematic tree.
         X_LM: Pose of the box in the link's frame, shape (4, 4).
-        half_extents: Half side lengths of the box, shape (3,) [m].
-        radius: Distance by which the rounded box extends beyond this inner box
+        half_extents: Half edges of the inner box, shape (3,) [m].
+        radius: Distance by which the rounded box extends beyond the inner box
             [m].
     """
 
@@ -51,10 +51,10 @@ class LinkShape:
 
 
 def link_shapes(robot: RobotModel) -> list[LinkShape]:
-    """Encloses the spheres of each link in one rounded box.
+    """Makes a rounded box for each link that encloses the link's spheres.
 
-    The core of this box is the bounding box of the spheres' centres along their
-    principal axes, and its radius is the radius of the largest sphere.
+    The inner box is the bounding box of the spheres' centres along their
+    principal axes. The radius is that of the largest sphere.
 
     Args:
         robot: The robot.
@@ -97,9 +97,9 @@ def link_movers(
 
     Args:
         robot: The robot.
-        shapes: The shapes of its links.
-        q: Its configuration, shape (n_q,).
-        u: Its commanded velocities, shape (n_u,) [m/s, rad/s].
+        shapes: The shapes of the robot's links.
+        q: Configuration of the robot, shape (n_q,).
+        u: Commanded velocities of the robot, shape (n_u,) [m/s, rad/s].
         name: Display name of the robot.
         max_speed: Speed that no point of a link exceeds [m/s].
         max_acceleration: Acceleration that no point of a link exceeds [m/s^2].
@@ -144,12 +144,13 @@ class RobotMovers(LeafSystem):
         output_ports:
         - movers
 
-    `configuration` is the robot's q, `velocity` the command u that it executes,
-    and `movers` are its links as `Movers`.
+    The input `configuration` is the robot's q, and `velocity` the command u
+    that the robot executes. The output `movers` are the robot's links as
+    `Movers`.
 
     Args:
         robot: The robot.
-        name: Its display name.
+        name: Display name of the robot.
         max_speed: Speed that no point of a link exceeds [m/s].
         max_acceleration: Acceleration that no point of a link exceeds [m/s^2].
     """
@@ -190,7 +191,7 @@ class RobotMovers(LeafSystem):
         Args:
             builder: The builder of the diagram.
             configuration: The output port of the robot's q.
-            velocity: The output port of the command that it executes.
+            velocity: The output port of the command that the robot executes.
             **arguments: The arguments of `RobotMovers`.
         """
         system = builder.AddSystem(RobotMovers(**arguments))

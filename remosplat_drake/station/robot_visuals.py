@@ -1,4 +1,4 @@
-"""Adds visual shapes of the robot, for a simulated camera."""
+"""Adds visual shapes of the robot to a plant, for a simulated camera."""
 
 import numpy as np
 from pydrake.geometry import GeometryInstance, Mesh, SceneGraph
@@ -15,7 +15,7 @@ PRIMITIVE_COLOUR = np.array([0.9, 0.9, 0.9, 1.0])
 def add_robot_visuals(
     plant: MultibodyPlant, scene_graph: SceneGraph, robot: RobotModel
 ) -> None:
-    """Adds meshes, or else collision primitives, as visuals of each link.
+    """Adds a link's meshes, or else its collision primitives, as visuals.
 
     Links with visuals in the model file are left unchanged.
 

@@ -18,7 +18,7 @@ FLOOR_SIDE = 20.0
 """Side of the square floor [m]."""
 
 FLOOR_THICKNESS = 0.2
-"""Thickness of the floor, which reaches down from z = 0 [m]."""
+"""Thickness of the floor, whose top is at z = 0 [m]."""
 
 
 def add_scene_geometry(
@@ -26,13 +26,13 @@ def add_scene_geometry(
 ) -> None:
     """Adds the scene and a floor at z = 0 to a plant's world body.
 
-    No floor is added to a scene that contains one (a box with its top at z =
-    0).
+    No floor is added if the scene contains a floor, which is a box with its top
+    at z = 0.
 
     Args:
         plant: A plant that is the source of a scene graph, before `Finalize`.
-        scene: The solids in the scene; None for none.
-        solid: Whether the robot collides with the scene; otherwise the scene is
+        scene: The solids in the scene; None for an empty scene.
+        solid: Whether the robot collides with the scene. If not, the scene is
             only visible.
     """
     primitives = list(scene.primitives) if scene else []

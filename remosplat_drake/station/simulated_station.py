@@ -37,14 +37,14 @@ def MakeSimulatedStation(
         config: The kind of simulation, and its settings.
         robot: The robot; its description names the ports.
         scene: The solids that the camera sees and with which the robot may
-            collide; None for none.
-        q0: Configuration (x, y, yaw, arm) to start from, shape (n_q,)
-            [m, rad].
-        wrist_camera: The wrist camera, a `WristCameraConfig` for example;
-            None omits the camera and its ports.
+            collide; None for an empty scene.
+        q0: Configuration (x, y, yaw, arm) at the start, shape (n_q,) [m, rad].
+        wrist_camera: The wrist camera, for example a `WristCameraConfig`; None
+            for no camera and no camera ports.
         movers: The movers (moving objects) at the start. A dynamic station has
-            a body for each, and an input port `movers` for their later states.
-        objects: Objects that a hand may grasp, at their initial poses. A
+            a body for each mover, and an input port `movers` for their later
+            states.
+        objects: Objects that a gripper may grasp, at their initial poses. A
             station with objects has the output port `cheat.objects`.
 
     Returns:

@@ -1,4 +1,4 @@
-"""`StateReader`: measures the robot in a dynamic station's plant."""
+"""`StateReader`: reads the robot's measurements from a dynamic station."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -23,7 +23,7 @@ from remosplat_drake.station.motors import motor_rows
 
 
 class StateReader(LeafSystem):
-    """Extracts the robot's measurements from the state of the whole plant.
+    """Outputs the robot's measurements, from the state of the whole plant.
 
     .. pydrake_system::
 
@@ -38,8 +38,8 @@ class StateReader(LeafSystem):
         - panda.velocity_measured
         - hand.state
 
-    The ports have the names of `signals.station_ports`. `plant_state` takes the
-    plant's state, and `plant_actuation` its net actuation.
+    The ports have the names of `signals.station_ports`. The input `plant_state`
+    is the plant's state, and `plant_actuation` its net actuation.
     `base.velocity_measured` is (v, omega) with v along the measured heading, as
     wheel odometry measures it; for an omnidirectional base it is (v, speed to
     the left, omega). A robot on a fixed base has no `base` ports, and each
@@ -58,7 +58,7 @@ class StateReader(LeafSystem):
         Args:
             plant: The finalized plant.
             robot: The robot in the plant; its description names the ports.
-            hands: Geometry of its grippers.
+            hands: Geometry of the robot's grippers.
         """
         super().__init__()
         joints = [

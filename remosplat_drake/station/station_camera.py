@@ -1,4 +1,4 @@
-"""`StationCamera`: the interface of a simulated station's wrist camera."""
+"""`StationCamera`: protocol of a simulated station's wrist camera."""
 
 from typing import Protocol
 
@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 
 
 class StationCamera(Protocol):
-    """The interface of settings that add a camera to a simulated station.
+    """Protocol of settings that add a camera to a simulated station.
 
     `camera.WristCameraConfig` implements it.
     """
@@ -23,8 +23,9 @@ class StationCamera(Protocol):
 
         Args:
             builder: Builder of the station.
-            plant: The finalized plant that poses the geometry.
-            scene_graph: The geometry that is rendered.
+            plant: The finalized plant, which determines the poses of the
+                geometry.
+            scene_graph: Scene graph with the geometry to render.
 
         Returns:
             The camera's output ports, keyed by their names in

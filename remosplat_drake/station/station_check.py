@@ -29,7 +29,7 @@ def check_station(
         name: Name of the station, for errors.
 
     Raises:
-        RemoSplatError: Ports are missing, of another size, or unknown.
+        RemoSplatError: Ports are missing, have another size, or are unknown.
     """
     problems = list(_problems(station, description, wrist_camera))
     if problems:
@@ -56,7 +56,7 @@ def _problems(
 
 
 def _ports(station: System) -> dict[tuple[str, str], int | None]:
-    """The sizes of all ports, keyed by direction and name; None: abstract."""
+    """Returns the sizes of all ports by direction and name (None: abstract)."""
     ports = [
         (INPUT, station.get_input_port(i))
         for i in range(station.num_input_ports())

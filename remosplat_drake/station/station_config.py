@@ -1,4 +1,4 @@
-"""`KinematicStation` and `DynamicStation`: a scenario's `station` section."""
+"""`KinematicStation`, `DynamicStation`: the section `station` of scenarios."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -34,8 +34,8 @@ class KinematicStation(Config):
 
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Rate at which the base's measured x, y and yaw drift away from the true
-    # ones, to simulate odometry drift [m/s, m/s, rad/s].
+    # Rate at which the measured x, y and yaw of the base drift away from the
+    # true values, to simulate the drift of odometry [m/s, m/s, rad/s].
     odometry_drift: Position = dc.field(default_factory=lambda: [0.0, 0.0, 0.0])
 
 
@@ -51,12 +51,15 @@ class DynamicStation(Config):
     velocity_time_constant: Annotated[float, Interval(gt=0, le=1)] = 1e-4
     # Speed at which the gripper's width changes [m/s].
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Whether the robot collides with the scene; otherwise it passes through.
+    # Whether the robot collides with the scene. If not, it passes through the
+    # scene.
     collide_with_scene: bool = True
-    # Hydroelastic modulus of the fingers' pads [Pa]; greater is harder.
+    # Hydroelastic modulus of the fingers' pads [Pa]. A larger modulus makes the
+    # pads harder.
     pad_modulus: Annotated[float, Interval(ge=1e4, le=1e9)] = 1e7
-    # Coefficient of friction of objects; the pads have 1.5, and the scene 0.6.
-    # A pair in contact has the harmonic mean of its two values.
+    # Coefficient of friction of objects. That of the pads is 1.5, and that of
+    # the scene 0.6. A pair in contact has the harmonic mean of its two
+    # coefficients.
     object_friction: Annotated[float, Interval(ge=0, le=5)] = 1.0
     # Drake's discrete contact approximation: `lagged`, `similar` or `sap`.
     discrete_contact_approximation: Annotated[
@@ -65,7 +68,7 @@ class DynamicStation(Config):
 
 
 class StationMaker(Protocol):
-    """The interface of settings that make another station.
+    """Protocol of settings that make another kind of station.
 
     In a scenario, such settings replace `KinematicStation` or
     `DynamicStation`.
@@ -82,9 +85,9 @@ class StationMaker(Protocol):
 
         Args:
             robot: The robot; its description names the ports.
-            scene: The solids in the scene; None for none.
-            q0: Configuration to start from, shape (n_q,) [m, rad].
-            camera: The wrist camera to add; None for none.
+            scene: The solids in the scene; None for an empty scene.
+            q0: Configuration at the start, shape (n_q,) [m, rad].
+            camera: The wrist camera to add; None for no camera.
 
         Returns:
             A diagram with the ports of `signals.station_ports`.
@@ -96,17 +99,17 @@ class StationMaker(Protocol):
 
 
 MAX_STEP = 0.05
-"""Longest step of the kinematic station's integrator [s]. It is the settling
-time of the gripper's width."""
+"""Longest step of the kinematic station's integrator [s]. It equals the time
+constant of the gripper's width."""
 
 
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
-    """Returns integrator settings with which the kinematic station is exact.
+    """Returns simulator settings with which the kinematic station is exact.
 
     The error of Drake's fifth-order Runge-Kutta step is about 1e-15 m for an
     arc of 20 ms at 0.87 rad/s, less than the usual tolerance of error control.
-    A fixed step takes seven derivatives a tick, and gives the same results on
-    all machines.
+    A fixed step needs seven evaluations of the derivatives per tick, and gives
+    the same results on all machines.
 
     Args:
         control_period: Time between two commands [s].
@@ -119,7 +122,7 @@ def kinematic_simulator_config(control_period: float) -> SimulatorConfig:
 
 
 def simulator_problems(config: SimulatorConfig) -> Iterator[tuple[str, str]]:
-    """Yields the simulator settings with which no run is possible.
+    """Yields simulator settings with which no run is possible.
 
     Drake itself accepts a step of zero, with which a simulation never ends.
 

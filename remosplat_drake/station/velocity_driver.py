@@ -1,4 +1,4 @@
-"""`VelocityDriver`: computes the motors' commands from a station's."""
+"""`VelocityDriver`: computes the motors' commands from a station's commands."""
 
 from collections.abc import Sequence
 
@@ -41,12 +41,13 @@ class VelocityDriver(LeafSystem):
         - desired_state_<model instance>
         - status
 
-    At every step of the plant, the map N(q) at the *measured* yaw converts the
-    base's speeds to velocities of x, y and yaw, so a command never includes
-    sideways slip of a differential base. If a command is not finite, the motors
-    stand still, and `status` contains the reason. The ports have the names of
-    `signals.station_ports`; `plant_state` is the plant's state, and each
-    `desired_state_...` is connected to the port of its model instance.
+    At each step of the plant, the matrix N(q) at the *measured* yaw converts
+    the base's speeds to velocities of x, y and yaw. So a command never includes
+    sideways slip of a differential base. If a command is not finite, the
+    desired velocities are zero, and `status` contains the reason. The ports
+    have the names of `signals.station_ports`. `plant_state` is the plant's
+    state, and each `desired_state_...` is connected to the port of its model
+    instance.
     """
 
     def __init__(
@@ -161,12 +162,12 @@ def desired_velocities(
         q: Positions of the motors' joints, shape (m,) [m, rad].
         v: Velocities of the motors' joints, shape (m,) [m/s, rad/s].
         robot: The robot.
-        hands: Geometry of its grippers.
-        motors: The motors of its joints.
+        hands: Geometry of the robot's grippers.
+        motors: The motors of the robot's joints.
         hand_speed: Speed at which a gripper's width changes [m/s].
 
     Returns:
-        Velocities, shape (m,) [m/s, rad/s].
+        The velocities, shape (m,) [m/s, rad/s].
     """
     desired = np.zeros(len(q))
     configuration = q[: robot.n_q]
@@ -182,22 +183,22 @@ def desired_velocities(
         if told.width is None:
             continue
         rate = width_rate(q[fingers].sum(), told.width, hand, hand_speed)
-        # Limits the damper's force to the commanded force, also for a blocked
-        # finger.
+        # This limits the force of the damper to the commanded force, also if
+        # the finger is blocked.
         error = max(told.force, 0.0) / motors.damping[fingers]
         desired[fingers] = near(rate / len(hand.joints), v[fingers], error)
     return desired
 
 
 def near(desired, measured, error):
-    """Clamps `desired` to within `error` of `measured`; scalars or arrays."""
+    """Clamps `desired` to [`measured` - `error`, `measured` + `error`]."""
     return measured + np.clip(desired - measured, -error, error)
 
 
 def desired_state_rows(
     plant: MultibodyPlant, instance: ModelInstanceIndex, motors: Motors
 ) -> tuple[np.ndarray, list[int]]:
-    """Finds the motors' velocities in a model instance's desired state.
+    """Finds the velocities of motors in a model instance's desired state.
 
     Args:
         plant: The finalized plant.
@@ -205,7 +206,7 @@ def desired_state_rows(
         motors: The motors.
 
     Returns:
-        Rows of the desired state that are velocities of motors, and the
+        The rows of the desired state that are velocities of motors, and the
         indices of these motors.
     """
     joint_of = {v: k for k, v in actuator_by_joint(plant).items()}

@@ -1,1 +1,1 @@
-"""Benchmarks of ticks, queries and look-ahead on this machine."""
+"""Benchmarks of ticks, distance queries and rollouts on this machine."""

@@ -1,6 +1,6 @@
-"""Benchmarks of the depth rasterisation oracle: 77 spheres, 80 x 80 pixels.
+"""Benchmarks of the depth rasterisation oracle (77 spheres, 80 x 80 pixels).
 
-Scene and spheres are those of `oracle_cases`.
+The scene and the spheres are those of `oracle_cases`.
 """
 
 from functools import partial

@@ -1,6 +1,7 @@
-"""Benchmarks of reading a splat's file until the first distance query.
+"""Benchmarks of the time from a splat's file to the first distance query.
 
-The file and the cache are in a temporary folder, which is removed at the end.
+The splat's file and the cache are in a temporary folder, which is removed at
+the end.
 """
 
 import os
@@ -34,13 +35,13 @@ def file_cases() -> list[Case]:
 
 
 def _ready_first(folder: TemporaryDirectory) -> None:
-    """Reads the file and queries its field, with an empty cache."""
+    """Reads the file and queries its distance field, with an empty cache."""
     shutil.rmtree(_cache(folder), ignore_errors=True)
     _ready(folder)
 
 
 def _ready(folder: TemporaryDirectory) -> None:
-    """Reads the file and queries its field."""
+    """Reads the file and queries its distance field."""
     with _cache_in(_cache(folder)):
         splat = read_splat(Path(folder.name) / "discs.ply")
         field = SphereToEllipsoidField(splat)

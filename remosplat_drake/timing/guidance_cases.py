@@ -1,8 +1,8 @@
-"""Benchmarks of look-ahead: rollouts, and ticks with look-ahead.
+"""Benchmarks of guidance: rollouts, and control loops with guidance.
 
-The scene is generated like the published ones, and covered by 60,000 surfels.
-In this scene, the controller alone gets stuck, so the selector of guidance is
-active.
+The scene is generated like those of the benchmarks, and its surfaces are
+covered by 60,000 surfels. In this scene, the controller gets stuck without
+guidance, so guidance selects candidates.
 """
 
 import dataclasses as dc
@@ -38,7 +38,7 @@ from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.timing.measuring import Case
 
 STUCK = ("table", 6)
-"""Family and seed of a generated scene that needs guidance."""
+"""Family and seed of a generated scene in which the robot needs guidance."""
 
 _TIME_LIMIT = 12.0
 _SECONDS = 4.0  # Duration of a measurement: several closed loops.
@@ -47,7 +47,7 @@ _WARM_UP = 20  # Calls until rollouts come near the scene.
 
 @dc.dataclass(frozen=True, eq=False)
 class _Task:
-    """A robot in front of a scene, its aim, and its control law."""
+    """A robot in front of a scene, with its aim and its control law."""
 
     scenario: Scenario
     robot: RobotModel
@@ -129,7 +129,7 @@ def _rollouts(task: _Task, steps: int) -> Iterator[None]:
 
 
 def _periods(task: _Task, budget: int) -> Iterator[None]:
-    """Runs closed loops: look-ahead, oracle, tick and motion per period."""
+    """Runs control loops; a period has guidance, oracle, tick and motion."""
     robot, field, law, rule = task.robot, task.field, task.law, task.rule
     dt = law.dt
     while True:

@@ -1,4 +1,4 @@
-"""A large hall as a splat, to measure how time and memory grow with size.
+"""Makes a splat of a large hall, to measure the growth of time and memory.
 
 The hall is generated, since no published splat of this size has a floor on
 which a robot could stand.
@@ -20,7 +20,7 @@ _SMALLEST, _LARGEST = np.array([0.4, 0.4, 0.5]), np.array([1.2, 1.0, 1.3])
 """Bounds on the sides of a box [m]."""
 
 _COVER = 0.8
-"""Standard deviation of a disc, as a fraction of the distance to its
+"""Standard deviation of a disc, as a fraction of the distance to its nearest
 neighbour."""
 
 _ROUGHNESS = 0.002
@@ -33,8 +33,8 @@ _TURNS = np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1, 0, 0, 0]])
 def hall_scene(n: int) -> GaussianSplat:
     """Makes a hall with boxes on its floor: n discs in W, without a ceiling.
 
-    The discs are evenly spread over all surfaces. They are the same for the
-    same n.
+    The discs are evenly distributed over all surfaces. Equal n give equal
+    discs.
 
     Args:
         n: Number of discs.
@@ -84,19 +84,19 @@ def _faces() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sides(lower: np.ndarray, upper: np.ndarray) -> list[np.ndarray]:
-    """The four upright faces of a box."""
+    """Returns the four upright faces of a box."""
     return [_side(lower, upper, axis, end) for axis in (0, 1) for end in (0, 1)]
 
 
 def _side(
     lower: np.ndarray, upper: np.ndarray, axis: int, end: int
 ) -> np.ndarray:
-    """Both corners of one face of a box, shape (2, 3)."""
+    """Returns the lower and upper corner of a box's face, shape (2, 3)."""
     face = np.stack([lower, upper])
     face[:, axis] = face[end, axis]
     return face
 
 
 def _areas(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Areas of faces that are flat along one axis, shape (f,) [m^2]."""
+    """Returns areas of faces that are flat along an axis, shape (f,) [m^2]."""
     return np.sort(upper - lower, axis=1)[:, 1:].prod(axis=1)

@@ -9,12 +9,12 @@ import numpy as np
 
 @dc.dataclass(frozen=True)
 class Case:
-    """A function to be timed, with its name.
+    """A function whose duration is measured, with its name.
 
     Attributes:
         name: Name of the case in tables.
         function: Function without arguments; its result is ignored.
-        seconds: Approximate duration of repeated calls [s].
+        seconds: Approximate total duration of the repeated calls [s].
     """
 
     name: str
@@ -24,7 +24,7 @@ class Case:
 
 @dc.dataclass(frozen=True)
 class Timing:
-    """Wall-clock times of the calls of a case [s].
+    """Statistics of the wall-clock times of a case's calls.
 
     Attributes:
         name: Name of the case.
@@ -44,7 +44,7 @@ class Timing:
 
 
 def measure(case: Case, min_calls: int = 2) -> Timing:
-    """Times a case after one call that compiles kernels and warms caches.
+    """Measures a case, after one call that compiles kernels and warms caches.
 
     Args:
         case: The function to time.

@@ -1,9 +1,9 @@
-"""Benchmarks of other packages' distances to a mesh, and ours to surfels.
+"""Benchmarks of distances to a mesh (other packages) and to surfels (this).
 
-The scene is the shipped table, as a mesh with the fewest possible triangles,
-and as one with as many triangles as there are surfels. The spheres are those of
-`oracle_cases`. All queries return the closest points as NumPy arrays, and use
-one thread.
+The scene is the shipped table. There are two meshes of it: one with the fewest
+possible triangles, and one with as many triangles as the splat has surfels. The
+spheres are those of `oracle_cases`. All queries return the closest points as
+NumPy arrays, and use one thread.
 """
 
 from collections.abc import Callable
@@ -29,19 +29,20 @@ PACKAGES = ("open3d", "trimesh", "rtree")
 _SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
 
 _LONGEST = 0.085
-"""Longest edge [m] with which the mesh has as many triangles as there are
-surfels."""
+"""Longest edge with which the mesh has as many triangles as the splat has
+surfels [m]."""
 
 Query = Callable[[np.ndarray], np.ndarray]
-"""Function that finds the closest point of a mesh to each of n points, (n,
-3)."""
+"""Function that finds the closest point of a mesh to each of n points, shape
+(n, 3)."""
 
 
 class MeshQuery(NamedTuple):
     """A package's query for the closest points of a mesh.
 
     Attributes:
-        make: Makes the query from the corners of the mesh, shape (t, 3, 3).
+        make: Function that makes the query from the corners of the mesh's
+            triangles, shape (t, 3, 3).
         packages: The packages that must be installed.
     """
 

@@ -1,4 +1,4 @@
-"""Other packages that are timed for comparison if they are installed."""
+"""Lists other packages that are measured for comparison if installed."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,7 @@ REQUIREMENTS = {
     "rtree": "rtree",
     "trimesh": "trimesh",
 }
-"""pip requirements, by the name of the imported package."""
+"""Requirements for pip, keyed by the name of the imported package."""
 
 
 def is_there(package: str) -> bool:

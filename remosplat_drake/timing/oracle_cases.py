@@ -1,8 +1,9 @@
-"""Benchmarks of distance oracles: building and queries.
+"""Benchmarks of the construction and the queries of distance oracles.
 
-The scene is a table with cylinders and a wall, made of surfels. The 77 spheres
-are arranged like those of a robot in front of it. All random numbers have fixed
-seeds. Unseen space is that of the shipped table.
+The scene is a table with cylinders and a wall, represented by surfels. The 77
+spheres are arranged like those of a robot in front of the table. All random
+numbers have fixed seeds. The benchmarks of unseen space use that of the shipped
+table.
 """
 
 from functools import partial
@@ -21,7 +22,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
-"""Influence distance of the controller, the range of queries [m]."""
+"""Range of the queries: the controller's influence distance [m]."""
 
 _TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 
@@ -29,7 +30,7 @@ _TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 def oracle_cases() -> list[Case]:
     """Makes benchmarks of 77 spheres in scenes of several sizes.
 
-    One of them compares with brute force, the loop over all splats.
+    One benchmark is brute force, a loop over all splats, for comparison.
     """
     spheres = robot_spheres()
     cases = []
@@ -115,7 +116,8 @@ def table_scene(n: int) -> GaussianSplat:
             np.stack([-one, zero, zero]),
         ],
     )
-    # The rotation by the least angle from z to the surface's normal.
+    # The rotation has the smallest angle that rotates z to the surface's
+    # normal.
     quaternions = np.stack([1 + z, -y, x, zero], axis=1)
     spacing = np.sqrt(8.0 / n)
     return GaussianSplat(

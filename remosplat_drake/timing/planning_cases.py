@@ -1,8 +1,8 @@
 """Benchmarks of planning to many targets in the shipped, trained splats.
 
-Targets are poses in front of random discs, with the hand pointing at the disc.
-Targets with a path are timed separately from those that no configuration
-reaches with the required distances.
+A target is a pose of the hand in front of a random disc, at which the hand
+points. Targets to which there is a path are measured separately from those that
+no configuration reaches with the required distances.
 """
 
 import math
@@ -31,7 +31,7 @@ _TARGETS = 60
 """Number of targets that are drawn in each scenario."""
 
 _HEIGHTS = (0.15, 1.6)
-"""Least and greatest height of a disc at which the hand points [m]."""
+"""Least and greatest height of the disc at which the hand points [m]."""
 
 _AWAY = (0.08, 0.2)
 """Least and greatest distance between the hand and the disc [m]."""

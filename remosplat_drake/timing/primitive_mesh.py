@@ -1,4 +1,4 @@
-"""The surfaces of boxes and cylinders as triangles."""
+"""Approximates the surfaces of boxes and cylinders by triangles."""
 
 from itertools import product
 
@@ -21,7 +21,7 @@ def surface_triangles(
         longest: Edge length above which a triangle is split in two [m].
 
     Returns:
-        Corners in W, shape (t, 3, 3) [m].
+        Corners of the t triangles in W, shape (t, 3, 3) [m].
     """
     parts = [_primitive_triangles(each) for each in scene.primitives]
     return _cut(np.concatenate(parts), longest)
@@ -41,12 +41,12 @@ def _primitive_triangles(primitive: Box | Cylinder) -> np.ndarray:
 
 
 def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Splits triangles at midpoints of their longest edges until they fit."""
+    """Splits triangles at midpoints of their longest edges until these fit."""
     done = []
     while len(triangles):
         edges = np.roll(triangles, -1, axis=1) - triangles
         length = np.linalg.norm(edges, axis=2)
-        # The longest edge leads from the first corner to the second.
+        # The longest edge is that from the first corner to the second.
         order = (length.argmax(axis=1)[:, None] + np.arange(3)) % 3
         turned = np.take_along_axis(triangles, order[:, :, None], axis=1)
         is_long = length.max(axis=1) > longest

@@ -11,7 +11,8 @@ from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.timing.measuring import Case
 
 _POSTURES = 200
-"""Number of configurations; each is half way between home and a random one."""
+"""Number of configurations. Each is half way between the home configuration and
+a random configuration."""
 
 
 def self_collision_cases() -> list[Case]:

@@ -1,7 +1,7 @@
-"""Benchmarks of our solver and others on the programs of a run.
+"""Benchmarks of QP solvers on the quadratic programs of a run.
 
-No solver starts from a previous solution. Each has its own form of input: dense
-matrices in u alone, or a complete Drake program.
+No solver starts from a previous solution. Some solvers take dense matrices in u
+alone, and others a complete Drake program.
 """
 
 from collections.abc import Callable
@@ -31,11 +31,11 @@ PACKAGES = ("proxsuite", "daqp")
 """Optional packages whose solvers are timed if they are installed."""
 
 _OSQP = 1e-6
-"""Tolerance at which OSQP with polishing is as exact as the other solvers."""
+"""Tolerance for which OSQP with polishing is as exact as the other solvers."""
 
 _PROXQP = 1e-8
-"""Tolerance, also of the duality gap, at which ProxQP is as exact as the
-others."""
+"""Tolerance, also of the duality gap, for which ProxQP is as exact as the other
+solvers."""
 
 
 class Problem(NamedTuple):
@@ -55,11 +55,11 @@ Solve = Callable[[Problem], np.ndarray]
 
 
 class Solver(NamedTuple):
-    """A solver that is timed.
+    """A solver whose duration is measured.
 
     Attributes:
-        make: Function that returns the function to be timed.
-        package: The package that must be installed; empty for none.
+        make: Function that returns the function to measure.
+        package: The package that must be installed; empty if none is needed.
     """
 
     make: Callable[[], Solve]
@@ -70,8 +70,8 @@ def solver_cases(scenario_name: str | None = None) -> list[Case]:
     """Makes a benchmark for each installed solver.
 
     Args:
-        scenario_name: Name or file of the scenario whose run has these
-            programs; None for the default one.
+        scenario_name: Name or file of the scenario with these programs; None
+            for the default scenario.
     """
     problems = recorded_problems(scenario_name)
     return [
@@ -90,8 +90,8 @@ def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
     """Returns the programs of some ticks of a headless run.
 
     Args:
-        scenario_name: Name of the scenario or its file; None for the default
-            one.
+        scenario_name: Name or file of the scenario; None for the default
+            scenario.
     """
     scenario = load_scenario(scenario_name)
     world = load_world(scenario)
@@ -127,7 +127,7 @@ def _proxqp() -> Solve:
     from proxsuite import proxqp
 
     # Without a check of the duality gap, ProxQP accepts points that satisfy all
-    # rows, but with multipliers of the wrong sign.
+    # rows, but whose multipliers have the wrong sign.
     options = {
         "eps_abs": _PROXQP,
         "eps_rel": 0.0,
@@ -160,4 +160,5 @@ SOLVERS = {
         partial(_drakes, "osqp", eps_abs=_OSQP, eps_rel=_OSQP)
     ),
 }
-"""All solvers, by their names in tables; the first is ours."""
+"""All solvers, keyed by their names in tables. The first is that of this
+package."""

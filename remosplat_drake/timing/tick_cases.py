@@ -30,24 +30,24 @@ _GAP = 0.5
 """Distance of bystanders from all positions of the robot [m]."""
 
 _IN_THE_WAY = 0.9
-"""Distance of people from the hand in benchmarks where no command avoids them
-[m]."""
+"""Distance of people from the hand in benchmarks in which no command avoids
+them [m]."""
 
 _SPEED = 0.5
 """Walking speed of people [m/s]."""
 
 _EVERY = 4
-"""One tick in this number of ticks of a run is timed."""
+"""Number of ticks of a run from one measured tick to the next."""
 
 
 def tick_cases(
     scenario_name: str | None = None, group: str = "tick"
 ) -> list[Case]:
-    """Makes benchmarks with the states along a scenario's run.
+    """Makes benchmarks of ticks with the robot's states in a scenario's run.
 
     Args:
-        scenario_name: Name of the scenario or its file; None for the default
-            one.
+        scenario_name: Name or file of the scenario; None for the default
+            scenario.
         group: Prefix of the benchmarks' names.
     """
     scenario = load_scenario(scenario_name)

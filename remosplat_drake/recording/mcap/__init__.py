@@ -1,9 +1,9 @@
 """Records a run as an MCAP file, for Foxglove and others (extra `record`).
 
-A separate process writes it. A `McapRecorder` sends one `TickRecord` after the
-other and never waits for the process; `recording_process` converts these to
-`messages`, described by `schemas`, and adds the images that it receives from
-the camera. `McapFile` writes them to disk.
+A separate process writes the file. A `McapRecorder` sends each `TickRecord` to
+this process, and does not wait for it. The process, `recording_process`,
+converts the records to `messages`, which `schemas` describe, and adds the
+images that it receives from the camera. `McapFile` writes the messages to disk.
 
-`TrajectoryLog` assembles each tick once, for all writers.
+`TrajectoryLog` collects the data of each tick once, for all writers.
 """

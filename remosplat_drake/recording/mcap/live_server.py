@@ -1,7 +1,7 @@
-"""`LiveServer`: the messages of a recording, over Foxglove's websocket.
+"""`LiveServer`: publishes a recording's messages over Foxglove's websocket.
 
-Foxglove connects to `ws://HOST:PORT` and shows the messages immediately. A slow
-client loses messages; the server does not wait for it.
+Foxglove connects to `ws://HOST:PORT` and shows the messages immediately. The
+server does not wait for a slow client, which loses messages.
 """
 
 import json
@@ -12,8 +12,8 @@ from remosplat_drake.recording.mcap.messages import Message
 from remosplat_drake.recording.mcap.schemas import SCHEMAS
 
 HOST = "127.0.0.1"
-"""Address of the server. Only this computer reaches it; for other computers,
-use an SSH tunnel."""
+"""Address of the server, which only this computer can reach. For access from
+other computers, use an SSH tunnel."""
 
 
 class LiveServer:
@@ -23,7 +23,7 @@ class LiveServer:
         """Starts the server.
 
         Args:
-            port: TCP port of this computer; 0 takes a free one.
+            port: TCP port of this computer; 0 selects a free port.
 
         Raises:
             MissingExtraError: The package `foxglove-sdk` is not installed.
@@ -41,7 +41,7 @@ class LiveServer:
 
     @property
     def port(self) -> int:
-        """TCP port at which it listens."""
+        """TCP port at which the server listens."""
         return self._server.port
 
     def add(self, message: Message) -> None:

@@ -1,8 +1,8 @@
-"""`McapFile`: messages on disk, readable even after a crash.
+"""`McapFile`: writes messages to a file that is readable even after a crash.
 
-Every second, a chunk is finished and passed to the operating system. A file
-whose writer was killed has no index at its end; readers scan it instead. Until
-it is complete, the file has another name, see `partial_path`.
+Once per second, a chunk is completed and passed to the operating system. If the
+writer is killed, the file has no index at its end, and readers scan the file
+instead. Until the file is complete, it has another name; see `partial_path`.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ def partial_path(path: Path) -> Path:
     """Returns the path of a file before it is complete.
 
     Args:
-        path: Its final path.
+        path: The final path of the file.
     """
     return path.with_name(f"{path.stem}.partial{path.suffix}")
 
@@ -37,8 +37,8 @@ class McapFile:
     The file is at `partial_path` until it has been closed without an error.
 
     Attributes:
-        trouble: Why messages are missing in the file; empty if the file is
-            complete.
+        trouble: Reason why messages are missing in the file; empty if the file
+            is complete.
     """
 
     def __init__(self, path: Path, limit: int):
@@ -46,7 +46,7 @@ class McapFile:
 
         Args:
             path: The file; neither it nor its `partial_path` may exist.
-            limit: Size limit, beyond which nothing is added [bytes].
+            limit: Size of the file above which no messages are added [bytes].
 
         Raises:
             FileError: The file exists or cannot be made.
@@ -78,7 +78,7 @@ class McapFile:
             raise FileError(path, f"cannot be written: {self.trouble}")
 
     def add(self, message: Message) -> None:
-        """Adds a message; if that fails, `trouble` states why."""
+        """Adds a message; if that fails, `trouble` states the reason."""
         if self.trouble:
             return
         nanoseconds = message.nanoseconds
@@ -96,7 +96,8 @@ class McapFile:
         """Passes data in memory to the operating system, at most once a second.
 
         Args:
-            at_once: Whether to write even before a second has passed.
+            at_once: Whether to pass the data even if a second has not passed
+                yet.
         """
         now = time.monotonic()
         if self.trouble or (now - self._flushed < _HELD and not at_once):
@@ -111,7 +112,7 @@ class McapFile:
             self._break(error)
 
     def close(self) -> None:
-        """Writes the index, closes the file and gives it its final name.
+        """Writes the index, closes the file, and renames it to its final name.
 
         If an error occurs, `trouble` states it, and the file keeps its
         `partial_path`.

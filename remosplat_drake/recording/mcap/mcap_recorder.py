@@ -1,4 +1,4 @@
-"""`McapRecorder`: sends ticks to the recording process, and never waits."""
+"""`McapRecorder`: sends ticks to the recording process without waiting."""
 
 import contextlib
 import pickle
@@ -22,22 +22,23 @@ LIMIT = 4 << 30
 """Largest size of a file [bytes]."""
 
 WAITING = 1000
-"""Largest number of queued ticks; more are dropped."""
+"""Largest number of queued ticks; further ticks are dropped."""
 
 _NICENESS = 10
 _BUFFER = 1 << 22
 _START, _END = 120.0, 120.0
-"""Longest times to wait until the process has begun and finished its file
-[s]."""
+"""Longest times to wait until the process has begun its file, and until it has
+finished the file [s]."""
 
 
 class McapRecorder:
     """Sends ticks to a process that writes an MCAP file.
 
-    Ticks wait for the process in a queue; if it is full, a tick is dropped and
-    counted. In a simulation, which has no deadlines, `append` waits instead. If
-    an error occurs, the recording ends and the robot continues. Then `trouble`
-    states the error, and the file keeps the name of its `partial_path`.
+    Ticks wait in a queue until the process accepts them. If the queue is full,
+    a tick is dropped and counted. In a simulation, which has no deadlines,
+    `append` waits instead. If an error occurs, the recording ends, and the
+    robot continues. Then `trouble` states the error, and the file remains at
+    its `partial_path`.
 
     Attributes:
         left_out: Number of dropped ticks.
@@ -54,12 +55,12 @@ class McapRecorder:
         live: int | None = None,
         rviz: bool = False,
     ):
-        """Starts the process and waits until it has begun the file.
+        """Starts the process, and waits until it has created the file.
 
         Args:
             path: The file; it must not exist.
             robot: The robot that is recorded.
-            camera: Source of the wrist camera's images; None for none.
+            camera: Source of the wrist camera's images; None if there is none.
             may_wait: Whether `append` waits instead of dropping a tick.
             limit: Largest size of the file [bytes].
             live: TCP port of the live server for Foxglove; None for none.
@@ -97,7 +98,7 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """What is missing in the file, as a sentence; empty if complete."""
+        """Sentence about what the file lacks; empty if it is complete."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
@@ -132,7 +133,7 @@ class McapRecorder:
         self._send()
 
     def _send(self) -> None:
-        """Sends queued ticks, until the process accepts no more."""
+        """Sends queued ticks, until the process accepts no further ticks."""
         try:
             while self._waiting:
                 self._socket.send(self._waiting[0])

@@ -16,20 +16,20 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 WORLD, TARGET, CAMERA = "world", "target", "wrist_camera"
-"""Names of frames: the world W, the target T and the camera C. With several end
-effectors, their names are appended to the targets' names."""
+"""Names of frames: the world W, the target T and the camera C. If there are
+several end effectors, their names are appended to the names of the targets."""
 
 _INFO, _WARNING = 2, 3
 _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
-"""Levels of foxglove.Log, keyed by the kind of event; other kinds have the
+"""Levels of foxglove.Log, keyed by the kind of event. All other kinds have the
 level info."""
 
 _QUALITY = 80
 """Quality of JPEG images, 1 to 100."""
 
 _FARTHEST = 65.0
-"""Largest depth in the file [m]; larger ones do not fit in 16 bits, and are
-omitted."""
+"""Largest depth in the file [m]. Larger depths do not fit in 16 bits, and are
+stored as unknown."""
 
 
 @dc.dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Message:
 
     @property
     def nanoseconds(self) -> int:
-        """The message's time since the Unix epoch [ns]."""
+        """Time of the message since the Unix epoch [ns]."""
         content = self.content
         at = content.get("timestamp") or content["transforms"][0]["timestamp"]
         return at["sec"] * 10**9 + at["nsec"]
@@ -61,7 +61,7 @@ def stamp(time: float) -> dict:
 
 
 def tick_messages(record: TickRecord, robot: RobotModel) -> Iterator[Message]:
-    """Yields the messages of a tick, without the transforms.
+    """Yields the messages of a tick, except the transforms.
 
     Args:
         record: The tick.
@@ -116,7 +116,7 @@ _STATION = (
 
 
 def _joints(record: TickRecord, robot: RobotModel) -> list[dict]:
-    """Positions of the arm's joints; the base's are in the transforms."""
+    """Returns the arm's joint positions; the transforms contain the base's."""
     names = robot.description.arm.joints
     q = record.q[-len(names) :].tolist()
     return [
@@ -127,7 +127,7 @@ def _joints(record: TickRecord, robot: RobotModel) -> list[dict]:
 
 
 def _clearances(record: TickRecord, robot: RobotModel) -> dict:
-    """The smallest clearance of each link within the oracle's range."""
+    """Returns each link's smallest clearance within the oracle's range."""
     links: dict[str, float] = {}
     robot = robot.holding(record.payload)
     for sphere, distance in zip(
@@ -166,7 +166,7 @@ def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
         robot: The robot.
 
     Returns:
-        The message; None before the robot was measured.
+        The message; None if the robot has not been measured yet.
     """
     if not np.isfinite(record.q).all():
         return None

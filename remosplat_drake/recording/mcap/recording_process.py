@@ -1,4 +1,4 @@
-"""The process that writes an MCAP file, run by `serve`."""
+"""The process that writes an MCAP file; its function is `serve`."""
 
 import contextlib
 import dataclasses as dc
@@ -37,18 +37,19 @@ _ROUND = 0.02
 """Time between two polls of the camera's channel [s]."""
 
 _TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
-"""Least time between two transforms, and between two images, in a file [s]."""
+"""Two numbers: the least time between two transforms in a file, and that
+between two images [s]."""
 
 
 @dc.dataclass(frozen=True)
 class RecordingJob:
-    """The content that the process writes.
+    """The settings of the process: the content of its file.
 
     Attributes:
         path: The file.
-        limit: Size of the file above which nothing is added [bytes].
+        limit: Size of the file above which no messages are added [bytes].
         robot: The robot.
-        camera: Source of the wrist camera's images; None for none.
+        camera: Source of the wrist camera's images; None if there is none.
         live: TCP port of the live server for Foxglove; None for none.
         rviz: Whether targets and clearances are published on ROS 2 for RViz.
     """
@@ -67,16 +68,17 @@ def serve(
     """Writes ticks and images until the other end of `ticks` is closed.
 
     Args:
-        connection: Connection to the parent. The process sends an empty text
-            when it has begun the file, or the reason why it cannot; and then
-            each new problem.
-        ticks: Pairs of the number of dropped ticks so far and a `TickRecord`,
-            pickled, one a packet; an empty packet is the end.
+        connection: Connection to the parent process. The process first sends an
+            empty text when it has created the file, or the reason why it
+            cannot. After that it sends a description of each new problem.
+        ticks: Packets with pickled pairs: the number of ticks dropped so far,
+            and a `TickRecord`. An empty packet marks the end.
         job: The content to write.
     """
     server, view = None, None
     try:
-        # If the port is taken, no file is created.
+        # The server is started first, so that no file is created if its port is
+        # taken.
         server = None if job.live is None else LiveServer(job.live)
         view = Ros2View() if job.rviz else None
         file = McapFile(job.path, job.limit)
@@ -106,7 +108,7 @@ def serve(
 
 
 class _Recording:
-    """Writes received data to the file, and shows it to live viewers."""
+    """Writes received data to the file, and publishes them to live viewers."""
 
     def __init__(
         self,
@@ -126,7 +128,7 @@ class _Recording:
             self._inbox = Inbox(job.camera.open_camera_lcm(), names)
 
     def round(self, ticks: socket.socket) -> bool:
-        """Writes received data; returns whether more may follow."""
+        """Writes received data; returns whether further data may follow."""
         if self._inbox is not None:
             for _, packet in self._inbox.fetch():
                 self._picture(packet)

@@ -1,8 +1,8 @@
-"""`Ros2View`: the target, near obstacles and the robot's state, for RViz.
+"""`Ros2View`: publishes target, near obstacles and state for RViz.
 
-The robot's own robot_state_publisher publishes the poses of the links on /tf,
-and a second source of them would conflict with it. So this class publishes only
-the target on /tf.
+The node robot_state_publisher of the robot publishes the poses of the links on
+/tf. A second source of these poses would conflict with this node. So this class
+publishes only the pose of the target on /tf.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 MARKERS = "/remosplat/markers"
-"""Topic of the visualization_msgs/MarkerArray."""
+"""Topic of the message visualization_msgs/MarkerArray."""
 
 _SPHERE, _TEXT = 2, 9
-"""Numbers of shapes in visualization_msgs/Marker."""
+"""Numbers of the shapes in the message visualization_msgs/Marker."""
 
 _NEAR = 0.3
 """Clearance below which a link has a marker [m]."""
@@ -32,8 +32,8 @@ class Ros2View:
         """Joins a ROS 2 domain.
 
         Args:
-            domain: Its ROS_DOMAIN_ID; None: the value of the environment
-                variable.
+            domain: ROS_DOMAIN_ID of the domain; None for the value of the
+                environment variable.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.

@@ -1,7 +1,7 @@
 """JSON schemas of the messages in an MCAP file.
 
-Those that begin with `foxglove.` are subsets of Foxglove's own schemas, so that
-its panels show the messages without a plugin.
+Schemas whose names begin with `foxglove.` are subsets of Foxglove's own
+schemas. So Foxglove's panels show these messages without a plugin.
 """
 
 NUMBER = {"type": "number"}
@@ -11,7 +11,7 @@ NUMBERS = {"type": "array", "items": NUMBER}
 
 
 def _record(title: str, optional: tuple[str, ...] = (), **properties) -> dict:
-    """The schema of an object with required and optional properties."""
+    """Returns the schema of an object with required and optional properties."""
     return {
         "title": title,
         "type": "object",

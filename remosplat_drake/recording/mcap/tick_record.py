@@ -14,7 +14,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 @dc.dataclass(frozen=True, eq=False)
 class TickRecord:
-    """A control tick without the map and the kinematics that it used.
+    """The data of a control tick, without the map and the kinematics.
 
     Attributes:
         time: Time of the tick, by the diagram's clock [s].
@@ -28,11 +28,13 @@ class TickRecord:
         duration: Wall-clock duration of the tick [s].
         sphere: Index of the sphere of each clearance, shape (m,).
         distance: The clearances, shape (m,) [m].
-        mode: Mode of the supervisor; empty without one.
-        stop_reason: Why the supervisor stopped the robot; empty if it did not.
+        mode: Mode of the supervisor; empty if there is none.
+        stop_reason: Reason why the supervisor stopped the robot; empty if it
+            did not.
         station: Status of the station; None if none is connected.
         events: The events since the previous tick.
-        payload: The carried object, whose spheres follow those of the robot.
+        payload: The carried object, whose spheres have the indices after those
+            of the robot; None if the robot carries nothing.
     """
 
     time: float
@@ -65,7 +67,7 @@ class TickRecord:
             report: The controller's report.
             executed: The command that the robot received, shape (n_u,).
             signals: Other signals at the tick.
-            events: The events since the tick before.
+            events: The events since the previous tick.
         """
         supervision = signals.supervision
         return TickRecord(
