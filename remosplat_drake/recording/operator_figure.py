@@ -1,4 +1,4 @@
-"""The paper's figure 5: clearance, and deviation from the desired velocity."""
+"""Draws the paper's figure 5: clearance and deviation of the velocity."""
 
 from collections.abc import Sequence
 from pathlib import Path

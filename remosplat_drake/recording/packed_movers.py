@@ -133,7 +133,7 @@ def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
 
 
 class PackedTicks(Sequence[Movers]):
-    """The movers at each of T ticks; an element is unpacked on access."""
+    """Sequence of the movers at T ticks; an element is unpacked on access."""
 
     def __init__(self, ticks: Iterable[PackedMovers]):
         """Stores packed movers.

@@ -61,7 +61,7 @@ def _Stack(
     base: str,
     arm: str,
 ) -> OutputPort:
-    """Stacks measurements of base and arm; without a base, only the arm's."""
+    """Stacks measurements of base and arm; a fixed base has none."""
     names = [base, arm] if robot.n_base else [arm]
     measured = [station.GetOutputPort(name) for name in names]
     multiplexer = builder.AddNamedSystem(

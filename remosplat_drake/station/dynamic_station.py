@@ -60,8 +60,8 @@ def make_dynamic_station(
     Args:
         config: Physics of the station.
         robot: The robot; its description names the ports.
-        scene: The solids in the scene; None for none.
-        q0: Configuration to start from, shape (n_q,).
+        scene: The solids in the scene; None for an empty scene.
+        q0: Configuration at the start, shape (n_q,).
         wrist_camera: The wrist camera; None if there is none.
         movers: The movers (moving objects) at the start, which can touch the
             robot.

@@ -92,7 +92,7 @@ class ObjectReader(LeafSystem):
 
         Args:
             objects: The objects.
-            bodies: Their bodies, in the same order.
+            bodies: Bodies of the objects, in the same order.
         """
         super().__init__()
         self._objects = tuple(objects)

@@ -64,8 +64,8 @@ class VelocityDriver(LeafSystem):
         Args:
             plant: The finalized plant, whose actuators have their gains.
             robot: The robot in the plant; its description names the ports.
-            hands: Geometry of its grippers.
-            motors: The motors of its joints.
+            hands: Geometry of the robot's grippers.
+            motors: The motors of the robot's joints.
             hand_speed: Speed at which a gripper's width changes [m/s].
         """
         super().__init__()

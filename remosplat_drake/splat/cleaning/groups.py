@@ -95,7 +95,7 @@ def find_groups(
     overlap. The extent is `REACH` standard deviations. So a needle touches
     splats that are far away along its axis, but not splats that are far away
     across it. A disc counts as a ball, so that a chain of small discs is one
-    group, whatever their orientations are.
+    group for any orientations of the discs.
 
     Args:
         splat: At least one splat.
