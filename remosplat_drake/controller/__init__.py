@@ -1,1 +1,1 @@
-"""The reactive controller: one quadratic program a tick."""
+"""The reactive controller: solves a quadratic program at each tick."""

@@ -25,24 +25,25 @@ from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.robot.robot_model import RobotModel
 
 GAINS = ("paper", "tuned", "fast")
-"""Names of the gain sets: the paper's published gains, the library's gentle
-gains, and gains that move as fast as the robot can."""
+"""Names of the gain sets: the paper's published gains, gains for gentle motion,
+and gains with which the robot moves as fast as it can."""
 
 
 @dc.dataclass
 class ReactiveControllerConfig(Config):
-    """The settings of the reactive controller and of all its ingredients.
+    """Settings of the reactive controller, and of its costs and constraints.
 
-    The defaults are the gain set `fast`.
+    The costs and constraints of the quadratic program are called ingredients.
+    The default values are the gain set `fast`.
     """
 
-    # Gain set that all other fields of the controller start from.
+    # Gain set that determines the default values of all other fields.
     gains: Annotated[str, OneOf(GAINS, "gain set")] = "fast"
-    # Convex solver of the program. `active_set` is the library's own, the
-    # others are Drake's; `mosek` and `gurobi` need a licence.
+    # Convex solver of the quadratic program. `active_set` is this library's
+    # solver, and all others are Drake's. `mosek` and `gurobi` need a licence.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = CLARABEL
-    # Whether each command and its braking ramp are checked against the map,
-    # the robot itself and the joint limits before the command is applied.
+    # Whether each command and its braking ramp are checked, before the command
+    # is applied, for collision with the map, self-collision and joint limits.
     verify: bool = True
     servo: ing.ServoTrackingConfig = dc.field(
         default_factory=ing.ServoTrackingConfig
@@ -89,7 +90,7 @@ class ReactiveControllerConfig(Config):
 
     @classmethod
     def preset(cls, name: str) -> "ReactiveControllerConfig":
-        """Makes a new configuration with the gain set of that name.
+        """Makes a new configuration from the gain set of a given name.
 
         Args:
             name: One of `GAINS`.
@@ -99,14 +100,15 @@ class ReactiveControllerConfig(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that the stopping distances decrease.
 
-        The collision damper's stopping distance must be larger than all
-        `guidance.tiers`, the smaller stopping distances that guidance may try,
-        and these must decrease. If guidance is enabled, the damper's stopping
-        distance must also be below `NEAR`, the clearance at which an obstacle
-        deflects the servo's velocity.
+        `guidance.tiers` are smaller stopping distances that guidance may try.
+        They must decrease, and must be smaller than the stopping distance of
+        the collision damper. If guidance is enabled, the damper's stopping
+        distance must also be smaller than `NEAR`, the clearance below which an
+        obstacle deflects the servo's velocity.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         stopping, guidance = self.collision.stopping, self.guidance
         if not all(a > b for a, b in pairwise([stopping, *guidance.tiers])):
@@ -131,10 +133,10 @@ class ReactiveControllerConfig(Config):
 
     @property
     def smallest_stopping(self) -> float:
-        """The smallest stopping distance d_s that may be used [m].
+        """The smallest stopping distance d_s that the controller may use [m].
 
-        It is the collision damper's stopping distance or, if guidance is
-        enabled, the last of its `tiers`.
+        It is the collision damper's stopping distance. If guidance is enabled,
+        it is the last of `guidance.tiers`.
         """
         tiers = self.guidance.tiers if self.guidance.enabled else []
         return min([self.collision.stopping, *tiers])
@@ -161,7 +163,7 @@ def _paper_gains() -> ReactiveControllerConfig:
 
 
 def _tuned_gains() -> ReactiveControllerConfig:
-    """Makes the gentle set: no sphere is faster than 0.35 m/s."""
+    """Makes the gentle gain set, with which no sphere exceeds 0.35 m/s."""
     return ReactiveControllerConfig(
         gains="tuned",
         servo=ing.ServoTrackingConfig(gain=4.0, max_speed=0.35),
@@ -192,11 +194,11 @@ GAIN_SETS = {
     "tuned": _tuned_gains,
     "fast": ReactiveControllerConfig,
 }
-"""Makers of the named configurations that a scenario may start from."""
+"""Functions that make the gain sets, keyed by name."""
 
 
 def gain_set(name: str) -> ReactiveControllerConfig:
-    """Makes a fresh configuration with the gain set of that name.
+    """Makes a new configuration from the gain set of a given name.
 
     Args:
         name: One of `GAINS`.
@@ -210,18 +212,18 @@ def gain_set(name: str) -> ReactiveControllerConfig:
 def default_ingredients(
     robot: RobotModel, config: ReactiveControllerConfig | None = None
 ) -> list[AnyIngredient]:
-    """Makes the ingredients of a controller's configuration.
+    """Makes the ingredients: the costs and constraints of a configuration.
 
     Args:
         robot: The robot to drive.
-        config: Settings of the controller and its ingredients; None takes
-            the defaults, the gain set `fast`.
+        config: Settings of the controller and its ingredients; None for the
+            gain set `fast`.
 
     Returns:
         The library's eleven ingredients, and then those of `config.extra`.
 
     Raises:
-        FieldError: A value of the configuration is unusable.
+        FieldError: A value of the configuration is invalid.
 
     Example:
         >>> import remosplat_drake as rs
@@ -253,7 +255,7 @@ def default_ingredients(
 def _made(
     extra: Ingredient | IngredientMaker, robot: RobotModel
 ) -> AnyIngredient:
-    """Returns the ingredient that an extension is, or that it makes."""
+    """Returns an ingredient from an extension, which may be its settings."""
     if hasattr(extra, "AddToProgram"):
         return cast(Ingredient, extra)
     return cast(IngredientMaker, extra).make(robot)

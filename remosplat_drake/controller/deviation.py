@@ -1,4 +1,4 @@
-"""Difference between the desired and the executed end effector velocity."""
+"""Computes the difference of desired and executed end effector velocity."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def end_effector_velocities(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired and the executed velocity of E (paper figure 5).
 
-    If several end effectors have targets, E is the first of them.
+    E is the first end effector that has a target.
 
     Args:
         report: The report of a tick. Before the first tick, both velocities are
@@ -28,9 +28,9 @@ def end_effector_velocities(
         max_speed: The servo's bound on the translational speed [m/s].
 
     Returns:
-        The desired V_WE, straight to the target regardless of constraints, and
-        the executed V_WE; both in W, angular above translational, shape (6,)
-        [rad/s, m/s].
+        The desired V_WE, which is straight to the target and ignores
+        constraints, and the executed V_WE. Both are expressed in W, angular
+        before translational, shape (6,) [rad/s, m/s].
     """
     state = robot.state(report.q)
     effector, target = report.aim.items[0]
@@ -42,7 +42,7 @@ def end_effector_velocities(
 
 
 def deviation(desired: np.ndarray, executed: np.ndarray) -> float:
-    """Computes |v desired - v executed| of the translation alone [m/s].
+    """Computes |v desired - v executed| of the translational velocity [m/s].
 
     The paper's figure 5 plots this.
 

@@ -1,9 +1,9 @@
-"""Checks that a moving robot may change to a new map or a new pose.
+"""Checks whether a moving robot may begin to use a new map or base pose.
 
-Each command was verified in the map that was in use when it was computed. While
-it is executed, a new map may replace that map if the rest of the command and
-its braking ramp are also allowed in the new map. Then the next tick starts with
-a ramp that is verified in the new map.
+Each command was verified in the map that was in use when the command was
+computed. While the command is executed, a new map may replace this map if the
+rest of the command and its braking ramp are allowed in the new map, too. So the
+next tick starts with a braking ramp that is verified in the new map.
 """
 
 import numpy as np
@@ -25,16 +25,16 @@ def objection(
 ) -> str:
     """Returns why a map must not be used while a command is executed.
 
-    A robot at rest may always change the map: it approaches nothing, and its
+    A robot at rest may always use a new map, since it does not move, and the
     supervisor checks its clearance.
 
     Args:
         law: The control law that verifies commands.
         field: The map.
-        q: Configuration in that map, shape (n_q,) [rad, m].
-        u: The command that is executed, shape (n_u,) [rad/s, m/s]; it is
-            assumed to be executed for a full tick from now on.
-        payload: The carried object; None for none.
+        q: Configuration in the map, shape (n_q,) [rad, m].
+        u: The command that is being executed, shape (n_u,) [rad/s, m/s]. The
+            check assumes that it is executed for a full tick from now on.
+        payload: The carried object; None if the robot carries nothing.
 
     Returns:
         The reason, for display; empty if the map may be used.

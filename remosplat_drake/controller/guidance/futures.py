@@ -1,4 +1,4 @@
-"""Advances several rollouts in parallel, on the free cores."""
+"""Advances several rollouts in parallel on several threads."""
 
 import math
 from collections.abc import Callable
@@ -14,11 +14,11 @@ from remosplat_drake.controller.guidance.rollout import (
 )
 
 Futures = tuple[Rollout, ...]
-"""Rollouts that began together, including those that have ended."""
+"""Rollouts that began from the same state, including those that have ended."""
 
 
 def are_open(futures: Futures) -> bool:
-    """Returns whether any of these rollouts continues."""
+    """Returns whether any of the rollouts has not ended."""
     return any(rollout.status == RUNNING for rollout in futures)
 
 
@@ -29,25 +29,25 @@ def advance_together(
     budget: int,
     threads: int,
 ) -> tuple[Futures, int]:
-    """Advances each rollout by some steps, those with the fewest steps first.
+    """Advances rollouts by some steps, those with the fewest steps first.
 
-    Once a rollout has arrived, the others end with the status `OUTRUN` as soon
-    as they can no longer get a lower score.
+    If a rollout has reached the target, every other rollout ends with the
+    status `OUTRUN` as soon as its score can no longer be lower.
 
     Args:
-        futures: The rollouts, at least one of them running.
+        futures: The rollouts, at least one of which has not ended.
         advance: Function that simulates a number of steps of a rollout, or
-            fewer if it ends. It is called from several threads.
+            fewer steps if the rollout ends. It is called from several threads.
         first_tier: The usual stopping distance, for the score [m].
-        budget: Largest number of steps of all rollouts together. When it is
-            used up, the remaining rollouts advance by fewer steps or wait for
-            the next call.
-        threads: Number of rollouts that are simulated at the same time. It has
-            no effect on results.
+        budget: Largest total number of steps of all rollouts. After that, the
+            remaining rollouts advance by fewer steps, or wait for the next
+            call.
+        threads: Number of rollouts that are simulated in parallel, which does
+            not change the results.
 
     Returns:
-        The rollouts in the same order, and the number of steps spent, at least
-        one.
+        The rollouts in the same order, and the number of simulated steps, which
+        is at least one.
     """
     shares = _shares(futures, budget)
     jobs = [(futures[i], share) for i, share in shares.items()]
@@ -75,7 +75,7 @@ def _all_of(
 ) -> list[Rollout]:
     if threads < 2 or len(jobs) < 2:
         return [advance(*job) for job in jobs]
-    # This thread computes its share, too.
+    # This thread simulates a part of the rollouts, too.
     pool = kept_threads("rollouts", threads - 1)
     others = [pool.submit(advance, *job) for job in jobs[1:]]
     try:

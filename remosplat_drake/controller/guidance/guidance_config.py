@@ -1,4 +1,4 @@
-"""`GuidanceConfig`: horizon and budget of the selector."""
+"""`GuidanceConfig`: settings of guidance, such as horizon and budget."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -19,39 +19,43 @@ from remosplat_drake.controller.program.solvers import SOLVERS
 class GuidanceConfig(Config):
     """Settings of the selection of guidance by rollouts on the known map."""
 
-    # Whether guidance is selected; otherwise the controller always drives
-    # straight to the target.
+    # Whether guidance is selected. If not, the controller always moves the end
+    # effector straight to the target.
     enabled: bool = True
-    # Number of rollout steps in a control tick. Each takes about 0.2 ms with
-    # ellipsoids, so 10 fit into a period of 10 ms. A tick that immediately
-    # searches a path takes more steps, to compare the path with the direct way.
-    # With 0, nothing is simulated: whenever the robot stalls, it follows the
-    # next candidate.
+    # Number of rollout steps in a control tick. A step takes about 0.2 ms on a
+    # map of ellipsoids, so 10 steps fit into a period of 10 ms. If a path is
+    # searched as soon as a target is given, the tick takes more steps to
+    # compare the path with the direct way. With 0, nothing is simulated, and a
+    # robot that stalls follows the next candidate.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
     # Whether a separate process computes the rollouts, so that ticks do not
-    # wait for them, as real robots require. Runs then depend on the machine's
-    # speed, and `budget_ms` replaces `budget`.
+    # wait for them. Real robots require this. The results then depend on the
+    # speed of the computer, and `budget_ms` replaces `budget`.
     asynchronous: bool = False
-    # Time after which the process of `asynchronous` answers, ideally slightly
-    # less than the control period [ms]. It then continues unfinished rollouts.
+    # Time after which the separate process sends its results [ms], ideally
+    # slightly less than the control period. It then continues rollouts that
+    # have not ended.
     budget_ms: Annotated[float, Interval(gt=0, le=1000)] = 8.0
-    # Convex solver of the rollouts, with the same choices as that of the
+    # Convex solver of the rollouts; its values are those of `solver` of the
     # controller.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = "active_set"
     # Duration of one step of a rollout [s].
     step: Annotated[float, Interval(gt=0, le=0.1)] = 0.1
     # Longest simulated time of a rollout [s].
     horizon: Annotated[float, Interval(gt=0, le=60)] = 8.0
-    # Planner of the candidates: the library's, which proposes direct, left and
-    # right, or another one as `package.module:Class`.
+    # Planner that proposes candidates: the library's `SidePlanner`, which
+    # proposes direct, left and right, or another class as
+    # `package.module:Class`.
     planner: SidePlanner | GuidancePlanner = dc.field(
         default_factory=SidePlanner
     )
-    # Search of paths if none of the planner's candidates arrives.
+    # Settings of the search for paths if none of the planner's candidates
+    # reaches the target.
     planning: PlanningConfig = dc.field(default_factory=PlanningConfig)
-    # Smaller stopping distances that may be tried if no candidate arrives with
-    # the usual one, largest first [m]. They require a sufficiently accurate
-    # map, according to `scene.map_error` or the quality report.
+    # Smaller stopping distances, the largest first [m]. They are tried if no
+    # candidate reaches the target with the stopping distance of `collision`.
+    # They require a map that is accurate enough, according to `scene.map_error`
+    # or the quality report.
     tiers: Annotated[
         list[Annotated[float, Interval(gt=0, le=1)]], Len(0, 16)
     ] = dc.field(default_factory=list)
@@ -66,7 +70,8 @@ class GuidanceConfig(Config):
         """Checks that the horizon exceeds the step of a rollout.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         if not self.horizon > self.step:
             yield "horizon", f"must exceed the step, got {self.horizon}"

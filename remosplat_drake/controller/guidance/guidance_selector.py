@@ -50,31 +50,33 @@ class GuidanceSelector(LeafSystem):
         output_ports:
         - selection
 
-    In each period the selector simulates a fixed number of rollout steps, so
-    results do not depend on the machine's speed. Safety does not depend on the
-    `Selection`: it may be late, and rollouts may use a coarser field than
-    control does, see `DistanceField.for_look_ahead`.
+    In each period, the selector simulates a fixed number of rollout steps, so
+    results do not depend on the speed of the computer. Safety does not depend
+    on the `Selection`, which may be late. Rollouts may use a coarser distance
+    field than the controller; see `DistanceField.for_look_ahead`.
 
-    Connect one of the two ports for the target: `target` takes its pose, `aim`
-    an `Aim` or a `Target`. For a target with a line, no guidance is selected,
-    since the line defines the way.
+    Connect one of the two input ports for the target: `target` is the pose of
+    the target, and `aim` is an `Aim` or a `Target`. For a target with a line no
+    guidance is selected, since the line defines the path.
 
-    With a `LookAheadProcess`, the selector only outputs the decisions of that
-    process, and runs depend on the machine's speed. If the process is lost, the
-    selector cycles through the candidates as with budget 0, and
-    `Selection.missing` contains the reason.
+    If there is a `LookAheadProcess`, the selector only outputs the decisions of
+    this process, and results depend on the speed of the computer. If the
+    process is lost, the selector follows the candidates in turn, as with the
+    budget 0, and `Selection.missing` contains the reason.
 
-    `movers` are the `Movers` around the robot. They move in rollouts, and are
-    obstacles for paths; if unconnected, there are none. `motion` is the
-    `Motion` of a robot with delay, which rollouts include, too.
+    The input `movers` are the `Movers` around the robot; if it is not
+    connected, there are none. They move in rollouts, and are obstacles for
+    paths. The input `motion` is the `Motion` of a robot with delay; rollouts
+    include the delay, too.
 
     Args:
-        rule: The guidances to try, and the condition of arrival.
-        budget: Number of rollout steps in a period; with 0, the selector takes
-            the next candidate whenever the robot stalls.
+        rule: The selector's settings, such as the planner of candidates and the
+            condition of arrival.
+        budget: Number of rollout steps in a period. With 0, the selector
+            selects the next candidate whenever the robot stalls.
         period: Time between two updates [s].
-        process: The process that computes the rollouts; None: the selector
-            computes them itself.
+        process: The process that computes the rollouts. If it is None, the
+            selector computes them.
 
     Example:
         >>> import remosplat_drake as rs
@@ -128,7 +130,7 @@ class GuidanceSelector(LeafSystem):
         oracle: LeafSystem,
         **arguments,
     ) -> "GuidanceSelector":
-        """Adds a selector and connects it to a controller and its oracle.
+        """Adds a selector, and connects it to a controller and its oracle.
 
         The caller connects `configuration` and the target.
 
@@ -199,14 +201,14 @@ def updated(
     now: PresentState,
     field: DistanceField,
 ) -> Selection:
-    """Updates a selection with the decision of the look-ahead process.
+    """Updates a selection by the decision of the look-ahead process.
 
-    If the process does not answer, the function cycles through the candidates,
-    and writes the reason to `missing`.
+    If the process does not respond, the function selects the candidates in
+    turn, and writes the reason to `missing`.
 
     Args:
         process: The process that computes the rollouts.
-        rule: The rule, which contains the candidates.
+        rule: The selector's settings.
         selection: The selection so far.
         now: The robot's present state.
         field: The map.

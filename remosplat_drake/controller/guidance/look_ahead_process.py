@@ -22,16 +22,17 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 
 START_TIME = 60.0
-"""Longest time for the start of the process [s]."""
+"""Longest time that the start of the process may take [s]."""
 
 PATIENCE = 5.0
-"""Time without an answer after which the process counts as lost [s]."""
+"""Time without a response after which the process counts as lost [s]."""
 
 _NICENESS = 10
-"""Nice value of the process, with which the control tick has precedence."""
+"""Nice value of the process, so that the control tick takes precedence."""
 
 _IN_USE = 2
-"""Number of cores that the control loop, its page and its messages need."""
+"""Number of cores that the process leaves to the control loop, the page and the
+communication."""
 
 DIED = "the look-ahead process has died"
 
@@ -39,42 +40,43 @@ _log = logging.getLogger(__name__)
 
 
 class LookAheadProcess:
-    """A process that computes rollouts with a budget of wall-clock time.
+    """A process that computes rollouts within a budget of wall-clock time.
 
     The process is spawned at low priority, and has a thread for each core that
     the control loop does not need. It receives each revision of the map once;
-    all other messages are small. After its start, the control loop never waits
-    for it: late answers are used at a later tick. If the process dies or fails,
-    this is logged once, and `missing` contains the reason from then on. If it
-    does not answer for a while, `missing` contains the reason until it answers
-    again.
+    all other messages are small. After the start of the process, the control
+    loop does not wait for it, and uses a late response at a later tick. If the
+    process dies or fails, this is logged once, and from then on `missing`
+    contains the reason. If the process does not respond for some time,
+    `missing` contains the reason until the process responds again.
 
     Attributes:
-        missing: Why there are no rollouts at present; empty if there are.
-        process: The operating system's process.
-        close: Ends the process; called at the latest when this object is
-            deleted.
+        missing: Reason why no rollouts are computed at present; empty if they
+            are.
+        process: The process of the operating system.
+        close: Function that ends the process. It is called when this object is
+            deleted, if not before.
     """
 
     def __init__(
         self, rule: SelectionRule, budget: float, field: DistanceField
     ):
-        """Starts the process and waits until it has loaded everything.
+        """Starts the process, and waits until it has loaded all kernels.
 
-        The process rehearses planning, so that the first search is not slower
-        than later ones.
+        The process first plans a short path, so that the first search for a
+        path is not slower than later searches.
 
         Args:
-            rule: The guidances to try, and the condition of arrival. The
-                process must be able to import the classes of all its parts,
-                such as the law's ingredients; classes defined in a notebook
-                cannot be imported.
-            budget: Time that an answer may take [s].
-            field: The map, or another one of the same kind.
+            rule: The selector's settings. The process must be able to import
+                the classes of all its parts, such as the ingredients of the
+                control law. Classes that are defined in a notebook cannot be
+                imported.
+            budget: Time that a response may take [s].
+            field: The map, or another map of the same kind.
 
         Raises:
-            TransferError: A part of the rule, which the text names, cannot
-                be sent to the process.
+            TransferError: A part of the rule cannot be sent to the process. The
+                error names the part.
         """
         packed = pack_rule(rule)
         self._child = ChildProcess(serve, "look-ahead", _NICENESS)
@@ -90,7 +92,8 @@ class LookAheadProcess:
         self._wait_until_ready(field)
 
     def _wait_until_ready(self, field: DistanceField) -> None:
-        # If it has already ended, its last message contains the reason.
+        # If the process has already ended, its last message contains the
+        # reason.
         with suppress(OSError):
             send_arrays(self._connection, field)
         try:
@@ -107,15 +110,16 @@ class LookAheadProcess:
     def update(
         self, selection: Selection, now: PresentState, field: DistanceField
     ) -> Selection:
-        """Returns the process's latest answer, or else the present selection.
+        """Returns the latest response of the process, or `selection`.
 
-        Answers about another map or target are ignored. The present state is
-        sent as soon as the previous one is answered, or at once if the map or
-        the target is new: then the process aborts its present work.
+        A response is ignored if it belongs to another map or target. The
+        present state is sent to the process as soon as it has responded to the
+        previous state. If the map or the target is new, the state is sent at
+        once, and the process aborts its present work.
 
         Args:
             selection: The present selection, which is returned if there is no
-                new answer.
+                new response.
             now: The robot's present state.
             field: The map.
         """
@@ -162,8 +166,8 @@ class LookAheadProcess:
         if not new_map:
             self._connection.send(now)
             return
-        # A map is larger than the pipe's buffer, so sending it waits for the
-        # reader.
+        # A map is larger than the pipe's buffer, so sending a map waits until
+        # the process reads it.
         self._sender = Thread(
             target=_send_both, args=(self._connection, field, now), daemon=True
         )

@@ -1,4 +1,4 @@
-"""Planners, which propose the candidates of guidance."""
+"""Defines planners, which propose the candidates of guidance."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -20,13 +20,13 @@ from remosplat_drake.signals.target import Target
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """The inputs of a planner.
+    """The state from which a planner proposes candidates of guidance.
 
     Attributes:
         robot: The robot, with its limits and kinematics.
         q: The robot's present configuration, shape (n_q,) [rad, m].
         aim: The targets of the end effectors.
-        field: The map of rollouts.
+        field: The map in which rollouts are simulated.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
     """
@@ -39,7 +39,7 @@ class Situation:
 
     @property
     def target(self) -> Target:
-        """The target; if there are several, the first of them."""
+        """The first target."""
         return self.aim.first
 
     @property
@@ -49,19 +49,19 @@ class Situation:
 
 
 class GuidancePlanner(Protocol):
-    """Interface of planners, such as `SidePlanner`, which propose guidances."""
+    """Protocol of planners, such as `SidePlanner`, which propose candidates."""
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the candidates of a round of selection, grouped by tiers.
+        """Proposes the candidates of a round of selection, for each tier.
 
-        A tier is one of the stopping distances. Its candidates are simulated in
-        parallel, from the robot's state when the tier begins. They share the
-        budget, so many candidates take longer. A smaller stopping distance is
-        tried only if no candidate arrives with a larger one. Safety does not
-        depend on candidates.
+        A tier consists of the candidates with the same stopping distance. They
+        are simulated in parallel, from the robot's state at the time at which
+        the tier begins. They share the budget, so many candidates take longer.
+        A smaller stopping distance is tried only if no candidate reaches the
+        target with a larger one. Safety does not depend on candidates.
 
         Args:
-            situation: Robot, target, map and the stopping distances that may
+            situation: Robot, targets, map, and the stopping distances that may
                 be tried.
 
         Returns:
@@ -72,24 +72,25 @@ class GuidancePlanner(Protocol):
 
 @dc.dataclass
 class SidePlanner(Config):
-    """Proposes to go directly, or to pass obstacles on the left or right."""
+    """Proposes three candidates: direct, or to pass obstacles left or right."""
 
-    # Angle by which the base turns from the end effector towards the chosen
-    # side [rad].
+    # Angle by which the base is turned away from the direction to the end
+    # effector, towards the chosen side [rad].
     bearing: Annotated[float, Interval(ge=-3.2, le=3.2)] = 0.8
-    # Factor on the gain of the active collision cost while an obstacle is
-    # passed on a side.
+    # Factor of the gain of the active collision cost while the robot passes an
+    # obstacle on one side.
     active_scale: Annotated[float, Interval(ge=0, le=10)] = 0.5
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the guidances `direct`, `left` and `right` for each tier.
+        """Proposes the candidates `direct`, `left` and `right` for each tier.
 
-        A tier is one of the stopping distances. The guidances `left` and
-        `right` turn the base, so a robot without a base gets only `direct`.
+        A tier consists of the candidates with the same stopping distance. The
+        candidates `left` and `right` turn the base, so for a robot without a
+        base only `direct` is proposed.
 
         Args:
-            situation: The stopping distances that may be tried, and the robot;
-                other values are not used.
+            situation: The robot, and the stopping distances that may be tried.
+                The other attributes are not used.
         """
         if not situation.robot.n_base:
             return [[Guidance("direct", stopping=t)] for t in situation.tiers]

@@ -1,4 +1,4 @@
-"""`PresentState`: state of robot and movers at the start of a decision."""
+"""`PresentState`: the state of robot and movers from which guidance decides."""
 
 import dataclasses as dc
 
@@ -12,17 +12,17 @@ from remosplat_drake.signals.motion import Motion
 
 @dc.dataclass(frozen=True, eq=False)
 class PresentState:
-    """State of robot and movers from which a decision about guidance starts.
+    """The state of robot and movers from which guidance is selected.
 
     Attributes:
         time: Present time [s].
-        q: Configuration to plan from, shape (n_q,) [rad, m].
-        u: Command being executed, shape (n_u,).
+        q: Configuration from which rollouts start, shape (n_q,) [rad, m].
+        u: Command that is being executed, shape (n_u,).
         aim: The targets of the end effectors.
         movers: The movers; None if none are known.
         motion: Predicted motion from commands in flight; None for a robot
             without delay.
-        payload: What the robot carries; None for nothing.
+        payload: The payload; None if the robot carries nothing.
     """
 
     time: float

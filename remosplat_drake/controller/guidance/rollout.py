@@ -1,4 +1,4 @@
-"""`Rollout`: the closed loop simulated ahead on the known map."""
+"""`Rollout`: a simulation of the control loop on the known map."""
 
 import dataclasses as dc
 import math
@@ -26,25 +26,26 @@ from remosplat_drake.signals.motion import MotionArrays, prompt_motion
 from remosplat_drake.signals.target import Target
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
-"""Statuses of a rollout; all but the first are final."""
+"""Statuses of a rollout. All statuses except the first are final."""
 
 OUTRUN = "outrun"
-"""Final status of a rollout if another one from the same start has a lower
+"""Final status of a rollout if another rollout from the same start has a lower
 score."""
 
 _STALL_SPEED = 0.012
-"""Speed below which the robot stands still: the greater of its base's |v| [m/s]
-and half the largest joint rate [rad/s, m/s]."""
+"""Speed below which the robot stands still. The speed is the greater of the
+base's |v| [m/s] and half the largest joint rate [rad/s, m/s]."""
 
 _STALL_TIME = 0.5
 """Time of standstill after which a rollout has stalled [s]."""
 
 STRIDE = 5
-"""Number of steps in one kernel call. Steps beyond a rollout's end are wasted,
-but single-step calls take a fifth longer, because of cold caches."""
+"""Number of steps in one call of the kernel. Steps after the end of a rollout
+are computed in vain, but calls of single steps would take a fifth longer,
+because caches are cold."""
 
 _LATER = "sent", "u", "time", "start", "v_start", "q_start"
-"""The part of `MotionArrays` that changes from step to step."""
+"""The fields of `MotionArrays` that change from step to step."""
 
 _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
 """For each step, the command, the configuration q after it, and the poses X_WE
@@ -56,23 +57,23 @@ class Rollout:
     """A simulation of the closed loop, advanced by a few steps at a time.
 
     Attributes:
-        guidance: The candidate that is tried.
+        guidance: The candidate that is simulated.
         q: Configuration reached so far, shape (n_q,) [rad, m].
-        u: Command being executed at q, shape (n_u,).
+        u: Command that is being executed at q, shape (n_u,).
         time: Simulated time since the start [s].
-        still: Time for which the robot has stood still [s].
+        still: Simulated time for which the robot has stood still [s].
         status: One of RUNNING, REACHED, STALLED, HORIZON and OUTRUN.
         position_error: Largest distance from an end effector to its target at q
             [m].
-        angle_error: Largest angle from an end effector to its target at q
+        angle_error: Largest angle between an end effector and its target at q
             [rad].
-        path: Positions so far of the first end effector that has a target, in
-            W, shape (3,) each [m].
-        movers: The movers around the robot when the rollout began; None if none
-            were known.
+        path: Positions in W, so far, of the first end effector that has a
+            target, each of shape (3,) [m].
+        movers: The movers around the robot at the start of the rollout; None if
+            no movers were known.
         start: Time at which the rollout starts [s].
-        motion: Predicted motion from commands in flight; None for a robot
-            without delay.
+        motion: Predicted motion that commands already sent cause; None for a
+            robot without delay.
     """
 
     guidance: Guidance
@@ -93,11 +94,11 @@ class Rollout:
 
     @property
     def num_steps(self) -> int:
-        """Number of steps simulated so far."""
+        """Number of steps that have been simulated."""
         return len(self.path)
 
     def ended(self, status: str) -> "Rollout":
-        """Returns the rollout with a final status.
+        """Returns this rollout with a final status.
 
         Args:
             status: The final status.
@@ -107,9 +108,9 @@ class Rollout:
     def score(self, first_tier: float) -> float:
         """Computes the rollout's score [s]; lower is better.
 
-        The score of a rollout that arrives is its `arrival`. The score of any
-        other is 58 s plus a term that grows with its final error. A rollout
-        with the status OUTRUN is never the best.
+        The score of a rollout that reaches the target is its `arrival`. The
+        score of any other rollout is 58 s plus a term that increases with its
+        final error. A rollout with the status OUTRUN is never the best.
 
         Args:
             first_tier: The usual stopping distance [m].
@@ -121,13 +122,13 @@ class Rollout:
         return 58.0 + 10.0 * self.position_error + self.angle_error
 
     def arrival(self, first_tier: float) -> float:
-        """Returns the score if the rollout arrives at its present time [s].
+        """Returns the score of a rollout that arrives at its present time [s].
 
-        It is the time to the target, plus 4 s for every 10 mm by which the
-        stopping distance is reduced.
+        It is the time until the target is reached, plus 4 s for each 10 mm by
+        which the stopping distance is reduced.
 
         Args:
-            first_tier: The usual stopping distance [m].
+            first_tier: The stopping distance of the first tier [m].
         """
         stopping = self.guidance.stopping
         given_up = 0.0 if stopping is None else first_tier - stopping
@@ -145,20 +146,20 @@ def advance_rollout(
 ) -> Rollout:
     """Advances a rollout with the robot's own control tick.
 
-    Movers keep their twists for `FORESIGHT` and rest afterwards. At every step,
-    the age of their measurements is that at the rollout's start. A robot that
-    stands still while a mover moves may be waiting for it, so it has not
-    stalled.
+    Movers keep their twists for the time `FORESIGHT`, and are at rest
+    afterwards. At each step, the age of their measurements is that at the start
+    of the rollout. A robot that stands still while a mover moves has not
+    stalled, since it may be waiting for the mover.
 
     Args:
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
-            X_WT, shape (4, 4), applies to the first end effector.
-        arrived: Predicate: whether a `PoseError` counts as arrival.
+        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+            pose X_WT of shape (4, 4), is the target of the first end effector.
+        arrived: Function that returns whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
-        steps: Number of steps; fewer are simulated if the rollout ends.
+        steps: Number of steps. Fewer steps are simulated if the rollout ends.
 
     Returns:
         The rollout after these steps.
@@ -183,7 +184,8 @@ def _followed(
     horizon: float,
 ) -> Rollout:
     """Returns the rollout after the simulated steps, up to its end."""
-    # Without a path, turning the base alone counts as standing still.
+    # If there is no path, a robot that only turns its base counts as standing
+    # still.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     anything_moves = _anything_moves(rollout.movers)
     time, still, path = rollout.time, rollout.still, list(rollout.path)
@@ -240,7 +242,8 @@ def _simulated(
             float(rollout.start),
             float(rollout.time),
             aim.arrays,
-            # Copies, since numba compiles for arrays that may be written.
+            # The arrays are copied, since kernels are compiled for writable
+            # arrays.
             np.array(rollout.q, float),
             np.array(rollout.u, float),
             rollout.guidance.arrays,

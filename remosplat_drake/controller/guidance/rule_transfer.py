@@ -1,8 +1,9 @@
 """Sends a selection rule to another process, part by part.
 
-A rule may contain code from outside the library. A lambda cannot be pickled,
-and a class defined in a notebook cannot be imported by the other process. So
-each part is also packed by itself, and errors name the part.
+A rule may contain code of a user. For example, a lambda function cannot be
+pickled, and the other process cannot import a class that is defined in a
+notebook. So each part of the rule is also packed separately, and errors name
+the part.
 """
 
 import dataclasses as dc
@@ -17,7 +18,7 @@ T = TypeVar("T")
 
 
 class TransferError(RemoSplatError):
-    """A part of a selection rule cannot be sent to another process."""
+    """Raised if a part of a selection rule cannot be sent to a process."""
 
 
 @dc.dataclass(frozen=True)
@@ -25,12 +26,11 @@ class PackedRule:
     """A selection rule as bytes.
 
     Attributes:
-        parts: Name and pickle of each part that may come from outside the
-            library.
+        parts: Name and pickle of each part that may be code of a user.
         whole: Pickle of the whole rule, without its arrays.
-        arrays: The bytes of each array, immutable if the array is read-only. So
-            the unpacked array is read-only, too; for a writable one, Numba
-            would compile kernels again.
+        arrays: The bytes of each array. They are immutable if the array is
+            read-only, so that the unpacked array is read-only, too. For a
+            writable array, Numba would compile kernels again.
     """
 
     parts: tuple[tuple[str, bytes], ...]
@@ -45,7 +45,7 @@ def pack_rule(rule: SelectionRule) -> PackedRule:
         rule: The rule.
 
     Raises:
-        TransferError: A part, which the text names, cannot be pickled.
+        TransferError: A part cannot be pickled. The error names the part.
     """
     parts: list[tuple[str, object]] = [("the rule of arrival", rule.arrived)]
     parts.append((type(rule.planner).__name__, rule.planner))
@@ -62,13 +62,14 @@ def pack_rule(rule: SelectionRule) -> PackedRule:
 
 
 def unpack_rule(packed: PackedRule) -> SelectionRule:
-    """Unpacks a selection rule, in another process.
+    """Unpacks a selection rule in another process.
 
     Args:
         packed: The rule as bytes.
 
     Raises:
-        TransferError: A part cannot be loaded here; the text names it.
+        TransferError: A part cannot be loaded in this process. The error names
+            the part.
     """
     try:
         return pickle.loads(packed.whole, buffers=packed.arrays)

@@ -1,4 +1,4 @@
-"""`Selection`: the state of the selection of guidance."""
+"""`Selection`: the selected guidance, and the state of its selection."""
 
 import dataclasses as dc
 
@@ -20,40 +20,42 @@ from remosplat_drake.signals.aim import Aim
 
 @dc.dataclass(frozen=True, eq=False)
 class Selection:
-    """The state of the selector; copying returns the object itself.
+    """The selector's state and decision; copying returns the object itself.
 
     Attributes:
-        guidance: The guidance to follow now.
-        reason: Why this guidance is followed, for display.
-        running: The present group of rollouts, which began together, including
-            ended ones; empty between rounds.
-        waiting: Candidates of the present round that have not been tried yet, a
-            tuple for each tier.
-        plans: Results of the path searches of the present round, one for each
-            stopping distance that was tried.
-        failures: Number of consecutive rounds with searches in which no
-            candidate arrives.
-        unreachable: Why no path to the target was found, for display; empty if
-            one was found or none was searched.
-        lack: The kind of that search's failure, see `Plan.lack`; empty if
-            `unreachable` is.
+        guidance: The selected guidance, which the controller follows now.
+        reason: Reason why this guidance was selected, for display.
+        running: The present group of rollouts, which began from the same state,
+            including those that have ended; empty between rounds.
+        waiting: Candidates of the present round that have not been simulated
+            yet, as a tuple for each tier (stopping distance).
+        plans: Results of the searches for paths in the present round, one for
+            each stopping distance that was tried.
+        failures: Number of consecutive rounds with a search in which no
+            candidate reached the target.
+        unreachable: Reason why no path to the target was found, for display;
+            empty if a path was found, or if no path was searched.
+        lack: `Plan.lack` of the search that found no path; empty if
+            `unreachable` is empty.
         effort: Effort of all searches since the start of the run.
-        found: Corners of the paths found to the present target on the present
-            map.
-        roadmap: Corners of the paths found earlier.
-        around: Standing movers that were obstacles in the latest path search.
-        finished: Rollouts of the earlier groups of the present round, first the
-            one with the followed guidance.
+        found: Corners of the paths that were found to the present target in the
+            present map.
+        roadmap: Corners of the paths that were found earlier.
+        around: Standing movers that were obstacles in the latest search for a
+            path.
+        finished: Rollouts of the earlier groups of the present round. The first
+            is that of the guidance that was selected before the round.
         latest: Rollouts of the latest complete round.
-        idle_until: Time before which nothing is computed [s]; see also
+        idle_until: Time before which no rollouts are computed [s]; see also
             `hopeless_at`.
-        hopeless_at: Configuration at which the latest round ended without an
-            arrival, shape (n_q,), else None. Once the robot has moved away from
-            it, the next round starts even before `idle_until`.
+        hopeless_at: Configuration in which the latest round ended without an
+            arrival, shape (n_q,); None otherwise. When the robot has moved away
+            from this configuration, the next round starts even before
+            `idle_until`.
         revision: Revision of the map of the round.
         aim: The aim of the round.
-        missing: Why nothing is simulated although it should be, for display;
-            empty if rollouts work.
+        missing: Reason why no rollouts are simulated although they should be,
+            for display; empty if rollouts are simulated.
         seconds: Wall-clock time of the latest update [s].
     """
 
@@ -83,22 +85,23 @@ class Selection:
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether no candidate arrived in the latest round."""
+        """Whether no candidate reached the target in the latest round."""
         return self.hopeless_at is not None
 
     def has_given_up(self, attempts: int) -> bool:
-        """Returns whether no further attempts are made to reach the target.
+        """Returns whether the selector has given up reaching the target.
 
-        If an obstacle may still move away, attempts continue.
+        The selector does not give up while an obstacle may still move away.
 
         Args:
-            attempts: Number of rounds with searches after which to give up.
+            attempts: Number of rounds with a search after which the selector
+                gives up.
         """
         return self.failures >= attempts and not len(self.around)
 
 
 def start_selection(rule: SelectionRule) -> Selection:
-    """Makes the initial selection.
+    """Makes the initial `Selection`.
 
     Args:
         rule: The rule, which contains the initial guidance.
@@ -109,7 +112,7 @@ def start_selection(rule: SelectionRule) -> Selection:
 def on_the_same_world(
     rule: SelectionRule, selection: Selection, revision: str, aim: Aim
 ) -> Selection:
-    """Returns the selection, or an initial one for a new target or map.
+    """Returns the selection, or an initial selection for a new target or map.
 
     Args:
         rule: The rule, which contains the initial guidance.

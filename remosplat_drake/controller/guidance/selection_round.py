@@ -1,11 +1,12 @@
-"""The selector's algorithm, as a pure function.
+"""Selects guidance: the algorithm of the selector, as a pure function.
 
-The present guidance is simulated from the present state. If it arrives, it is
-kept, and nothing is computed for a while. If not, the other candidates are
-simulated, a few steps in each tick, while the robot keeps moving. Candidates
-with the same stopping distance, a tier, run in parallel; the next tier follows
-if none of them arrives. The candidate with the lowest score replaces the
-present guidance if it is better by a margin.
+A round begins with a simulation of the present guidance from the present state.
+If the simulated robot reaches the target, the guidance is kept, and nothing is
+computed for some time. If it does not, the other candidates are simulated, a
+few steps in each tick, while the robot continues to move. The candidates with
+the same stopping distance form a tier, and are simulated in parallel. If none
+of them reaches the target, the next tier follows. The candidate with the lowest
+score replaces the present guidance if its score is lower by a margin.
 """
 
 import dataclasses as dc
@@ -46,15 +47,16 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
-"""Time after which a guidance whose rollout arrives is simulated again [s]."""
+"""Time after which a guidance whose rollout reached the target is simulated
+again [s]."""
 
 IDLE_AMONG_MOVERS = 0.3
-"""Time after which a guidance whose rollout arrives is simulated again if there
-are movers, since their motion may change [s]."""
+"""The same time if there are movers, since their motion may change [s]."""
 
 PATIENCE = 1.0
-"""Pause after a round in which no candidate arrives [s]. It ends early if the
-robot moves; from the same configuration, a round would have the same result."""
+"""Pause after a round in which no candidate reached the target [s]. It ends
+early if the robot moves. From the same configuration, another round would have
+the same result."""
 
 _MOVED = 0.05
 """Change of a configuration variable after which another round starts [m,
@@ -64,9 +66,9 @@ _MARGIN = 0.5
 """Least improvement of the score for a change of guidance [s]."""
 
 _NEARBY, _LEVER = 0.1, 0.3
-"""If the pose error is at most the first number [m], no path is searched
-immediately. The second number is the weight of the angle in this error
-[m/rad]."""
+"""Two numbers. If the pose error is at most the first number [m], no path is
+searched as soon as a target is given. The second number is the weight of the
+angle in this error [m/rad]."""
 
 
 def advance_selection(
@@ -85,43 +87,44 @@ def advance_selection(
     interrupted: Callable[[], bool] = lambda: False,
     threads: int = 1,
 ) -> Selection:
-    """Advances rollouts by up to `budget` steps; selects if enough is known.
+    """Advances rollouts by up to `budget` steps, and selects a guidance.
 
     A new target or a new map starts a new round. The candidates of a tier (a
-    stopping distance) start from the robot's state when the tier begins. So a
-    round over several ticks may end differently from a round that a larger
-    budget finishes in one tick.
+    stopping distance) start from the robot's state at the time at which the
+    tier begins. So a round that takes several ticks may have another result
+    than a round that ends in one tick because of a larger budget.
 
-    An update that searches a path immediately exceeds the budget until its
-    first candidates have ended, since a robot loses time if it starts in a
-    direction that it soon abandons.
+    If a path is searched as soon as a target is given, the update exceeds the
+    budget until its first candidates have ended. Otherwise, the robot might
+    start in a direction that it soon abandons, which takes more time.
 
-    Motion of movers does not end a round: rollouts predict it, and are repeated
-    more often. A path avoids standing movers. As soon as a standing mover has
-    left, the direct way is tried again.
+    The motion of movers does not end a round: rollouts predict this motion, and
+    are repeated more often. A path avoids standing movers. As soon as a
+    standing mover has left, the direct way is simulated again.
 
     Args:
-        rule: The guidances to try, and the condition of arrival.
+        rule: The selector's settings, such as the planner of candidates and the
+            condition of arrival.
         selection: The selection so far.
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
-        u: Command being executed, shape (n_u,).
-        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
-            X_WT, shape (4, 4), applies to the first end effector.
+        u: Command that is being executed, shape (n_u,).
+        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+            pose X_WT of shape (4, 4), is the target of the first end effector.
         field: The map.
-        budget: Number of rollout steps that may be spent.
+        budget: Largest number of rollout steps to simulate.
         movers: The movers; None if none are known.
-        motion: Predicted motion from commands in flight; None for a robot
-            without delay.
-        payload: What the robot carries; None for nothing.
-        interrupted: Predicate: whether to abort a path search, which may take
-            long.
-        threads: Number of rollouts that may be simulated at the same time. It
-            has no effect on the result.
+        motion: Predicted motion that commands already sent cause; None for a
+            robot without delay.
+        payload: The payload; None if the robot carries nothing.
+        interrupted: Function that returns whether to abort a search for a path,
+            which may take long.
+        threads: Number of rollouts that may be simulated in parallel, which
+            does not change the result.
 
     Returns:
-        The selection after these steps; the same object if there was nothing
-        to do, or q or the aim is not finite.
+        The selection after these steps. It is the same object if no step was
+        simulated, or if q or the aim is not finite.
     """
     rule, aim = rule.holding(payload), Aim.of(aim)
     if not (np.isfinite(q).all() and aim.is_known):
@@ -191,11 +194,11 @@ def _is_due(
     before: Selection,
     now: PresentState,
 ) -> bool:
-    """Whether to search a path immediately, besides the direct candidate.
+    """Whether to search a path now, in addition to the direct candidate.
 
     A path is searched at the first update at which the target has not moved
-    since the previous one, since a path to a moving target would soon be
-    useless. Near targets need no path.
+    since the previous update, since a path to a moving target would soon be
+    useless. No path is searched to a near target.
     """
     motions = rule.motions
     if motions is None or not motions.config.at_once:
@@ -214,7 +217,7 @@ def _with_path(
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Restarts the round with a path and the first tier's candidates."""
+    """Restarts the round with a path and the candidates of the first tier."""
     selection, path = _planned(rule, selection, now, field, interrupted, 1)
     first = rule.candidates(now.q, now.aim, field)[:1]
     others, _ = _next_group(first, selection.guidance)
@@ -227,8 +230,8 @@ def _way_is_free(
 ) -> Selection:
     """Begins a round with the initial candidates, without earlier results.
 
-    Meanwhile, the robot follows the present guidance. That guidance is
-    simulated later, if the initial candidate does not arrive.
+    During the round, the robot follows the present guidance. This guidance is
+    simulated later, if no initial candidate reaches the target.
     """
     return Selection(
         selection.guidance,
@@ -301,7 +304,7 @@ def _planned(
     interrupted: Callable[[], bool],
     tiers: int | None = None,
 ) -> tuple[Selection, tuple[Guidance, ...]]:
-    """Searches a path, with each stopping distance in turn.
+    """Searches a path with one stopping distance after the other.
 
     `tiers` limits the number of stopping distances that are tried.
     """
@@ -311,7 +314,7 @@ def _planned(
     guidance, effort, found = None, selection.effort, selection.found
     around = standing(now)
     # The roadmap is not used if a path to this target was found before, or if a
-    # round failed: it would probably lead to the same path.
+    # round has failed, since it would probably lead to the same path.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < (tiers or len(rule.tiers)):
@@ -343,8 +346,9 @@ def _decide(
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)
-    # A path that was found immediately needs no margin. Otherwise, the robot
-    # would first go the direct way, and change to the path later.
+    # If a path was found as soon as the target was given, its score needs no
+    # margin. Otherwise, the robot would first move directly to the target, and
+    # change to the path later.
     margin = _MARGIN if selection.latest or not selection.plans else 0.0
     if best is incumbent or gain <= margin:
         best = incumbent
@@ -390,12 +394,12 @@ def _end_round(
 
 
 def _trusted_for(movers: Movers | None) -> float:
-    """Returns the time until a guidance that arrives is simulated again [s]."""
+    """Returns the time until a successful guidance is simulated again [s]."""
     return IDLE if movers is None or not len(movers) else IDLE_AMONG_MOVERS
 
 
 def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
-    """Returns the results of a round's searches, as fields of a selection."""
+    """Returns the results of a round's searches, as fields of `Selection`."""
     plans = selection.plans
     if arrives:
         return {"plans": plans}
@@ -415,6 +419,6 @@ def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
 
 
 def _has_moved(selection: Selection, q: np.ndarray) -> bool:
-    """Whether the robot has moved since a round without an arrival."""
+    """Whether the robot has moved since a round that had no arrival."""
     there = selection.hopeless_at
     return there is not None and bool(np.abs(q - there).max() > _MOVED)

@@ -25,22 +25,23 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 
 _TIME_ON_PATH = 4.0
-"""Longest simulated time for each radian or metre of a path [s]."""
+"""Longest simulated time per radian or metre of a path [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class SelectionRule:
-    """The selector's settings, which do not change from tick to tick.
+    """The selector's settings, which are the same at all ticks.
 
     Attributes:
-        law: The control law of rollouts, with their step as its period.
+        law: The control law of rollouts, whose period is the step of a rollout.
         planner: The planner that proposes the candidates.
         tiers: Stopping distances that may be used, largest first [m].
-        arrived: Predicate: whether a `PoseError` counts as arrival; it may be
-            called from several threads.
+        arrived: Function that returns whether a `PoseError` counts as arrival.
+            It may be called from several threads.
         horizon: Longest simulated time of a rollout [s].
         start: The initial guidance.
-        motions: The planner of paths; None if no paths are searched.
+        motions: The planner of paths through configurations; None if no paths
+            are searched.
     """
 
     law: ReactiveLaw
@@ -52,11 +53,11 @@ class SelectionRule:
     motions: MotionPlanner | None = None
 
     def first(self, aim: Aim) -> Guidance:
-        """Returns the guidance that the robot follows first to a new aim.
+        """Returns the guidance that the robot first follows to new targets.
 
-        For an aim with a line, the joint limit damper has the smaller stopping
-        distances of planned paths. With the usual ones, it could push the end
-        effector back along the line.
+        If a target has a line, the joint limit damper has the smaller stopping
+        distances of planned paths. With its own stopping distances, it could
+        push the end effector back along the line.
 
         Args:
             aim: The targets of the end effectors.
@@ -72,10 +73,10 @@ class SelectionRule:
         )
 
     def holding(self, payload: Payload | None) -> "SelectionRule":
-        """Returns the rule for the robot with another payload.
+        """Returns the settings for the robot with another payload.
 
         Args:
-            payload: The payload; None for nothing.
+            payload: The payload; None if the robot carries nothing.
         """
         law = self.law.holding(payload)
         if law is self.law:
@@ -110,20 +111,20 @@ class SelectionRule:
         roadmap: Roadmap = NO_ROADMAP,
         around: Movers | None = None,
     ) -> tuple[Guidance | None, Plan]:
-        """Searches a path that keeps the stopping distance of a tier.
+        """Searches a path that keeps a tier's stopping distance.
 
         Args:
             now: The present state.
             field: The map.
             tier: Index of the tier.
-            attempt: Number of earlier rounds with searches.
-            interrupted: Predicate: whether to abort the search.
+            attempt: Number of earlier rounds with a search.
+            interrupted: Function that returns whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
-            around: Standing movers, from which paths keep the same distance as
-                verification.
+            around: Standing movers, from which paths keep the distance that
+                verification keeps.
 
         Returns:
-            The guidance along the path, or None if no path is found; and the
+            The guidance along the path, or None if no path was found, and the
             result of the search.
         """
         assert self.motions is not None
@@ -155,12 +156,12 @@ class SelectionRule:
     def still_open(
         self, guidance: Guidance, q: np.ndarray, field: DistanceField
     ) -> Guidance:
-        """Truncates a guidance's path before the part that another map blocks.
+        """Truncates a guidance's path before the part that a map blocks.
 
         Args:
             guidance: The guidance, with or without a path.
             q: Present configuration, shape (n_q,) [rad, m].
-            field: The other map.
+            field: The map.
 
         Returns:
             The guidance; the same object if its path is not blocked.
@@ -175,7 +176,7 @@ class SelectionRule:
     def horizon_of(self, guidance: Guidance) -> float:
         """Returns the longest simulated time of a guidance's rollout [s].
 
-        A path may take longer than the direct way.
+        A rollout along a path may take longer than a rollout of the direct way.
 
         Args:
             guidance: The guidance.
@@ -190,20 +191,19 @@ def make_selection_rule(
     config: GuidanceConfig,
     arrived: Callable[[PoseError], bool],
 ) -> SelectionRule:
-    """Makes the selector's rule for a controller.
+    """Makes the selector's settings for a controller.
 
-    Rollouts use the controller's law with all its ingredients, with a longer
-    step and a solver that is faster for small programs. They include
-    verification, so that a rollout that verification would stop does not count
-    as an arrival.
+    Rollouts use the controller's law with all its ingredients, a longer period,
+    and a solver that is faster for small programs. They include verification.
+    So a rollout does not reach the target if verification would stop the robot.
 
     Args:
         law: The control law of the controller.
         config: Horizon and budget of the selector.
-        arrived: Predicate: whether a `PoseError` counts as arrival.
+        arrived: Function that returns whether a `PoseError` counts as arrival.
 
     Raises:
-        FieldError: The rollouts' step or solver is unusable.
+        FieldError: The step or the solver of the rollouts is invalid.
     """
     solver = make_solver(config.solver, "scenario", "guidance.solver")
     tiers = law.collision.stopping, *config.tiers

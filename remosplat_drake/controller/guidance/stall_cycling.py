@@ -1,4 +1,4 @@
-"""Guidance without rollouts: if the robot stalls, takes the next candidate."""
+"""Selects guidance without rollouts: the next candidate if the robot stalls."""
 
 import dataclasses as dc
 from itertools import chain
@@ -18,8 +18,8 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
-"""Speed below which an end effector that has not arrived counts as stopped
-[m/s]."""
+"""Speed below which an end effector that has not reached its target counts as
+stopped [m/s]."""
 
 STALL_TIME = 0.2
 """Time after which a stopped end effector counts as stalled [s]."""
@@ -38,21 +38,22 @@ def cycle_when_stalled(
     motion: Motion | None = None,
     payload: Payload | None = None,
 ) -> Selection:
-    """Keeps the guidance while the end effector moves; else takes the next one.
+    """Keeps the guidance while an end effector moves; else selects the next.
 
     Args:
-        rule: The rule, whose candidates are taken in turn, tier after tier.
-        selection: The selection so far; `idle_until` is the time from which the
-            robot counts as stalled.
+        rule: The selector's settings; its candidates are selected in turn, tier
+            after tier.
+        selection: The selection so far. Its attribute `idle_until` is the time
+            from which on the robot counts as stalled.
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
-        u: Command being executed, shape (n_u,).
-        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
-            X_WT, shape (4, 4), applies to the first end effector.
+        u: Command that is being executed, shape (n_u,).
+        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+            pose X_WT of shape (4, 4), is the target of the first end effector.
         field: The map.
         movers: Not used.
         motion: Not used.
-        payload: What the robot carries; None for nothing.
+        payload: The payload; None if the robot carries nothing.
     """
     del movers, motion
     rule, aim = rule.holding(payload), Aim.of(aim)
@@ -82,6 +83,6 @@ def cycle_when_stalled(
         selection,
         guidance=following,
         reason=f"{selection.guidance.name} stalled",
-        # A standing robot needs time to accelerate.
+        # A robot at rest needs time to accelerate.
         idle_until=time + 2 * STALL_TIME,
     )

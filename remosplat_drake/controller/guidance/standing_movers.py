@@ -1,7 +1,7 @@
-"""Standing movers, which paths avoid until they have left.
+"""Finds standing movers, which paths avoid until the movers have left.
 
-Paths do not avoid moving movers: these will have left when the robot arrives,
-or the robot waits.
+Paths do not avoid movers that are in motion. These will have left when the
+robot arrives; otherwise the robot waits.
 """
 
 import dataclasses as dc
@@ -18,17 +18,17 @@ _GONE = 0.2
 """Displacement beyond which a mover counts as having left [m]."""
 
 NOTHING = Movers(0.0)
-"""No standing movers."""
+"""The value if there are no standing movers."""
 
 
 def standing(now: PresentState) -> Movers:
-    """Finds the standing movers, at their present poses.
+    """Finds the standing movers and their present poses.
 
     Args:
         now: The present state.
 
     Returns:
-        These movers with zero twists, and the present time as their stamp.
+        The standing movers with zero twists, stamped with the present time.
     """
     if now.movers is None:
         return NOTHING
@@ -47,7 +47,8 @@ def gone_mover(before: Movers, now: PresentState) -> str:
     """Returns the name of a standing mover that has left; empty if none has.
 
     Args:
-        before: The standing movers, as `standing` found them.
+        before: The standing movers at an earlier time, which `standing`
+            returned.
         now: The present state.
     """
     if not len(before):
@@ -58,7 +59,7 @@ def gone_mover(before: Movers, now: PresentState) -> str:
 
 
 def _is_at(mover: Mover, before: Mover) -> bool:
-    """Whether a mover is the same as before, and at the same place."""
+    """Whether two movers are the same mover at the same place."""
     moved = mover.X_WM.translation() - before.X_WM.translation()
     is_near = bool(np.linalg.norm(moved) <= _GONE)
     return mover.name == before.name and is_near

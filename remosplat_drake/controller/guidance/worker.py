@@ -1,8 +1,8 @@
-"""The code that runs inside the look-ahead process.
+"""Computes rollouts inside the look-ahead process.
 
 The process receives each new version of the map, and the robot's states. It
-answers every state within a budget of wall-clock time, with the selection if
-this has changed since the previous answer.
+responds to each state within a budget of wall-clock time. The response contains
+the selection, if the selection has changed since the previous response.
 """
 
 import dataclasses as dc
@@ -37,12 +37,12 @@ from remosplat_drake.controller.tick.tick_calls import asks_python
 from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
-"""Message of the process when it has loaded everything."""
+"""Message of the process that it has loaded all kernels."""
 
 
 @dc.dataclass(frozen=True)
 class Failure:
-    """Message of the process when it ends because of a failure.
+    """Message of the process that it ends because of a failure.
 
     Attributes:
         reason: Reason of the failure, for display.
@@ -54,17 +54,17 @@ class Failure:
 def serve(
     connection: Connection, packed: PackedRule, budget: float, threads: int
 ) -> None:
-    """Runs in the look-ahead process until the other end is closed.
+    """Responds to states, in the look-ahead process, until the pipe is closed.
 
     Args:
         connection: The process's end of a pipe. The process receives maps, by
-            `base.array_pipe`, and `PresentState`s. The first map is for the
-            rehearsal of planning, after which the process sends READY. It
-            receives the second map before the first state. To each state it
-            answers with a `Selection`, or None if the latest one is still
-            valid. A `Failure` or a `TransferError` is its last message.
-        packed: The selection rule, as `pack_rule` packs it.
-        budget: Time that an answer may take [s].
+            `base.array_pipe`, and `PresentState`s. With the first map, it plans
+            a short path to load all kernels; then it sends READY. It receives
+            the second map before the first state. Its response to a state is a
+            `Selection`, or None if the previous selection is still valid. Its
+            last message may be a `Failure` or a `TransferError`.
+        packed: The selection rule, packed by `pack_rule`.
+        budget: Time that a response may take [s].
         threads: Number of rollouts that may be simulated at the same time.
     """
     try:
@@ -113,16 +113,17 @@ def look_ahead(
     interrupted: Callable[[], bool],
     threads: int = 1,
 ) -> Selection:
-    """Advances a selection until it is complete or the time is over.
+    """Advances a selection until it is complete, or until a given time.
 
     Args:
-        rule: The guidances to try, and the condition of arrival.
+        rule: The selector's settings.
         selection: The selection so far.
         now: The robot's present state.
         field: The map.
         until: Time at which to end, by `perf_counter` [s].
-        interrupted: Predicate, called every few steps: whether to abort.
-        threads: Number of rollouts that may be simulated at the same time.
+        interrupted: Function that returns whether to abort. It is called once
+            every few steps.
+        threads: Number of rollouts that may be simulated in parallel.
     """
     while perf_counter() < until and not interrupted():
         following = advance_selection(
@@ -146,7 +147,7 @@ def _at_once(
     field: DistanceField,
     threads: int,
 ) -> int:
-    """Returns the number of steps between two checks of the time."""
+    """Returns the number of rollout steps between two checks of the time."""
     if asks_python(rule.law, field):
         return 1
     running = [r for r in selection.running if r.status == RUNNING]
@@ -154,7 +155,7 @@ def _at_once(
 
 
 def _news(before: Selection, after: Selection) -> Selection | None:
-    """Returns the selection for controller and viewer, if it is new."""
+    """Returns the selection without unneeded parts; None if it is not new."""
     if (
         after.guidance is before.guidance
         and after.latest is before.latest

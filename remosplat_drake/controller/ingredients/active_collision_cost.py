@@ -27,7 +27,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 class ActiveCollisionCostConfig(Config):
     """Settings of the cost that makes the robot move away from obstacles."""
 
-    # Gain g of the cost; 0 leaves the cost out. Guidance may scale it down.
+    # Gain g of the cost; 0 omits the cost. Guidance may reduce it.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
     # Look-ahead time for movers [s].
     lead: Annotated[float, Interval(ge=0, le=5)] = 0.5
@@ -40,8 +40,9 @@ class ActiveCollisionCost(CompiledIngredient):
 
     Args:
         config: Gain of the cost, and its look-ahead time.
-        damper: The collision damper's distances d_i and d_s.
-        movers: Distances of the damper for movers; None takes its defaults.
+        damper: Settings of the collision damper, with the distances d_i and
+            d_s.
+        movers: Settings of the damper for movers; None for its default values.
     """
 
     term = "active collision"
@@ -57,7 +58,7 @@ class ActiveCollisionCost(CompiledIngredient):
         self._movers = movers or MoverDamperConfig()
 
     def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         damper, movers = self._damper, self._movers
         return ActiveCollisionSettings(
             self._gain,
@@ -70,7 +71,7 @@ class ActiveCollisionCost(CompiledIngredient):
 
 
 class ActiveCollisionSettings(NamedTuple):
-    """Settings of the ActiveCollisionCost, for kernels."""
+    """Settings of an `ActiveCollisionCost` for kernels."""
 
     gain: float
     influence: float
@@ -84,20 +85,20 @@ class ActiveCollisionSettings(NamedTuple):
 def add_active_collision_cost(own, k, tick, program):
     """Adds a linear cost on the approach to near obstacles.
 
-    The cost is c'u (paper section IV-E), where c is the weighted mean of the
-    collision rows A_j = n_j' Jv_WS_j, n_j in W:
+    The cost is c'u (paper section IV-E), where c is a gain times the weighted
+    mean of the collision rows A_j = n_j' Jv_WS_j, with n_j in W:
 
         c = g max(w_j)^2 sum(w_j A_j) / sum(w_j),
         w_j = (d_i - d_j) / (d_i - d_s)
 
-    for clearances d_j, the influence distance d_i and the stopping distance
-    d_s [m]. The weight w_j is 0 at d_i and 1 at d_s. A gain that grows with
-    proximity is also used by RMMI (Marticorena et al. 2024). Guidance may scale
-    g down and set d_s.
+    Here, d_j are the clearances, d_i is the influence distance, and d_s the
+    stopping distance [m]. The weight w_j is 0 at d_i and 1 at d_s. RMMI
+    (Marticorena et al. 2024) also uses a gain that increases with proximity.
+    Guidance may reduce g and set d_s.
 
-    Movers are included in the same way, with d_i and d_s of their own damper,
-    at their predicted positions after the time `lead`. So the robot starts to
-    move out of their way early.
+    Movers are included in the same way, at their predicted positions after the
+    time `lead`, with the d_i and d_s of the mover damper. So the robot starts
+    early to move out of their way.
 
     See `CompiledIngredient` for the arguments.
     """

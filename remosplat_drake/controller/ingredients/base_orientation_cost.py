@@ -19,7 +19,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 class BaseOrientationCostConfig(Config):
     """Settings of the cost that turns the base towards the end effector."""
 
-    # Gain k_o of the linear cost; 0 leaves the cost out.
+    # Gain k_o of the linear cost; 0 omits the cost.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.5
 
 
@@ -38,12 +38,12 @@ class BaseOrientationCost(CompiledIngredient):
         self._gain = config.gain
 
     def settings(self, robot: RobotModel) -> "BaseOrientationSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         return BaseOrientationSettings(self._gain)
 
 
 class BaseOrientationSettings(NamedTuple):
-    """Settings of the BaseOrientationCost, for kernels."""
+    """Settings of a `BaseOrientationCost` for kernels."""
 
     gain: float
 
@@ -56,11 +56,12 @@ def add_base_orientation_cost(own, k, tick, program):
 
         -k_o (theta - psi)
 
-    (paper eq. 6, J_o; after the holistic controller of Haviland, Sünderhauf
-    and Corke 2022). theta is the bearing of the end effector E in the base's
-    frame B, or of the mean position of all end effectors that have targets;
-    psi is the desired bearing, set by guidance and normally zero [rad]. There
-    is no cost without a base, and none on a planned path.
+    (paper eq. 6, J_o; after the holistic controller of Haviland, Sünderhauf and
+    Corke 2022). theta is the bearing of the end effector E in the base's frame
+    B. If several end effectors have targets, it is the bearing of their mean
+    position. psi is the desired bearing, which guidance sets and which is
+    normally zero [rad]. The cost is omitted if the robot has no base, and on a
+    planned path.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -1,4 +1,4 @@
-"""Collision damper: the paper's collision constraint, which limits approach."""
+"""Collision damper: the paper's constraint that limits the approach speed."""
 
 import dataclasses as dc
 import math
@@ -23,19 +23,19 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION
 
 _LAST_MARGIN, _LAST_SLOPE = 0.005, 2.1
-"""Range of clearances above the stopping distance in which the law's slope is
-limited [m], and the largest slope there [1/s]."""
+"""Range of clearances above the stopping distance in which the slope of the
+damper's law is limited [m], and the largest slope in this range [1/s]."""
 
 _SUDDEN = 0.9
-"""Fraction of the greatest deceleration that a row may demand if the law's
-slope exceeds `_LAST_SLOPE`."""
+"""Fraction of the greatest deceleration that a row may demand if the slope of
+the damper's law exceeds `_LAST_SLOPE`."""
 
 
 @dc.dataclass
 class CollisionDamperConfig(Config):
     """Settings of the damper that limits the approach to the scene."""
 
-    # Influence distance d_i, beyond which the scene is ignored [m].
+    # Influence distance d_i; obstacles beyond it are ignored [m].
     influence: Annotated[float, Interval(gt=0, le=5)] = 0.5
     # Stopping distance d_s, which the robot keeps from the scene [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
@@ -56,7 +56,8 @@ class CollisionDamperConfig(Config):
         """Checks that the influence distance exceeds the stopping distance.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         if not self.influence > self.stopping:
             yield (
@@ -72,8 +73,9 @@ class CollisionDamper(CompiledIngredient):
     `add_collision_damper` computes its rows.
 
     Attributes:
-        config: Distances d_i and d_s, and the speed xi. A `ReactiveLaw` uses
-            these distances for verification and for queries of the oracle, too.
+        config: Distances d_i and d_s, and the speed xi. A `ReactiveLaw` also
+            uses these distances for verification and for queries of the
+            distance oracle.
     """
 
     term = COLLISION
@@ -82,7 +84,7 @@ class CollisionDamper(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "CollisionSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self.config
         return CollisionSettings(config.influence, config.stopping, config.gain)
 
@@ -94,7 +96,7 @@ class CollisionDamper(CompiledIngredient):
 
 
 class CollisionSettings(NamedTuple):
-    """Settings of the CollisionDamper, for kernels."""
+    """Settings of a `CollisionDamper` for kernels."""
 
     influence: float
     stopping: float
@@ -106,45 +108,45 @@ def approach_speed(own, scale, stopping, margin):
     """Computes the greatest speed of approach that the damper permits [m/s].
 
     Args:
-        own: The `CollisionSettings`, or the configuration.
-        scale: Factor on the gain.
+        own: The `CollisionSettings`, or a `CollisionDamperConfig`.
+        scale: Factor of the gain.
         stopping: The stopping distance d_s [m].
-        margin: Excess of the clearance over d_s and the tube [m].
+        margin: Clearance minus d_s and minus the tube [m].
     """
     return scale * own.gain * margin / (own.influence - stopping)
 
 
 @kernel(returns=NOTHING)
 def add_collision_damper(own, k, tick, program):
-    """Adds a velocity damper for the scene: a row for every clearance.
+    """Adds a velocity damper for the scene: one row for each clearance.
 
-    For every clearance d within the influence distance d_i [m],
+    For each clearance d within the influence distance d_i [m],
 
         n' Jv_WS u <= xi (d - d_s - tube) / (d_i - d_s)
 
-    (paper section IV-D; Faverjon and Tournassoud 1987). n is the direction
-    from the sphere towards the scene in W, Jv_WS the Jacobian of the sphere's
-    centre in W, and xi the largest speed of approach [m/s]. A sphere nearer
-    than the stopping distance d_s [m] must recede. In one period, a sphere may
-    use up at most the remaining distance to d_s. Guidance may set d_s, and
-    scale xi.
+    (paper section IV-D; Faverjon and Tournassoud 1987). n is the direction from
+    the sphere towards the scene in W, Jv_WS the Jacobian of the sphere's centre
+    in W, and xi the largest speed of approach [m/s]. A sphere nearer than the
+    stopping distance d_s [m] must move away. In one control period, a sphere
+    may approach by at most the remaining distance to d_s. Guidance may set d_s
+    and scale xi.
 
-    Within `_LAST_MARGIN` of d_s, the law's slope over d is at most
-    `_LAST_SLOPE`. With a steeper law, a sphere that slides along an obstacle
-    would soon be at its stopping distance, where the curvature of its path
-    alone brings it nearer, and verification rejects every command. In addition,
-    a steep law limits the approach to sqrt(a (d - d_s)), where a is the
-    sphere's greatest deceleration within the acceleration limits; to stop from
-    this speed, half of a suffices. Neither limit applies on a planned path,
-    which keeps away from obstacles and slows down early. Finally, no row of a
-    steep law demands a deceleration beyond the acceleration limits, since no
-    command could satisfy it. Verification then still rejects commands that are
-    not safe.
+    If d exceeds d_s by less than `_LAST_MARGIN`, the slope of this law over d
+    is at most `_LAST_SLOPE`. With a steeper law, a sphere that slides along an
+    obstacle would soon be at its stopping distance. There, the curvature of its
+    path alone would bring it nearer, and verification would reject every
+    command. In addition, a steep law limits the approach speed to sqrt(a (d -
+    d_s)), where a is the sphere's greatest deceleration within the acceleration
+    limits. Half of a is sufficient to stop from this speed. These two limits do
+    not apply on a planned path, which keeps away from obstacles and slows down
+    early. Finally, no row of a steep law demands a deceleration beyond the
+    acceleration limits, since no command could satisfy it. Verification still
+    rejects commands that are not safe.
 
-    The tube bounds the deviation of a sphere from its path [m]; it is zero for
-    a robot without delay. Verification subtracts the tube, too. If the program
-    did not, it could command a slide along an obstacle that verification
-    rejects.
+    The tube is a bound of the deviation of a sphere from its path [m], which is
+    zero for a robot without delay. Verification subtracts the tube, too. If
+    this law did not, the program could command a motion along an obstacle that
+    verification rejects.
 
     See `CompiledIngredient` for the arguments.
     """

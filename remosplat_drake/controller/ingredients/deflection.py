@@ -1,4 +1,4 @@
-"""Deflects the servo's velocity around obstacles of the hand."""
+"""Deflects the servo's velocity around obstacles near the hand."""
 
 import numpy as np
 
@@ -9,29 +9,31 @@ NEAR = 0.10
 """Clearance d_c below which an obstacle deflects the velocity [m]."""
 
 _PASSED = 0.05
-"""Depth from which on an obstacle has its full weight [m]. It is the depth to
-which a sphere of the hand would enter the obstacle if the end effector moved
-straight to the target.
+"""Depth from which on an obstacle has its full weight [m]. The depth is the
+distance by which a sphere of the hand would enter the obstacle if the end
+effector moved straight to the target.
 """
 
 
 @helper
 def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
-    """Deflects the servo's translational velocity to the guidance's side.
+    """Deflects the servo's translational velocity to the side of guidance.
 
-    The weight of an obstacle is the product of three factors from 0 to 1: w is
-    large if the obstacle is near a sphere of the hand, a if it lies ahead of
-    that sphere, and b if the straight way to the target leads into it. Without
-    b, the robot would try to go around a table top on which the target lies. As
-    the weight grows, the direction of motion turns horizontally, from straight
-    towards the target to along the obstacle.
+    The weight of an obstacle is the product of three factors from 0 to 1. The
+    factor w is large if the obstacle is near a sphere of the hand, a if the
+    obstacle is ahead of this sphere, and b if the straight way to the target
+    leads into the obstacle. Without b, the robot would try to go around a table
+    top on which the target is. With increasing weight, the direction of motion
+    is rotated horizontally, from the direction of the target to a direction
+    along the obstacle.
 
     Args:
         v_WE: Desired velocity of E in W, shape (3,) [m/s].
         p_ET_W: Translation from end effector to target, shape (3,) [m].
         rows: Spheres, distances and directions of the m clearances.
-        leading: Which spheres move with the hand, shape (n,) bool.
-        side: The side on which guidance passes obstacles: 1, -1, or 0 for none.
+        leading: Whether each sphere moves with the hand, shape (n,), bool.
+        side: The side on which guidance passes obstacles: 1 for left, -1 for
+            right, or 0 for neither.
         stopping: Stopping distance d_s of this tick [m].
         max_speed: The servo's bound on |v_WE| [m/s].
 

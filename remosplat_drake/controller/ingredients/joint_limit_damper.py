@@ -32,22 +32,24 @@ from remosplat_drake.signals.binding import JOINT_LIMIT
 class JointLimitDamperConfig(Config):
     """Settings of the damper that limits the approach to joint limits.
 
-    Distances of revolute joints are angles, those of prismatic joints lengths.
-    For joints with a short range, influence distances are reduced to a third of
-    the range, and stopping distances to a tenth.
+    The distances of revolute joints are angles, and those of prismatic joints
+    are lengths. For joints with a short range, influence distances are reduced
+    to a third of the range, and stopping distances to a tenth of the range.
     """
 
     # Largest speed of approach of a revolute joint at the influence distance
     # [rad/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 5.0
-    # Influence distance, below which the damper acts on a revolute joint [deg].
+    # Influence distance: distance of a revolute joint from its limit below
+    # which the damper acts [deg].
     influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
     # Stopping distance, which a revolute joint keeps from its limits [deg].
     stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
     # Largest speed of approach of a prismatic joint at the influence distance
     # [m/s].
     slide_gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # Influence distance, below which the damper acts on a prismatic joint [m].
+    # Influence distance: distance of a prismatic joint from its limit below
+    # which the damper acts [m].
     slide_influence: Annotated[float, Interval(gt=0, le=5)] = 0.15
     # Stopping distance, which a prismatic joint keeps from its limits [m].
     slide_stop: Annotated[float, Interval(ge=0, le=1)] = 0.01
@@ -56,7 +58,8 @@ class JointLimitDamperConfig(Config):
         """Checks that the influence distances exceed the stopping distances.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         for influence, stop in (
             ("influence", "stop"),
@@ -82,7 +85,7 @@ class JointLimitDamperConfig(Config):
 
 
 class JointLimitDamper(CompiledIngredient):
-    """A velocity damper before the limits of the arm's joints.
+    """A velocity damper near the limits of the arm's joints.
 
     `add_joint_limit_damper` computes its rows.
 
@@ -96,7 +99,7 @@ class JointLimitDamper(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config, turns = self._config, robot.arm_turns
         return JointLimitSettings(
             turns,
@@ -115,7 +118,7 @@ class JointLimitDamper(CompiledIngredient):
 
 
 class JointLimitSettings(NamedTuple):
-    """Settings of the JointLimitDamper, for kernels."""
+    """Settings of a `JointLimitDamper` for kernels."""
 
     turns: np.ndarray
     gain: np.ndarray
@@ -127,18 +130,18 @@ class JointLimitSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_joint_limit_damper(own, k, tick, program):
-    """Adds a velocity damper before the limits of the arm's joints.
+    """Adds a velocity damper near the limits of the arm's joints.
 
-    For every joint j of the arm and each of its limits at a distance rho_j
-    below `influence`,
+    For each joint j of the arm, and each limit whose distance rho_j is less
+    than `influence`,
 
         u_j <= gain (rho_j - stop) / (influence - stop)
 
-    before the upper limit, and the same for -u_j before the lower one (Faverjon
-    and Tournassoud 1987, as the paper's program uses it). For a revolute joint,
-    the gain is in rad/s and distances are in rad; for a prismatic joint, in m/s
-    and m. Guidance may set `stop`, which is limited to a fraction of the
-    joint's range.
+    for the upper limit, and the same with -u_j for the lower limit (Faverjon
+    and Tournassoud 1987, as in the paper). For a revolute joint, the gain is in
+    rad/s, and distances are in rad. For a prismatic joint, they are in m/s and
+    m. Guidance may set `stop`, which is limited to a fraction of the joint's
+    range.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -1,4 +1,4 @@
-"""`make_ingredients`: makes one ingredient of each of the library's kinds."""
+"""`make_ingredients`: makes an ingredient of each of the library's classes."""
 
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.program.compiled_ingredient import (
@@ -22,12 +22,12 @@ def make_ingredients(
     path_tracking: ing.PathTrackingConfig | None = None,
     movers: ing.MoverDamperConfig | None = None,
 ) -> list[CompiledIngredient]:
-    """Makes one ingredient of each of the library's kinds.
+    """Makes an ingredient of each of the library's classes.
 
     Args:
         robot: The robot to drive.
-        servo: Settings of the servo tracking; None takes the defaults, as for
-            all settings.
+        servo: Settings of the servo tracking. For these and all other settings,
+            None means the default values.
         velocity_cost: Settings of the velocity cost.
         velocity_limits: Settings of the velocity limits.
         joint_limits: Settings of the joint limit damper.

@@ -20,7 +20,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 class ManipulabilityCostConfig(Config):
     """Settings of the cost that keeps the arm away from singularities."""
 
-    # Gain k_m of the linear cost; 0 leaves the cost out.
+    # Gain k_m of the linear cost; 0 omits the cost.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.3
 
 
@@ -39,12 +39,12 @@ class ManipulabilityCost(CompiledIngredient):
         self._gain = config.gain
 
     def settings(self, robot: RobotModel) -> "ManipulabilitySettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         return ManipulabilitySettings(self._gain)
 
 
 class ManipulabilitySettings(NamedTuple):
-    """Settings of the ManipulabilityCost, for kernels."""
+    """Settings of a `ManipulabilityCost` for kernels."""
 
     gain: float
 
@@ -57,11 +57,11 @@ def add_manipulability_cost(own, k, tick, program):
 
         c = -k_m grad m,    m = sqrt(det(J J'))
 
-    (paper eq. 6, J_m; Yoshikawa 1985). J are the columns of the end effector's
-    Jacobian in W, angular above translational, that belong to the arm, and the
-    gradient is over the arm's joints: see `manipulability`. An arm with fewer
-    than six joints has no such gradient. Each end effector that has a target
-    adds a cost. There is no cost on a planned path.
+    (paper eq. 6, J_m; Yoshikawa 1985). J consists of the arm's columns of the
+    end effector's Jacobian in W, angular before translational. The gradient is
+    with respect to the arm's joint positions; see `manipulability`. For an arm
+    with fewer than six joints, there is no cost. Each end effector that has a
+    target adds a cost. On a planned path, there is no cost.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -85,18 +85,19 @@ def add_manipulability_cost(own, k, tick, program):
 def manipulability(Jw, Jv):
     """Computes the manipulability m = sqrt(det(J J')) and its gradient.
 
-    The measure is Yoshikawa's (1985). Its gradient is dm/dq_k =
-    m tr((J J')^-1 dJ/dq_k J'), where the derivative of a geometric Jacobian
-    follows from its own columns: a joint nearer to the base rotates the column,
-    a joint farther out moves the end effector relative to the column's axis.
+    The measure is Yoshikawa's (1985). Its gradient is dm/dq_k = m tr((J J')^-1
+    dJ/dq_k J'). The derivative of a geometric Jacobian can be computed from its
+    columns: a joint nearer to the base rotates the column, and a joint nearer
+    to the end effector moves the end effector relative to the column's axis.
 
     Args:
         Jw: Angular Jacobian of the end effector, shape (3, n).
         Jv: Translational Jacobian of the end effector, shape (3, n) [m].
 
     Returns:
-        The manipulability m, and its gradient over the n joints, shape (n,);
-        both zero at a singularity and with fewer than six joints.
+        The manipulability m, and its gradient with respect to the n joints,
+        shape (n,). Both are zero at a singularity, and for fewer than six
+        joints.
     """
     n = Jw.shape[1]
     J, gradient = np.empty((6, n)), np.zeros(n)
@@ -124,10 +125,10 @@ def manipulability(Jw, Jv):
 
 @helper
 def _cholesky(J):
-    """Returns the Cholesky factor L of J J', a lower triangle.
+    """Returns the Cholesky factor L of J J', a lower triangular matrix.
 
-    If a row of J depends on the rows before it, its diagonal entry is zero, and
-    so are the entries below that. NumPy's function is not used, since Numba
+    If a row of J depends linearly on the rows before it, the diagonal entry and
+    the entries below it are zero. NumPy's function is not used, since Numba
     takes seconds to compile it.
     """
     rows = len(J)  # Not 6: compilers would unroll all loops.

@@ -23,7 +23,7 @@ from remosplat_drake.signals.binding import MOVER
 class MoverDamperConfig(Config):
     """Settings of the damper that limits the approach to movers."""
 
-    # Influence distance d_i, beyond which a mover is ignored [m].
+    # Influence distance d_i; movers beyond it are ignored [m].
     influence: Annotated[float, Interval(gt=0, le=5)] = 0.8
     # Distance d_s that the robot keeps from possible positions of movers [m].
     separation: Annotated[float, Interval(ge=0, le=1)] = 0.05
@@ -34,7 +34,8 @@ class MoverDamperConfig(Config):
         """Checks that the influence distance exceeds the separation.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         if not self.influence > self.separation:
             yield (
@@ -50,8 +51,8 @@ class MoverDamper(CompiledIngredient):
     `add_mover_damper` computes its rows.
 
     Attributes:
-        config: Distances d_i and d_s, and the speed xi. Verification also keeps
-            d_s.
+        config: Distances d_i and d_s, and the speed xi. Verification uses d_s,
+            too.
     """
 
     term = MOVER
@@ -60,7 +61,7 @@ class MoverDamper(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "MoverSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self.config
         return MoverSettings(config.influence, config.separation, config.gain)
 
@@ -74,7 +75,7 @@ class MoverDamper(CompiledIngredient):
 
 
 class MoverSettings(NamedTuple):
-    """Settings of the MoverDamper, for kernels."""
+    """Settings of a `MoverDamper` for kernels."""
 
     influence: float
     separation: float
@@ -85,23 +86,24 @@ class MoverSettings(NamedTuple):
 def add_mover_damper(own, k, tick, program):
     """Adds a velocity damper for movers.
 
-    For every sphere and mover whose distance d is within the influence
-    distance d_i [m],
+    For each pair of a sphere and a mover whose distance d is within the
+    influence distance d_i [m],
 
         n' Jv_WS u <= xi (d - d_s - tube) / (d_i - d_s) - c
 
     n is the direction from the sphere towards the mover in W, Jv_WS the
     Jacobian of the sphere's centre in W, xi the largest speed of approach at
-    d_i [m/s], d_s the separation [m], and c the approach speed of the mover
-    itself [m/s]. The tube bounds the sphere's deviation from its path [m]. If
-    the mover approaches faster than the right-hand side allows, the robot must
-    retreat. In an infeasible program these rows are relaxed first: they then
-    demand only a part of the retreat, but still forbid any approach.
-    Verification ensures that a moving robot does not touch the mover.
+    d_i [m/s], d_s the separation [m], and c the part of the approach speed that
+    the mover's motion causes [m/s]. The tube is a bound of the sphere's
+    deviation from its path [m]. If the right-hand side is negative, because the
+    mover approaches fast, the robot must retreat. If the program is infeasible,
+    these rows are relaxed first: they then demand only a part of the retreat,
+    but still forbid any approach. Verification ensures that a moving robot does
+    not touch the mover.
 
-    d is the distance from all places that the mover can reach while a station
-    executes one command. Verification uses the same distance for every moving
-    sphere, so a sphere can slide along the mover at this distance.
+    d is the distance from all places that the mover can reach while the station
+    executes one command. Verification uses the same distance for each moving
+    sphere, so a sphere can move along the mover at this distance.
 
     See `CompiledIngredient` for the arguments.
     """

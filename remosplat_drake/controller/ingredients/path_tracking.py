@@ -1,4 +1,4 @@
-"""Path tracking: a quadratic cost on deviations from a planned path."""
+"""Path tracking: a quadratic cost of deviations from a planned path."""
 
 import dataclasses as dc
 import math
@@ -25,21 +25,21 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
 """Distance between two points of a path below which a differential base turns
-on the spot and does not drive [m]."""
+on the spot from one to the other, and does not drive [m]."""
 
 _SHORTEST_PURSUIT = 0.2
-"""Least distance of a point towards which a base steers [m]. With nearer
-points, the heading would oscillate."""
+"""Least distance of the point towards which a base steers [m]. If it steered
+towards nearer points, the heading would oscillate."""
 
 _NEAR = 0.02
-"""Distance within which a point of the path with zero speed counts as reached;
-a radian counts like a metre. Within it, the speed is proportional to the
-distance, so the robot does not stop before that point."""
+"""Distance from a point of the path with zero speed below which the robot's
+speed is proportional to the distance, so that the robot does not stop before
+this point. A radian counts like a metre."""
 
 CREEP = 0.3
-"""Least tracked speed along a path [1/s]; a radian counts like a metre. Rows
-that allow only a lower speed change the direction of the command instead, so
-that the robot slides past a near obstacle."""
+"""Least speed along a path that the cost tracks [1/s]; a radian counts like a
+metre. If rows of the program allow only a lower speed, they change the
+direction of the command, so that the robot slides past a near obstacle."""
 
 
 @dc.dataclass
@@ -48,13 +48,14 @@ class PathTrackingConfig(Config):
 
     # Weight of the squared deviation from the velocity along the path.
     weight: Annotated[float, Interval(gt=0, le=1000)] = 1.0
-    # Least look-ahead distance on the path; a radian counts like a metre.
+    # Least look-ahead distance along the path; a radian counts like a metre.
     look_ahead: Annotated[float, Interval(gt=0, le=2)] = 0.05
-    # Proportional gain on the remaining length of a path without speeds, and of
-    # a path with speeds where its speed is zero [1/s].
+    # Proportional gain of the remaining length of a path without speeds [1/s].
+    # For a path with speeds, it is used near points at which the path's speed
+    # is zero.
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the speed of all of the robot's spheres [m/s]; absent: none, but
-    # 0.35 m/s on a real robot.
+    # Bound of the speed of all spheres of the robot [m/s]. If it is absent,
+    # there is no bound, or 0.35 m/s on a real robot.
     max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
 
 
@@ -64,7 +65,7 @@ class PathTracking(CompiledIngredient):
     `add_path_tracking` computes its cost.
 
     Args:
-        config: Weight, speed and look-ahead distance.
+        config: Settings such as weight, speed and look-ahead distance.
     """
 
     term = "path"
@@ -73,7 +74,7 @@ class PathTracking(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "PathTrackingSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self._config
         return PathTrackingSettings(
             config.weight,
@@ -84,7 +85,7 @@ class PathTracking(CompiledIngredient):
 
 
 class PathTrackingSettings(NamedTuple):
-    """Settings of the PathTracking, for kernels."""
+    """Settings of a `PathTracking` for kernels."""
 
     weight: float
     look_ahead: float
@@ -94,15 +95,15 @@ class PathTrackingSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_path_tracking(own, k, tick, program):
-    """Adds a cost on deviations from the path of guidance.
+    """Adds a cost of deviations from the path of guidance.
 
     The cost is, up to a constant,
 
         weight/2 |u - u_path|^2,
 
     where u_path leads to a point of the path slightly ahead of the point
-    nearest to the robot (pure pursuit; Coulter 1992): see `_path_velocity`. The
-    constraints of the program still hold. Without a path there is no cost.
+    nearest to the robot (pure pursuit; Coulter 1992); see `_path_velocity`. The
+    constraints of the program hold, too. If there is no path, there is no cost.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -119,11 +120,12 @@ def add_path_tracking(own, k, tick, program):
 def _path_velocity(own, tick, program):
     """Computes the command that leads along the path, shape (n_u,).
 
-    The command leads from q to the point at the distance `look_ahead` beyond
-    the nearest one, or farther if a tick leads farther. Its speed is the path's
-    speed at the nearest point, regardless of time, so a robot that is late or
-    was pushed continues from its present place. If the path has no speeds, the
-    speed is `gain` times the remaining length.
+    The command leads from q to the point of the path at the distance
+    `look_ahead` after the nearest point, or farther if the robot moves farther
+    in a tick. Its speed is the path's speed at the nearest point and does not
+    depend on time. So a robot that is late or was pushed continues from its
+    present place. If the path has no speeds, the speed is `gain` times the
+    remaining length.
 
     For a differential base, the look-ahead ends at corners between turning and
     driving, where the path's speed is zero.
@@ -176,11 +178,11 @@ def _path_velocity(own, tick, program):
 
 @helper
 def _speed_within(program, along, speed):
-    """Returns the largest feasible speed along a direction, up to the desired.
+    """Returns the largest feasible speed along a direction, at most `speed`.
 
     Rows and bounds scale the whole command, so that the robot stays on the
     path. The bounds of an axis that still moves in the opposite direction are
-    ignored here; that axis reverses first.
+    ignored, since this axis must reverse first.
 
     Args:
         program: The `ProgramArrays`, with rows and bounds.
@@ -206,7 +208,7 @@ def _speed_within(program, along, speed):
 
 @helper
 def _fastest(robot, state, u):
-    """Returns the speed of the fastest sphere under a command [m/s]."""
+    """Returns the speed of the fastest sphere for a command [m/s]."""
     square = 0.0
     for i in range(len(robot.body_S)):
         x, y, z = 0.0, 0.0, 0.0
@@ -234,10 +236,11 @@ def _drives_on(path_q, k):
 
 @helper
 def _corner_after(path_q, path_s, s):
-    """Returns the next corner beyond s between turning and driving.
+    """Returns the next corner after s between turning and driving.
 
     Returns:
-        The arc length of this corner; that of the path's end without one.
+        The arc length of this corner, or that of the path's end if there is
+        none.
     """
     for k in range(1, len(path_s) - 1):
         turns = _drives_on(path_q, k) != _drives_on(path_q, k - 1)
@@ -248,11 +251,11 @@ def _corner_after(path_q, path_s, s):
 
 @helper
 def _without_slip(path_q, path_s, goal, q, e):
-    """Maps a displacement e of q to a command without side slip, (n_u,).
+    """Maps a displacement e of q to a command without sideways slip, (n_u,).
 
-    On a stretch on which the base drives, it follows the circle that is tangent
-    to its heading and passes through the goal (pure pursuit). On a stretch on
-    which it turns, the turn is that of e.
+    On a stretch on which the base drives, the command follows the circle that
+    is tangent to the base's heading and passes through the goal (pure pursuit).
+    On a stretch on which the base turns, it turns by the angle in e.
     """
     cosine, sine = math.cos(q[2]), math.sin(q[2])
     forward = cosine * e[0] + sine * e[1]

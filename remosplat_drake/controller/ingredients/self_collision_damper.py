@@ -1,4 +1,4 @@
-"""Self-collision damper: limits the approach of the robot's own links."""
+"""Self-collision damper: limits the approach of two links of the robot."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -25,8 +25,9 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
 _CROWDED = 1.2
-"""Fraction of the stopping distance below which each pair of shapes of two
-links has its own row, since verification checks each pair of shapes."""
+"""Distance of two links, as a fraction of the stopping distance, below which
+each pair of their shapes has a separate row, since verification checks each
+pair of shapes."""
 
 
 @dc.dataclass
@@ -35,7 +36,7 @@ class SelfCollisionDamperConfig(Config):
 
     # Whether self-collision is prevented.
     enabled: bool = True
-    # Influence distance, beyond which two links are ignored [m].
+    # Influence distance; pairs of links beyond it are ignored [m].
     influence: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Stopping distance between the shapes of two links [m].
     stopping: Annotated[float, Interval(ge=0, le=0.5)] = 0.01
@@ -46,7 +47,8 @@ class SelfCollisionDamperConfig(Config):
         """Checks that the influence distance exceeds the stopping distance.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field that is invalid, and a description of the
+            problem.
         """
         if not self.influence > self.stopping:
             yield (
@@ -57,16 +59,16 @@ class SelfCollisionDamperConfig(Config):
 
 
 class SelfCollisionDamper(CompiledIngredient):
-    """A velocity damper between the robot's own links.
+    """A velocity damper between links of the robot.
 
     `add_self_collision_damper` computes its rows.
 
     Args:
-        config: Distances and speed of approach.
+        config: Distances, and the largest speed of approach.
         robot: The robot, for its shapes and links.
 
     Attributes:
-        config: The damper's settings; a `ReactiveLaw` also uses the distances
+        config: The damper's settings. A `ReactiveLaw` also uses their distances
             for verification.
     """
 
@@ -78,7 +80,7 @@ class SelfCollisionDamper(CompiledIngredient):
 
     @property
     def near_question(self) -> NearQuestion:
-        """Pairs and reach, the arguments of `near_arrays`.
+        """The pairs and the reach, which are arguments of `near_arrays`.
 
         The reach is negative if the damper is disabled.
         """
@@ -88,7 +90,7 @@ class SelfCollisionDamper(CompiledIngredient):
         return NearQuestion(pairs.pair_arrays.values, reach, crowded)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self.config
         span = config.influence - config.stopping
         return SelfCollisionSettings(config.stopping, config.gain / span)
@@ -101,7 +103,7 @@ class SelfCollisionDamper(CompiledIngredient):
 
 
 class SelfCollisionSettings(NamedTuple):
-    """Settings of the SelfCollisionDamper, for kernels."""
+    """Settings of a `SelfCollisionDamper` for kernels."""
 
     stopping: float
     slope: float
@@ -109,10 +111,10 @@ class SelfCollisionSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_self_collision_damper(own, k, tick, program):
-    """Adds a velocity damper between the robot's own links.
+    """Adds a velocity damper between links of the robot.
 
-    For every pair of points at which two links are nearer to each other than
-    the influence distance d_i [m],
+    For each pair of points at which two links are nearer to each other than the
+    influence distance d_i [m],
 
         n' (Jv_Wp - Jv_Wq) u <= gain (d - d_s) / (d_i - d_s)
 

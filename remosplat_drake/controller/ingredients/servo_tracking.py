@@ -1,4 +1,4 @@
-"""Servo tracking: the end effector follows the servo's twist, with slack."""
+"""Servo tracking: the end effector tracks the servo's twist, with slack."""
 
 import dataclasses as dc
 import math
@@ -39,41 +39,43 @@ than path tracking. `LAST_DRIVE` is for differential bases, which approach the
 end of a path slowly.
 
 The length is measured along the path, from the point nearest to the robot. The
-distance from the path does not count: a differential base ends beside its path
-and cannot slip back, so the arm must leave the path to reach the target."""
+distance of the robot from the path is not included: a differential base ends
+beside its path and cannot move sideways, so the arm must leave the path to
+reach the target."""
 
 SERVO_SPEED = 1.0
-"""Bound on the servo's speed if the configuration has none [m/s]."""
+"""Bound of the servo's speed if the configuration contains none [m/s]."""
 
 
 @dc.dataclass
 class ServoTrackingConfig(Config):
     """Gain and speed bounds of the servo."""
 
-    # Proportional gain beta on the pose error [1/s].
+    # Proportional gain beta of the pose error [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the end effector's translational speed [m/s]; absent: 1 m/s, but
-    # 0.35 m/s on a real robot.
+    # Bound of the end effector's translational speed [m/s]. If it is absent, it
+    # is 1 m/s, or 0.35 m/s on a real robot.
     max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
-    # Bound on each entry of the slack delta [m/s, rad/s]. If the servo's twist
-    # is larger, its magnitude is the bound, so that standing still remains
-    # feasible.
+    # Bound of each entry of the slack delta [m/s, rad/s]. If the magnitude of
+    # the servo's twist is larger, this magnitude is the bound, so that a
+    # command of zero is feasible.
     slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
 
     @property
     def fastest(self) -> float:
-        """Bound on the end effector's translational speed [m/s]."""
+        """Bound of the end effector's translational speed [m/s]."""
         return SERVO_SPEED if self.max_speed is None else self.max_speed
 
 
 class ServoTracking(CompiledIngredient):
-    """Makes the end effectors follow the servo's twists (paper eq. 2).
+    """Tracks the servo's twists by the end effectors (paper eq. 2).
 
-    `add_servo_tracking` computes the tracked twists.
+    `add_servo_tracking` adds the constraint and its cost.
 
     Args:
-        config: Gain and bounds of the servo.
-        damper: The collision damper's distances, for the deflection.
+        config: Gain and speed bounds of the servo.
+        damper: Settings of the collision damper, whose distances the deflection
+            uses.
     """
 
     term = "servo tracking"
@@ -85,7 +87,7 @@ class ServoTracking(CompiledIngredient):
         self._damper = damper
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self._config
         return ServoSettings(
             config.gain,
@@ -96,7 +98,7 @@ class ServoTracking(CompiledIngredient):
 
 
 class ServoSettings(NamedTuple):
-    """Settings of the ServoTracking, for kernels."""
+    """Settings of a `ServoTracking` for kernels."""
 
     gain: float
     max_speed: float
@@ -114,18 +116,19 @@ def add_servo_tracking(own, k, tick, program):
         |delta| <= max(slack_limit, |V_WE|)
 
     (paper eq. 2; holistic controller of Haviland, Sünderhauf and Corke 2022).
-    J_E is the Jacobian of the end effector in W, V_WE the desired twist in W,
-    angular above translational [rad/s, m/s], and e the error to the target [m]:
-    see `servo.error_scale`. The weight 1/e grows near the target, so the end
-    effector approaches roughly at first, and exactly at the end. The bounds on
-    the slack hold for each entry, and keep u = 0 feasible.
+    J_E is the Jacobian of the end effector in W, and V_WE the desired twist in
+    W, angular before translational [rad/s, m/s]. e is the error to the target
+    [m]; see `servo.error_scale`. The weight 1/e increases near the target, so
+    the end effector tracks the twist roughly at first, and exactly at the end.
+    The bounds of the slack hold for each entry. With them, u = 0 is feasible.
 
-    A free direction of the target has no row; the others have the target's
-    weights. Guidance deflects the translational part of V_WE, unless the target
-    is approached along a straight line. If guidance has a path, tracking begins
-    when the part of the path beyond the nearest point is at most `LAST_STRETCH`
-    long, or `LAST_DRIVE` for a differential base. Nothing is tracked if the aim
-    names a configuration, since poses alone do not lead to it.
+    A free direction of the target has no row; all other directions have the
+    target's weights. Guidance deflects the translational part of V_WE, unless
+    the target has a straight line. If guidance has a path, tracking begins when
+    the part of the path after the nearest point is at most `LAST_STRETCH` long,
+    or `LAST_DRIVE` for a differential base. No twist is tracked if the aim
+    contains a configuration, since the poses of the targets are not sufficient
+    to reach it.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -151,7 +154,7 @@ def add_servo_tracking(own, k, tick, program):
 
 @helper
 def _track_target(own, tick, program, i, row):
-    """Writes a target's rows, from a row on; returns the next row."""
+    """Writes a target's rows from a given row on; returns the next row."""
     target, effector = target_of(tick.aim, i), tick.aim.effector[i]
     guidance, X_WE = tick.guidance, tick.state.X_WE[effector]
     Jw, Jv = tick.state.Jw_WE[effector], tick.state.Jv_WE[effector]
@@ -202,9 +205,9 @@ def _track(Jw, Jv, w, v, program, row):
 def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
     """Tracks a twist in the constrained directions of a target.
 
-    Each direction of T that is not free, of rotation or translation, has a row,
-    scaled by the root of its weight. On a line, rows perpendicular to it are
-    scaled up.
+    Each rotation or translation of T that is not free has a row, scaled by the
+    square root of its weight. On a line, the rows perpendicular to the line are
+    multiplied by a factor.
     """
     stiff = math.sqrt(LINE_STIFFNESS) if target.speed > 0.0 else 1.0
     direction = np.empty(3)

@@ -14,20 +14,21 @@ from remosplat_drake.controller.program.compiled_ingredient import (
 from remosplat_drake.robot.robot_model import RobotModel
 
 FAR = 100.0
-"""Error e if the aim names a configuration, which the base must reach [m]. It
-is large, so that the cost does not slow down the base on its path."""
+"""Error e that is used if the aim contains a configuration, which the base must
+reach [m]. It is large, so that the cost does not slow down the base on its
+path."""
 
 
 @dc.dataclass
 class VelocityCostConfig(Config):
-    """Settings of the cost of motion."""
+    """Settings of the quadratic cost of the command."""
 
     # Weight lambda of the squared velocities.
     weight: Annotated[float, Interval(gt=0, le=100)] = 0.03
 
 
 class VelocityCost(CompiledIngredient):
-    """A quadratic cost of motion, which `add_velocity_cost` computes.
+    """A quadratic cost of the command, which `add_velocity_cost` computes.
 
     Args:
         config: Weight lambda of the cost.
@@ -39,19 +40,19 @@ class VelocityCost(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "VelocityCostSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         return VelocityCostSettings(self._config.weight)
 
 
 class VelocityCostSettings(NamedTuple):
-    """Settings of the VelocityCost, for kernels."""
+    """Settings of a `VelocityCost` for kernels."""
 
     weight: float
 
 
 @kernel(returns=NOTHING)
 def add_velocity_cost(own, k, tick, program):
-    """Adds a quadratic cost of motion.
+    """Adds a quadratic cost of the command.
 
     The cost is
 
@@ -59,9 +60,9 @@ def add_velocity_cost(own, k, tick, program):
 
     (paper section III-A; holistic controller of Haviland, Sünderhauf and Corke
     2022). e is the error to the target [m], or the largest error if there are
-    several targets: see `servo.error_scale`. Far from the target, motion of the
-    base is cheap; near the target, mainly the arm moves. If the aim names a
-    configuration, the base must reach it, and e is `FAR`.
+    several targets; see `servo.error_scale`. Far from the target, motion of the
+    base has a low cost; near the target, mainly the arm moves. If the aim
+    contains a configuration, the base must reach it, and e is `FAR`.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -18,7 +18,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass
 class VelocityLimitsConfig(Config):
-    """Settings of the bounds on the command."""
+    """Settings of the bounds of the command."""
 
     # Fraction of the robot's velocity and acceleration limits that the program
     # may use. Braking ramps always use the full deceleration.
@@ -27,17 +27,17 @@ class VelocityLimitsConfig(Config):
     # |u - u_previous| <= a_max dt.
     acceleration: bool = True
     # Whether acceleration bounds hold even if no command within them satisfies
-    # all rows; rows are then relaxed, or the robot brakes. Otherwise the bounds
-    # are dropped. A real robot is always strict.
+    # all rows. If so, rows are relaxed, or the robot brakes. If not, the
+    # acceleration bounds are dropped. They always hold on a real robot.
     strict: bool = False
-    # Bound on the base's forward speed [m/s]; absent: the robot's own limit.
+    # Bound of the base's forward speed [m/s]; if absent, the robot's limit.
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the base's backward speed [m/s]; absent: the robot's own limit.
+    # Bound of the base's backward speed [m/s]; if absent, the robot's limit.
     max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the sideways speed of an omnidirectional base [m/s]; absent: the
-    # robot's own limit.
+    # Bound of the sideways speed of an omnidirectional base [m/s]; if absent,
+    # the robot's limit.
     max_sideways: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the base's yaw rate [rad/s]; absent: the robot's own limit.
+    # Bound of the base's yaw rate [rad/s]; if absent, the robot's limit.
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
     def is_parked(self, n_base: int) -> bool:
@@ -50,14 +50,14 @@ class VelocityLimitsConfig(Config):
         return n_base > 0 and not (lower.any() or upper.any())
 
     def base_bounds(self, n_base: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns additional lower and upper bounds on the base's commands.
+        """Returns the additional lower and upper bounds of the base's commands.
 
         Args:
             n_base: Number of the base's commands.
 
         Returns:
-            Lower and upper bounds, shape (n_base,) each [m/s, rad/s]; infinite
-            without a bound.
+            Lower and upper bounds, each of shape (n_base,) [m/s, rad/s];
+            infinite if there is no bound.
         """
         forward, reverse, aside, yaw_rate = (
             np.inf if bound is None else bound
@@ -75,7 +75,7 @@ class VelocityLimitsConfig(Config):
 
 
 class VelocityLimits(CompiledIngredient):
-    """Bounds on the command, which `add_velocity_limits` computes.
+    """Bounds of the command, which `add_velocity_limits` computes.
 
     Args:
         config: The limits to enforce, and the usable fraction.
@@ -90,7 +90,7 @@ class VelocityLimits(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "VelocityLimitsSettings":
-        """Makes the kernel's input; see `CompiledIngredient`."""
+        """Makes the input of the kernel; see `CompiledIngredient`."""
         config = self.config
         return VelocityLimitsSettings(
             config.fraction,
@@ -100,7 +100,7 @@ class VelocityLimits(CompiledIngredient):
 
 
 class VelocityLimitsSettings(NamedTuple):
-    """Settings of the VelocityLimits, for kernels."""
+    """Settings of a `VelocityLimits` for kernels."""
 
     fraction: float
     base_lower: np.ndarray
@@ -117,11 +117,11 @@ def add_velocity_limits(own, k, tick, program):
 
         |u| <= f u_max,    |u - u_previous| <= f a_max dt
 
-    The base may have tighter bounds, for example backwards, where no safety
-    sensor watches. In the second inequality, u_previous is first clipped to the
-    first bounds, since f may have changed and both must be feasible together. A
-    command is never clipped joint by joint after the solution, which would
-    violate the collision rows.
+    The base may have tighter bounds, for example of its backward speed if no
+    safety sensor looks backwards. In the second inequality, u_previous is first
+    clipped to the bounds of the first inequality: f may have changed, and both
+    inequalities must be feasible together. The solution is never clipped joint
+    by joint, since a clipped command could violate the collision rows.
 
     See `CompiledIngredient` for the arguments.
     """

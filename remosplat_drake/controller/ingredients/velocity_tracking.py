@@ -1,4 +1,4 @@
-"""Velocity tracking: the axes follow the velocities of an aim."""
+"""Velocity tracking: base and joints follow the velocities of an aim."""
 
 import numpy as np
 
@@ -7,11 +7,12 @@ from remosplat_drake.controller.program.tick import Tick
 
 
 class VelocityTracking:
-    """A quadratic cost on each axis' deviation from `Aim.u`.
+    """A quadratic cost of each axis' deviation from `Aim.u`.
 
-    It is for laws without `ServoTracking`. The axes then move at the requested
-    velocities within all bounds and rows, subject to verification. An aim
-    without velocities requests rest.
+    Use it in laws without `ServoTracking`. The axes (base and joints) then move
+    at the requested velocities, within all bounds and rows of the program, and
+    subject to verification. If an aim contains no velocities, the requested
+    velocities are zero.
     """
 
     term = "velocity tracking"

@@ -1,4 +1,4 @@
-"""`History`: the latest commands, and the modelled motion."""
+"""`History`: the latest commands, and the motion in the actuator model."""
 
 import dataclasses as dc
 import math
@@ -14,8 +14,8 @@ from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.base_motion import base_way
 
 WINDOW = 1.0
-"""Time over which predictions are compared with measurements [s], about the
-time that a robot needs to stop."""
+"""Time over which predictions are compared with measurements [s]. It is about
+the time that a robot needs to stop."""
 
 _SETTLED = 5.0
 """Number of time constants after which a lag has settled."""
@@ -25,19 +25,20 @@ _SETTLED = 5.0
 class History:
     """Past commands and measurements; copying returns the object itself.
 
-    Row i of `v` and `way` is the state of the model when command i was sent.
+    Row i of `v` and `way` is the state of the actuator model at the time at
+    which command i was sent.
 
     Attributes:
         sent: Times at which commands were sent, ascending, shape (h,) [s].
         u: The commands, shape (h, n_u) [m/s, rad/s].
         v: Velocities of the model, shape (h, n_u) [m/s, rad/s].
-        way: Modelled distance since the start of the history, shape (h, n_u)
-            [m, rad].
-        drift: Measured minus modelled distance when the command was sent, shape
-            (h, n_u) [m, rad].
-        pose: Latest measured pose of the base, shape (3,) [m, m, rad], or (0,)
-            without a base.
-        measured: Measured distance since the start, shape (n_u,) [m, rad]; NaN
+        way: Distances in the model since the start of the history, shape (h,
+            n_u) [m, rad].
+        drift: Measured distances minus distances in the model, at the time at
+            which each command was sent, shape (h, n_u) [m, rad].
+        pose: Latest measured pose of the base, shape (3,) [m, m, rad]; shape
+            (0,) if the robot has no base.
+        measured: Measured distances since the start, shape (n_u,) [m, rad]; NaN
             before the first measurement.
     """
 
@@ -76,11 +77,11 @@ class History:
         """Adds a command, and removes commands that no longer have an effect.
 
         Args:
-            model: How the axes follow their commands.
+            model: Actuator model of the axes.
             time: Time at which the command was sent [s].
             u: The command, shape (n_u,) [m/s, rad/s].
-            ramp: Braking of the station if no newer command arrives; None if it
-                holds the latest command.
+            ramp: Braking ramp of the station if no newer command arrives; None
+                if the station holds the latest command.
         """
         if time <= self.sent[-1]:
             return self
@@ -98,7 +99,8 @@ class History:
             model.parameters,
             (self.sent, self.u, self.v, self.way, self.drift),
             float(time),
-            # A copy, since Numba compiles for writable arrays.
+            # The array is copied, since kernels are compiled for writable
+            # arrays.
             np.array(u, float),
             span,
         )
@@ -111,8 +113,8 @@ class History:
 
         Args:
             q: The measured configuration, shape (n_q,) [m, rad].
-            modelled: Modelled distances at the measurements' stamps, shape
-                (n_u,) [m, rad].
+            modelled: Distances in the model at the stamps of the measurements,
+                shape (n_u,) [m, rad].
             n_base: Number of base commands.
         """
         if not np.isfinite(q).all():
@@ -132,10 +134,10 @@ class History:
         return dc.replace(self, pose=pose, measured=measured, drift=drift)
 
     def residual(self, now: float) -> np.ndarray:
-        """Returns the drift between measurements and model, shape (n_u,).
+        """Returns the errors of the model within `WINDOW`, shape (n_u,).
 
-        It is the greatest difference between two values of `drift` within
-        `WINDOW`.
+        The error of an axis is the greatest difference between two values of
+        `drift` within `WINDOW`.
         """
         recent = self.drift[np.searchsorted(self.sent, now - WINDOW) :]
         return (

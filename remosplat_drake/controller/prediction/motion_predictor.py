@@ -1,4 +1,4 @@
-"""`MotionPredictor`: predicts motion, between station and controller."""
+"""`MotionPredictor`: predicts the motion of a robot with delay."""
 
 import dataclasses as dc
 import math
@@ -23,12 +23,12 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 
 _RENEWED = 0.1
-"""Weight of the latest latency in the running average of latencies."""
+"""Weight of the latest value in the running average of the latency."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Known:
-    """Memory between ticks; copying returns the object itself.
+    """The system's state between ticks; copying returns the object itself.
 
     Attributes:
         time: Time of the previous tick [s]; NaN before the first.
@@ -51,7 +51,7 @@ class _Known:
         u: np.ndarray,
         ramp: StationRamp,
     ) -> "_Known":
-        """Adds the previous tick's command, sent at its time or later."""
+        """Adds the previous tick's command and the time of its sending."""
         sent = max(self.time, sent)
         change = sent - self.time - self.latency
         return dc.replace(
@@ -77,18 +77,19 @@ class MotionPredictor(LeafSystem):
         - configuration
         - motion
 
-    `status` contains the age of the measured q. If a station extrapolates the
-    pose of its base with the measured `base_velocity`, this system reverses the
-    extrapolation with the same velocity. `velocity_executed` is the command of
-    the previous tick; `status` contains the time at which it was sent. The
-    expected latency of the next command is a running average. The output
-    `configuration` is the configuration after all commands in flight, from
-    which the program plans; `motion` is the `Motion` for verification and
-    supervisor.
+    The input `status` contains the age of the measured q. If a station
+    extrapolates the pose of its base with the measured `base_velocity`, this
+    system reverses the extrapolation with the same velocity. The input
+    `velocity_executed` is the command of the previous tick, and `status`
+    contains the time at which it was sent. The expected latency of the next
+    command is a running average. The output `configuration` is the
+    configuration after all commands in flight, from which the controller
+    computes the next command. The output `motion` is the `Motion`, for
+    verification and for the supervisor.
 
     Args:
         robot: The robot.
-        model: Model of how its axes follow their commands.
+        model: Actuator model of the robot's axes.
         period: Control period [s].
     """
 
@@ -103,7 +104,8 @@ class MotionPredictor(LeafSystem):
         self.set_name("predictor")
         self._robot, self._model = robot, model
         self._ramp = StationRamp(robot.acceleration_limit, period)
-        # Time between a punctual tick and the start of a station's ramp.
+        # This is the time from a tick that is on time to the start of a
+        # station's braking ramp.
         self._slack = spare_time(period)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -138,7 +140,7 @@ class MotionPredictor(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
     def _calc_history(self, context: Context, value: Value) -> None:
-        """Returns the memory with the command of the previous tick."""
+        """Returns the state with the command of the previous tick."""
         known: _Known = context.get_abstract_state(self._cell).get_value()
         if not math.isnan(known.time):
             known = known.with_command(

@@ -1,4 +1,4 @@
-"""Propagates a measurement to the time when the next command acts."""
+"""Predicts the state at the time at which the next command acts."""
 
 import numpy as np
 
@@ -20,20 +20,21 @@ def predict(
     now: float,
     slack: float = 0.0,
 ) -> Motion:
-    """Predicts the motion by all commands sent so far.
+    """Predicts the motion that all commands sent so far cause.
 
-    Without delays and lags, the result is the measured configuration.
+    If the model has no delays and lags, the predicted configuration is the
+    measured configuration.
 
     Args:
         robot: The robot.
-        model: How its axes follow their commands.
+        model: Actuator model of the robot's axes.
         history: The commands that were sent.
         q: Measured configuration, shape (n_q,) [m, rad].
         stamp: Time at which each axis was measured, shape (n_u,) [s].
         now: Time at which the next command is sent [s].
         slack: Largest additional delay of commands compared with the model [s].
     """
-    # Copies, since Numba compiles for writable arrays.
+    # The arrays are copied, since kernels are compiled for writable arrays.
     start, q_start, v_start, q_planned, v_measured, way_measured = lead_forward(
         model.parameters,
         (history.sent, history.u, history.v, history.way),
@@ -62,12 +63,12 @@ def predict(
 def modelled_way(
     model: ActuatorModel, history: History, stamp: np.ndarray
 ) -> np.ndarray:
-    """Returns the modelled distance of each axis, shape (n_u,) [m, rad].
+    """Returns the distance of each axis in the model, shape (n_u,) [m, rad].
 
     The distance is measured from the start of the history.
 
     Args:
-        model: How the axes follow their commands.
+        model: Actuator model of the axes.
         history: The commands that were sent.
         stamp: The time for each axis, shape (n_u,) [s].
     """

@@ -1,4 +1,4 @@
-"""`StationRamp`: the braking ramp of a station without a newer command."""
+"""`StationRamp`: the braking ramp of a station that receives no new command."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from remosplat_drake.robot.braking import HELD, executed_command
 
 @dc.dataclass(frozen=True, eq=False)
 class StationRamp:
-    """The ramp by which a station brakes if no new command arrives.
+    """The ramp along which a station brakes if no new command arrives.
 
-    See `braking` for the steps.
+    The module `braking` defines the steps.
 
     Attributes:
         acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
@@ -26,11 +26,11 @@ class StationRamp:
     def steps(
         self, u: np.ndarray, time: float
     ) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields the age of the command [s] and the velocities of each step.
+        """Yields for each step the age of the command [s] and the velocities.
 
         Args:
             u: The command, shape (n_u,) [m/s, rad/s].
-            time: Time until the next command [s], at which the ramp ends.
+            time: Time until the next command, which ends the ramp [s].
         """
         command = u
         for k in count():

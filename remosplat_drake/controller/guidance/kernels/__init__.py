@@ -1,1 +1,1 @@
-"""Simulation of the closed control loop in compiled steps."""
+"""Simulates the control loop by compiled kernels."""

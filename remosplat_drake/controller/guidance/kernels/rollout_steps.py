@@ -1,4 +1,4 @@
-"""Steps of a rollout: query the map, run the tick, move."""
+"""Simulates steps of a rollout: query of the map, tick, and motion."""
 
 import numpy as np
 
@@ -46,27 +46,27 @@ def rollout_steps(
     Args:
         law: The `LawArrays`.
         robot: The `RobotArrays`.
-        maps: The map, as `rows_within` takes it.
-        compiled: The map, as `sphere_clearances` takes it.
+        maps: The map, in the form that `rows_within` takes.
+        compiled: The map, in the form that `sphere_clearances` takes.
         off: The map's `Misplacement`.
         movers: The `MoverArrays`.
         age: Age of the movers' measurements at the rollout's start [s].
         motion: The `MotionArrays` at this step.
         now: The time of the rollout's start [s].
-        ahead: Time since the start [s].
+        ahead: Time since the rollout's start [s].
         aim: The `AimArrays`.
-        q: Configuration, shape (n_q,) [rad, m]; of a robot with delay the one
-            after all committed commands.
+        q: Configuration, shape (n_q,) [rad, m]. For a robot with delay, it is
+            the configuration after all commands that have been sent.
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
         steps: Number of steps.
-        line: Identifier of the `PythonCalls`.
+        line: Number of the `PythonCalls`.
 
     Returns:
-        For each step the command, shape (s, n_u), the configuration after it,
-        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
-        and the fields `sent` to `q_start` of the `MotionArrays` after the last
-        step.
+        For each step, the command, shape (s, n_u), the configuration after the
+        step, shape (s, n_q), and the poses of the end effectors in this
+        configuration, shape (s, e, 4, 4). After the last step, the fields
+        `sent` to `q_start` of the `MotionArrays`.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))
@@ -90,7 +90,8 @@ def rollout_steps(
         us[k], qs[k], X_WEs[k] = u, q, state.X_WE
         moving = _motion_after(moving, u, law.dt, robot.n_base)
         ahead += law.dt
-    # Copies, since the arrays of a motion may be memory of the kernel.
+    # The arrays are copied, since the arrays of a motion may be memory of this
+    # kernel.
     after = (
         moving.sent.copy(),
         moving.u.copy(),
@@ -119,7 +120,7 @@ def _unpacked(motion):
 
 @helper
 def _motion_after(motion, u, dt, n_base):
-    """Returns the motion of a robot, one period after a further command.
+    """Returns the motion of a robot one period after it received a command.
 
     Args:
         motion: The `MotionArrays` when the command is sent.
@@ -132,7 +133,7 @@ def _motion_after(motion, u, dt, n_base):
     n, longest = len(u), 0.0
     for j in range(n):
         longest = max(longest, motion.parameters[j, 0])
-    # Earlier commands no longer have an effect.
+    # Commands before this one no longer have an effect.
     first = max(np.searchsorted(motion.sent, motion.start - longest) - 1, 0)
     h = len(motion.sent) - first
     sent, told = np.empty(h + 1), np.empty((h + 1, n))

@@ -1,1 +1,1 @@
-"""Kernel that assembles the program of a tick from the ingredients."""
+"""Assembles the quadratic program of a tick from the ingredients, compiled."""

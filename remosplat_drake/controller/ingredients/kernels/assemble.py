@@ -1,4 +1,4 @@
-"""One kernel that adds the library's ingredients to the program of a tick."""
+"""A kernel that assembles the quadratic program of a tick from ingredients."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -81,16 +81,16 @@ KINDS = (
     (PathTracking, add_path_tracking),
     (MoverDamper, add_mover_damper),
 )
-"""The library's kinds of ingredients with the functions that add their terms,
-in the order in which these are called."""
+"""The library's classes of ingredients, and the function that adds the terms of
+each class. The functions are called in this order."""
 
 PARTS = tuple(kind for kind, _ in KINDS)
-"""The library's kinds of ingredients. The number of an ingredient is the index
-of its kind."""
+"""The library's classes of ingredients. The number of an ingredient is the
+index of its class."""
 
 OUTSIDE = len(PARTS)
-"""Number of the first ingredient from outside the library. Each compiled
-ingredient has its own number; all ingredients in Python share the last number.
+"""Number of a user's first ingredient. Each compiled ingredient has its own
+number, and all ingredients in Python share the last number.
 """
 
 YIELD_ORDER = tuple(
@@ -102,20 +102,20 @@ YIELD_ORDER = tuple(
         CollisionDamper,
     )
 )
-"""Kinds of ingredients whose rows are relaxed in an infeasible program, in this
-order.
+"""Classes of ingredients whose rows are relaxed if the program is infeasible,
+in this order.
 
-Rows of ingredients from outside are relaxed together with the last kind.
+Rows of a user's ingredients are relaxed together with those of the last class.
 """
 
 
 class Parts(NamedTuple):
-    """The compiled ingredients of a law.
+    """The compiled ingredients of a control law.
 
     Attributes:
-        settings: Inputs of the functions of each kind, in the order of `KINDS`.
-        present: Which kinds the law has, shape (k,), bool.
-        added_by: The functions of compiled ingredients from outside.
+        settings: Inputs of the functions, in the order of `KINDS`.
+        present: Whether the law has each of the k classes, shape (k,), bool.
+        added_by: The functions of a user's compiled ingredients.
     """
 
     settings: tuple
@@ -127,9 +127,9 @@ class Assembled(NamedTuple):
     """The program of a tick with the terms of the compiled ingredients.
 
     Attributes:
-        program: The program. If an ingredient is refused, the program must not
-            be solved; it is only for error messages.
-        refused: Number of an ingredient with unusable terms, or NO_PART.
+        program: The program. If an ingredient has invalid terms, the program
+            must not be solved, and is only used for error messages.
+        refused: Number of an ingredient with invalid terms, or NO_PART.
         ended: Result of the call of that ingredient's function.
     """
 
@@ -139,11 +139,11 @@ class Assembled(NamedTuple):
 
 
 def in_turn(adders: Sequence[Callable]) -> Callable:
-    """Makes a function that calls the functions of the present ingredients.
+    """Makes a function that calls the functions of a law's ingredients.
 
-    Its source is generated, one line for each ingredient, since Numba cannot
-    loop over functions. A chain of functions that call each other would take
-    nearly three times as long to compile.
+    The source of this function is generated, with one line for each class,
+    since Numba cannot loop over functions. Compiling a chain of functions that
+    call each other would take nearly three times as long.
 
     Args:
         adders: The functions, in the order of `KINDS`.
@@ -181,7 +181,7 @@ def assemble(
     tube,
     guidance,
 ) -> Assembled:
-    """Builds the program of a tick.
+    """Builds the quadratic program of a tick.
 
     Args:
         parts: The `Parts`.
@@ -190,10 +190,10 @@ def assemble(
         aim: The `AimArrays`.
         rows: Spheres, distances and directions of the m clearances.
         movers: The `MoverArrays`.
-        near: Settings of the search for near links, the `NearQuestion`.
+        near: The `NearQuestion`: settings of the search for near links.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
+        tube: Bound of each sphere's deviation from its path, shape (n,) [m].
         guidance: The `GuidanceArrays`.
     """
     found = find_movers(
@@ -237,7 +237,7 @@ def assemble_tick(
     tube,
     guidance,
 ) -> Assembled:
-    """Builds the program of a tick for callers in Python.
+    """Builds the quadratic program of a tick, for calls from Python.
 
     Args:
         parts: See `assemble`.

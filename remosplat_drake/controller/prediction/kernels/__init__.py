@@ -1,1 +1,1 @@
-"""The compiled forms of history and prediction."""
+"""Compiled functions of the history and of the prediction."""

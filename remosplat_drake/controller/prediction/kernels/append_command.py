@@ -1,4 +1,4 @@
-"""Kernel that adds a command to the history."""
+"""A kernel that adds a command to a `History`."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from remosplat_drake.robot.actuator_response import respond
 
 @kernel
 def append_command(parameters, past, time, u, span):
-    """Adds a command, and removes those that no longer have an effect.
+    """Adds a command, and removes commands that no longer have an effect.
 
     Args:
         parameters: `ActuatorModel.parameters`.
-        past: `History.sent`, `u`, `v`, `way` and `drift`.
-        time: When the command was sent [s].
+        past: The arrays `sent`, `u`, `v`, `way` and `drift` of the `History`.
+        time: Time at which the command was sent [s].
         u: The command, shape (n_u,) [m/s, rad/s].
         span: Time for which commands are stored [s].
 
@@ -42,7 +42,7 @@ def append_command(parameters, past, time, u, span):
 
 @helper
 def _with_row(rows, first, row):
-    """Returns the rows from the first one on, and one more."""
+    """Returns the rows from a first row on, and an additional row."""
     h = len(rows) - first
     result = np.empty((h + 1, len(row)))
     for j in range(len(row)):

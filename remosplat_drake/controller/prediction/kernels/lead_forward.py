@@ -1,4 +1,4 @@
-"""Kernel that propagates a measurement through the commands in flight."""
+"""A kernel that computes the motion that commands in flight cause."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from remosplat_drake.controller.verification.kernels.places import chain
 from remosplat_drake.robot.actuator_response import respond
 
 LONG_AGO = -1e12
-"""A time before all others [s]."""
+"""A time before all other times [s]."""
 
 PIECES = 8
 """Number of arcs that approximate a base's predicted motion."""
@@ -15,19 +15,19 @@ PIECES = 8
 
 @kernel
 def lead_forward(parameters, past, q, stamp, now, n_base):
-    """Computes the motion that commands in flight cause after a measurement.
+    """Computes the motion that commands already sent cause after a measurement.
 
     Args:
         parameters: `ActuatorModel.parameters`.
-        past: `History.sent`, `u`, `v` and `way`.
+        past: The arrays `sent`, `u`, `v` and `way` of the `History`.
         q: Measured configuration, shape (n_q,) [m, rad].
         stamp: Time at which each axis was measured, shape (n_u,) [s].
         now: Time at which the next command is sent [s].
         n_base: Number of base commands.
 
     Returns:
-        `Motion.start`, `q_start`, `v_start`, `q_planned`, `v_measured` and
-        `way_measured`.
+        The attributes `start`, `q_start`, `v_start`, `q_planned`, `v_measured`
+        and `way_measured` of a `Motion`.
     """
     sent, told, v_past, way_past = past
     n = len(stamp)
@@ -73,5 +73,5 @@ def led(q, ways, n_base):
     if not ways.any():
         return q
     # Each displacement takes one unit of time. The result is the start of an
-    # additional piece after the last displacement.
+    # additional piece of the path after the last displacement.
     return chain(q, ways, np.ones(len(ways) + 1), n_base)[-1]
