@@ -1,4 +1,4 @@
-"""`ReactiveController`: the control law as a Drake system."""
+"""`ReactiveController`: a Drake system that evaluates the control law."""
 
 import dataclasses as dc
 from time import perf_counter
@@ -36,7 +36,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 
 class ReactiveController(LeafSystem):
-    """Solves one quadratic program a tick and holds its command.
+    """Solves a quadratic program at each tick, and holds its command.
 
     .. pydrake_system::
 
@@ -57,25 +57,25 @@ class ReactiveController(LeafSystem):
         - velocity_commanded
         - report
 
-    The command is discrete state, updated once in each control period. So the
-    number of solved programs does not depend on the plant's integration steps,
-    and station and controller form no algebraic loop.
+    The command is discrete state, which is updated once per control period. So
+    the number of solved programs does not depend on the integration steps of
+    the station, and there is no algebraic loop between station and controller.
 
-    Of the two ports for the target, connect one: `target` takes its pose X_WT
-    as a `RigidTransform`, `aim` takes an `Aim` or a `Target`. `selection` is
-    the output of a `GuidanceSelector`; without it the controller always drives
-    directly to the target. `velocity_executed` is the command that the
-    supervisor passed on; without it, the controller assumes that its own
-    command is executed. `motion` is the `Motion` of a robot with delay;
-    `configuration` and `clearances` must then belong to its `q_planned`.
-    `movers` are the `Movers` around the robot; if the port is not connected,
-    there are none. `payload` is the robot's `Load`, with which `clearances`
-    were computed; it may change only at standstill. While `hold` is true, each
-    command is the next step of the braking ramp: the robot comes to a
-    standstill and stays there.
+    Connect one of the two inputs for the target: `target` is the pose X_WT as a
+    `RigidTransform`, and `aim` is an `Aim` or a `Target`. The input `selection`
+    is the output of a `GuidanceSelector`; if it is not connected, the
+    controller always moves directly to the target. `velocity_executed` is the
+    command that the supervisor passed on; if it is not connected, the
+    controller assumes that its own command is executed. `motion` is the
+    `Motion` of a robot with delay; `configuration` and `clearances` must then
+    be those of its `q_planned`. `movers` are the `Movers` around the robot; if
+    the port is not connected, there are none. `payload` is the robot's `Load`,
+    with which `clearances` were computed; it may change only at standstill.
+    While `hold` is true, each command is the next step of the braking ramp, so
+    the robot stops and remains at rest.
 
-    `report` is the `TickReport` of the latest tick. Viewers and loggers read
-    it, so they need not query the oracle again.
+    The output `report` is the `TickReport` of the latest tick. Viewers and
+    loggers read it, so they do not query the oracle again.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -159,20 +159,20 @@ class ReactiveController(LeafSystem):
         target: OutputPort | None = None,
         rest: RestRule | None = None,
     ) -> "ReactiveController":
-        """Adds a controller and connects it to a `DistanceOracle`.
+        """Adds a controller, and connects it to a `DistanceOracle`.
 
         Args:
             builder: The builder of the diagram.
             law: The control law.
             oracle: The system that computes distances, with the output ports
                 `clearances` and `distance_field`.
-            configuration: The port of the measured q, n_q entries; None
+            configuration: The output port of the measured q, n_q entries; None
                 leaves the input unconnected.
-            target: The port of the target, which has an `Aim`, a `Target`, or
-                the pose X_WT as a `RigidTransform`; None leaves the inputs
-                unconnected.
-            rest: Conditions of rest at a reached target; None: the robot never
-                rests.
+            target: The output port of the target, whose value is an `Aim`, a
+                `Target`, or the pose X_WT as a `RigidTransform`; None leaves
+                the inputs unconnected.
+            rest: Conditions of rest at a reached target; None if the robot
+                never rests.
 
         Returns:
             The controller, which is now part of the diagram.
@@ -234,7 +234,7 @@ class ReactiveController(LeafSystem):
         report: TickReport,
         executed: np.ndarray,
     ) -> TickReport:
-        """Replaces the command by rest if the robot holds a reached target."""
+        """Replaces the command by a braking ramp if the robot should rest."""
         if self._rest is None:
             return report
         cell = int(self._rest_index)

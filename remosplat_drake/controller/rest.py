@@ -1,12 +1,12 @@
-"""Rest: a robot that holds a reached target stands still.
+"""Rest: a robot at a reached target stops moving.
 
-At a reached target, secondary costs keep moving a redundant robot: the end
-effector stays, while base and arm drift in the null space of the task. So a
-dead band with hysteresis ends the motion. The robot comes to rest if the target
-is reached, has not changed, and its error has stopped falling. It moves again
-if the target changes, if the error grows by more than the band, if the
-clearance falls below the stopping distance by more than the band, or if a mover
-comes near.
+At a reached target, secondary costs continue to move a redundant robot: the end
+effector does not move, but base and arm drift in the null space of the task. A
+dead band with hysteresis ends this motion. The robot comes to rest if the
+target is reached and has not changed, and if its error no longer decreases. It
+moves again if the target changes, if the error increases by more than the dead
+band, if the clearance falls below the stopping distance by more than the dead
+band, or if a mover comes near.
 """
 
 import dataclasses as dc
@@ -23,8 +23,8 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _SETTLED = 0.25
-"""Fraction of the band by which an error may still fall while the robot comes
-to rest."""
+"""Fraction of the dead band by which an error may still decrease while the
+robot comes to rest."""
 
 _LOOK = 0.1
 """Time between two checks of the errors of a moving robot [s]."""
@@ -36,7 +36,7 @@ class RestRule:
 
     Attributes:
         config: The dead band.
-        arrived: Predicate: whether a `PoseError` counts as arrival.
+        arrived: Function that returns whether a `PoseError` counts as arrival.
     """
 
     config: RestConfig
@@ -45,14 +45,15 @@ class RestRule:
 
 @dc.dataclass(frozen=True, eq=False)
 class Rest:
-    """The state of rest at a held target; copying returns the object itself.
+    """The state of rest at a target; copying returns the object itself.
 
     Attributes:
-        aim: The held aim; None without one.
-        since: Time since which the errors have not fallen [s].
-        errors: Errors at that time, shape (k + 1, 2): for each target the
-            distance [m] and the angle [rad]; in the last row, the amount by
-            which the clearance is below the stopping distance [m], and 0.
+        aim: The aim at whose targets the robot is; None if there is none.
+        since: Time since which the errors have not decreased [s].
+        errors: Errors at the time `since`, shape (k + 1, 2). For each target,
+            they are the distance [m] and the angle [rad]. The last row is the
+            amount by which the clearance is below the stopping distance [m],
+            and 0.
         is_still: Whether the robot rests.
         looked: Time of the latest check of the errors [s].
     """
@@ -106,8 +107,8 @@ def at_rest(
 ) -> TickReport:
     """Returns the report of a tick at which the robot rests.
 
-    Its command is the next step of the braking ramp, which was verified with
-    the previous command.
+    The command in the report is the next step of the braking ramp, which was
+    verified with the previous command.
 
     Args:
         law: The control law.

@@ -14,17 +14,17 @@ from remosplat_drake.base.ranges import Config
 class RestConfig(Config):
     """Conditions under which a robot rests at a reached target."""
 
-    # Whether the robot rests. Otherwise the costs of manipulability, base
-    # orientation and active collision keep moving a redundant robot.
+    # Whether the robot rests. If not, the costs of manipulability, base
+    # orientation and active collision continue to move a redundant robot.
     enabled: bool = True
-    # Time for which the error must not fall before the robot rests [s].
+    # Time for which the error must not decrease before the robot rests [s].
     settling_time: Annotated[float, Interval(gt=0, le=60)] = 1.0
-    # Growth of the distance to the target that ends the rest [m].
+    # Increase of the distance to the target that ends the rest [m].
     position_band: Annotated[float, Interval(gt=0, le=0.1)] = 0.002
-    # Growth of the angle to the target that ends the rest [deg].
+    # Increase of the angle to the target that ends the rest [deg].
     angle_band: Annotated[float, Interval(gt=0, le=10)] = 0.2
 
     @property
     def bands(self) -> np.ndarray:
-        """The bands of distance [m] and angle [rad], shape (2,)."""
+        """The dead bands of distance [m] and angle [rad], shape (2,)."""
         return np.array([self.position_band, math.radians(self.angle_band)])

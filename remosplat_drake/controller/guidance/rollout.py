@@ -113,7 +113,7 @@ class Rollout:
         final error. A rollout with the status OUTRUN is never the best.
 
         Args:
-            first_tier: The usual stopping distance [m].
+            first_tier: The stopping distance of the first tier [m].
         """
         if self.status == REACHED:
             return self.arrival(first_tier)

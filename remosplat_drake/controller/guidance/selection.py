@@ -104,7 +104,7 @@ def start_selection(rule: SelectionRule) -> Selection:
     """Makes the initial `Selection`.
 
     Args:
-        rule: The rule, which contains the initial guidance.
+        rule: The selector's settings.
     """
     return Selection(rule.start)
 
@@ -115,7 +115,7 @@ def on_the_same_world(
     """Returns the selection, or an initial selection for a new target or map.
 
     Args:
-        rule: The rule, which contains the initial guidance.
+        rule: The selector's settings.
         selection: The selection so far.
         revision: Revision of the present map.
         aim: The present aim.

@@ -65,7 +65,7 @@ def serve(
             last message may be a `Failure` or a `TransferError`.
         packed: The selection rule, packed by `pack_rule`.
         budget: Time that a response may take [s].
-        threads: Number of rollouts that may be simulated at the same time.
+        threads: Number of rollouts that may be simulated in parallel.
     """
     try:
         _answer(connection, unpack_rule(packed), budget, threads)

@@ -1,4 +1,4 @@
-"""Costs and constraints of the program, one class a file."""
+"""Ingredients: costs and constraints of the controller's quadratic program."""
 
 from remosplat_drake.controller.ingredients.active_collision_cost import (
     ActiveCollisionCost,

@@ -1,1 +1,1 @@
-"""The quadratic program of a tick: its parts, and its solvers."""
+"""The quadratic program of a control tick: its terms and its solvers."""

@@ -1,9 +1,10 @@
-"""A dual active-set method for small strictly convex programs (numba).
+"""Solves small, strictly convex quadratic programs by an active-set method.
 
-Rollouts solve thousands of similar programs with about nine unknowns. Goldfarb
-and Idnani's method (1983) starts at the unconstrained optimum and adds one
-violated row after the other to the active set. With few active rows, this takes
-a few microseconds. Tests compare it with `ClarabelSolver`.
+Rollouts solve thousands of similar programs with about nine unknowns. The dual
+active-set method of Goldfarb and Idnani (1983) starts at the unconstrained
+optimum, and adds one violated row after the other to the active set. If few
+rows are active, this takes a few microseconds. Tests compare the results with
+those of Drake's `ClarabelSolver`.
 """
 
 from typing import NamedTuple
@@ -14,21 +15,23 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
-"""Statuses of `solve_dense`: u is the optimum; no u satisfies all rows; or
-rounding errors prevent a decision, so that the caller uses another solver."""
+"""Statuses of `solve_dense`. In order, they mean that u is the optimum; that no
+u satisfies all rows; and that rounding errors prevent a decision, so that the
+caller must use another solver."""
 
 _TOLERANCE = 1e-10
-"""Largest violation of a row that counts as zero, with the row scaled to unit
-length."""
+"""Violation of a row up to which it counts as zero, if the row is scaled to
+unit length."""
 
 _DEPENDENT = 1e-12
-"""Squared length of a row, projected off the active rows, below which the row
-counts as linearly dependent on them."""
+"""Squared length of a row's component orthogonal to the active rows. If it is
+smaller than this value, the row counts as linearly dependent on them."""
 
 _STATIONARY = 1e-6
 """Largest residual of H u + c + A' multipliers = 0, relative to the larger of H
-u and c. It is exceeded if a nearly dependent row has a very large multiplier;
-the terms neglected because of `_DEPENDENT` then matter."""
+u and c. If a nearly dependent row has a very large multiplier, the terms that
+are neglected because of `_DEPENDENT` are large, and the residual exceeds this
+limit."""
 
 _MAX_STEPS = 500
 
@@ -53,7 +56,7 @@ class DenseProgram(NamedTuple):
 def solve_dense(H, c, A, b):
     """Minimises 1/2 u'Hu + c'u subject to A u <= b.
 
-    The dual active-set method of Goldfarb and Idnani (1983).
+    The method is the dual active-set method of Goldfarb and Idnani (1983).
 
     Args:
         H: Symmetric positive definite matrix of the cost, shape (n, n).
@@ -113,14 +116,14 @@ def _is_stationary(H, c, A, u, active, weight, n_active):
 
 @helper
 def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
-    """Adds a violated row to the active set: moves u until it is an equality.
+    """Adds a violated row to the active set, and moves u until it is active.
 
-    Rows whose multiplier reaches zero on the way are removed from the active
-    set.
+    If the multiplier of an active row reaches zero during this motion, the row
+    is removed from the active set.
 
     Returns:
-        The number of active rows; -1 if the row is incompatible with the
-        others.
+        The number of active rows; -1 if the row is incompatible with the active
+        rows.
     """
     price = 0.0
     y = _forward(L, A[entering])
@@ -176,7 +179,7 @@ def _most_violated(A, b, length, u):
 
 @helper
 def _blocking(weight, r, n_active):
-    """Returns the row whose multiplier first reaches zero, and the step."""
+    """Returns the row whose multiplier reaches zero first, and the step."""
     leaving, step = -1, np.inf
     for k in range(n_active):
         if r[k] > 0.0 and weight[k] / r[k] < step:
@@ -198,7 +201,8 @@ def _factor(L, A, active, n_active, Q, R):
     for k in range(n_active):
         column = _forward(L, A[active[k]])
         for i in range(k):
-            # Repeated, so that Q is orthogonal up to rounding.
+            # Orthogonalisation is repeated, so that Q is orthogonal up to
+            # rounding errors.
             R[i, k] = 0.0
         for _ in range(2):
             for i in range(k):

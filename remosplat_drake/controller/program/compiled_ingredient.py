@@ -11,21 +11,22 @@ from remosplat_drake.scene.mover import Movers
 class CompiledIngredient(ABC):
     """An ingredient in compiled form: settings, and a function that adds terms.
 
-    The function is compiled, and called once in each tick by the kernels of
-    ticks and rollouts. Its docstring contains the formula. Its arguments are:
+    An ingredient is a cost or a constraint of the quadratic program. The
+    kernels of ticks and rollouts call the function once in each tick. Its
+    docstring contains the formula. Its arguments are:
 
     - `own`: the ingredient's `settings`.
     - `k`: the ingredient's number.
     - `tick`: the inputs of the tick, the `TickArrays`.
     - `program`: the `ProgramArrays`, to which the terms are added.
 
-    In an ingredient from outside the library, the function is the static method
-    `add`. It adds costs to `program.linear[k]` and `program.quadratic[k]`, and
-    rows by `new_row`. The library's ingredients have functions `add_...` below
-    their classes, listed in `kernels/assemble.py`.
+    In an ingredient of your own, the function is the static method `add`. It
+    adds costs to `program.linear[k]` and `program.quadratic[k]`, and rows by
+    `new_row`. The library's ingredients have functions `add_...` below their
+    classes, which `kernels/assemble.py` lists.
 
-    A subclass with a method `AddToProgram` is an `Ingredient` in Python: only
-    this method adds its terms.
+    If a subclass has a method `AddToProgram`, it is an `Ingredient` in Python,
+    and only this method adds its terms.
 
     Attributes:
         term: Name of all terms of the ingredient.
@@ -52,14 +53,14 @@ class CompiledIngredient(ABC):
 
     @abstractmethod
     def settings(self, robot: RobotModel) -> tuple:
-        """Makes `own`, the function's input: a named tuple.
+        """Makes `own`, the function's first argument, a named tuple.
 
         Args:
             robot: The robot that is driven.
         """
 
     def make(self, robot: RobotModel) -> Self:
-        """Returns the ingredient itself; see `IngredientMaker.make`.
+        """Returns this ingredient; see `IngredientMaker.make`.
 
         Args:
             robot: The robot that is driven.
@@ -79,7 +80,7 @@ class CompiledIngredient(ABC):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> str | tuple[str, ...]:
-        """Returns the subject of a row for display: names, or a text.
+        """Returns the subject of a row for display, as names or a text.
 
         Args:
             robot: The robot that is driven.

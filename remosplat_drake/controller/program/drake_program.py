@@ -1,4 +1,4 @@
-"""The program of a tick as Drake's `MathematicalProgram`."""
+"""Converts the quadratic program of a tick to a `MathematicalProgram`."""
 
 import numpy as np
 from pydrake.solvers import (
@@ -11,11 +11,11 @@ from remosplat_drake.controller.program.slack_form import SlackForm
 from remosplat_drake.controller.program.term import Term
 
 _ROUNDING = 1e-12
-"""Relative rounding errors of the eigenvalues of a cost's matrix."""
+"""Bound of the relative rounding errors of a cost matrix's eigenvalues."""
 
 
 class DrakeProgram:
-    """A `MathematicalProgram` in u, to which ingredients add their own terms.
+    """A `MathematicalProgram` in u, to which ingredients add terms.
 
     Args:
         n_u: Number of entries of the command u.
@@ -40,18 +40,18 @@ class DrakeProgram:
 
 
 class KeptProgram:
-    """A reusable `MathematicalProgram` of fixed size, filled at each tick.
+    """A `MathematicalProgram` of fixed size that is filled again at each tick.
 
-    Drake takes longer to make variables and bindings than to fill in values, so
-    a solver reuses it at each tick.
+    Making variables and bindings takes longer than setting values, so a solver
+    uses the same `MathematicalProgram` at each tick.
 
     Args:
         n_u: Number of entries of the command u.
         r: Number of entries of the slack delta.
-        extension: Additional terms of ingredients; None for none.
+        extension: Additional terms of ingredients; None if there are none.
 
     Attributes:
-        prog: The `MathematicalProgram` itself.
+        prog: The `MathematicalProgram`.
         u: Decision variables of the command, shape (n_u,).
     """
 
@@ -86,7 +86,7 @@ class KeptProgram:
         return self._size == (n_u, r)
 
     def fill(self, form: SlackForm) -> None:
-        """Fills in a tick's program.
+        """Sets the values of a tick's program.
 
         Args:
             form: The program, of the same size.
@@ -104,7 +104,7 @@ class KeptProgram:
 
 def _check_evaluator(evaluator: EvaluatorBase) -> None:
     term = Term(type(evaluator).__name__, evaluator.get_description())
-    # Any coefficient that is not finite makes the value not finite.
+    # If any coefficient is not finite, this value is not finite.
     value = evaluator.Eval(np.ones(evaluator.num_vars()))
     if not np.isfinite(value).all():
         raise term.error("it is not finite")

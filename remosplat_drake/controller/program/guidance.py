@@ -1,4 +1,4 @@
-"""`Guidance`: a modification of the control law, which the selector chooses."""
+"""`Guidance`: a modification of the control law, which the selector selects."""
 
 import dataclasses as dc
 import math
@@ -16,24 +16,24 @@ from remosplat_drake.controller.program.path import Path
 
 @dc.dataclass(frozen=True)
 class Guidance:
-    """A modification of the control law; the default changes nothing.
+    """A modification of the control law; the default is no modification.
 
     Attributes:
         name: Name of the guidance, for display.
-        side: +1 passes obstacles on the left, -1 on the right, 0 goes
-            straight.
+        side: Side on which the robot passes obstacles: +1 for left, -1 for
+            right, 0 for neither.
         bearing: Desired bearing psi of the end effector in the base's frame,
             positive to the left [rad]. With a negative bearing, the base heads
             to the left of the end effector.
-        active_scale: Factor on the gain of the active collision cost.
+        active_scale: Factor of the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
-        path: Path through configurations to follow, in place of the servo's
-            direct way to the target; None for none.
+        path: Path through configurations that the robot follows, instead of the
+            servo's direct way to the target; None if there is no path.
         joint_stop: Stopping distance of revolute joints from their limits
             [deg]; None keeps the configured one.
         slide_stop: Stopping distance of prismatic joints from their limits [m];
             None keeps the configured one.
-        approach_scale: Factor on the gain of the collision damper.
+        approach_scale: Factor of the gain of the collision damper.
     """
 
     name: str = "direct"
@@ -51,7 +51,7 @@ class Guidance:
 
     @cached_property
     def arrays(self) -> Packed[GuidanceArrays]:
-        """The guidance packed for kernels."""
+        """The guidance, packed for kernels."""
         path, joint_stop = self.path, self.joint_stop
         arrays = GuidanceArrays(
             float(self.side),
@@ -74,20 +74,21 @@ def _or_nan(value: float | None) -> float:
 
 
 DIRECT = Guidance()
-"""The guidance that changes nothing."""
+"""The `Guidance` that does not modify the control law."""
 
 
 def make_candidates(
     tiers: Sequence[float], bearing: float = 0.8, active_scale: float = 0.5
 ) -> tuple[tuple[Guidance, ...], ...]:
-    """Makes the candidates direct, left and right for every stopping distance.
+    """Makes the candidates direct, left and right for each stopping distance.
 
     Args:
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
-        bearing: Angle by which the base turns from the end effector towards the
-            chosen side [rad].
-        active_scale: Factor on the active collision cost of both sides.
+        bearing: Angle by which the base is turned away from the direction to
+            the end effector, towards the chosen side [rad].
+        active_scale: Factor of the active collision cost for the candidates
+            left and right.
 
     Returns:
         A tuple of candidates for each tier, in the order of `tiers`.

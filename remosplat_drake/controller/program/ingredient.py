@@ -1,4 +1,4 @@
-"""`Ingredient`: a cost or constraint of the program."""
+"""`Ingredient`: a user's cost or constraint of the quadratic program."""
 
 import traceback
 from collections.abc import Container, Sequence
@@ -17,11 +17,12 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class Ingredient(Protocol):
-    """A cost or constraint in Python that is not part of the library.
+    """Protocol of a user's cost or constraint that is written in Python.
 
     Any object with the method `AddToProgram` is an ingredient. The controller
-    and its rollouts share it, so the method must depend only on its arguments.
-    If rollouts run in a separate process, the object must be picklable.
+    and its rollouts use the same object, so the method must depend only on its
+    arguments. If a separate process computes rollouts, the object must be
+    picklable.
 
     Example:
         >>> import remosplat_drake as rs
@@ -40,20 +41,20 @@ class Ingredient(Protocol):
             program: The program, to which costs, rows and bounds are added,
                 each with a unique name.
             tick: The state of the tick: the robot's state, the target, the
-                clearances and the command being executed.
+                clearances, and the command that is being executed.
         """
         ...
 
 
 AnyIngredient = CompiledIngredient | Ingredient
-"""An ingredient of the library, or one from outside, compiled or in Python."""
+"""Type of any ingredient: of the library or a user's, compiled or in Python."""
 
 
 class IngredientMaker(Protocol):
-    """The settings of an ingredient that depends on the robot.
+    """Protocol of settings from which an ingredient is made for a robot.
 
-    Any `Config` with the method `make` is one, and a scenario may name it in
-    `controller.extra`.
+    Any `Config` with the method `make` is such settings, and a scenario may
+    name its class in `controller.extra`.
     """
 
     def make(self, robot: RobotModel) -> AnyIngredient:
@@ -75,7 +76,7 @@ def added(
 
     Args:
         ingredients: The ingredients.
-        bounds: Lower and upper bounds on u so far, and the same without
+        bounds: Present lower and upper bounds of u, and the same without
             acceleration bounds, shape (4, n_u).
         taken: Names of existing terms.
         tick: The state of the tick.
@@ -84,9 +85,10 @@ def added(
         The added terms.
 
     Raises:
-        TermError: A term cannot be used; the text names it and its ingredient.
+        TermError: A term is invalid. The error names the term and its
+            ingredient.
         NameTakenError: Two terms of one kind have the same name.
-        IngredientError: An ingredient raises.
+        IngredientError: An ingredient raises an exception.
     """
     program = ReactiveProgram.within(bounds, taken)
     for ingredient in ingredients:
@@ -105,7 +107,7 @@ def added(
 
 
 class IngredientError(RemoSplatError):
-    """An ingredient has raised an exception; the text has file and line.
+    """Raised if an ingredient raises an exception; has its file and line.
 
     Args:
         ingredient: The ingredient.
@@ -114,7 +116,8 @@ class IngredientError(RemoSplatError):
 
     def __init__(self, ingredient: Ingredient, error: Exception):
         name = type(ingredient).__name__
-        # The first frame is the caller's, the next one the ingredient's.
+        # The first frame is that of the caller, and the next frame that of the
+        # ingredient.
         called = traceback.extract_tb(error.__traceback__)[1:]
         own = [
             frame for frame in called if frame.filename == called[0].filename

@@ -1,4 +1,4 @@
-"""Distances from joint limits, for revolute and prismatic joints."""
+"""Computes distances from joint limits, for revolute and prismatic joints."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""`Path`: a path through configurations, with its greatest speeds."""
+"""`Path`: a path through configurations, with the greatest speeds along it."""
 
 import dataclasses as dc
 
@@ -9,17 +9,18 @@ import numpy as np
 class Path:
     """A sequence of straight stretches through configurations.
 
-    In lengths, a radian counts like a metre.
+    Lengths of the path are sums in which a radian counts like a metre.
 
     Attributes:
         q: The corners, shape (k, n_q) [rad, m].
         s: Arc length at each corner, shape (k,).
-        v: Greatest speed ds/dt at each corner, shape (k,) [1/s]; between two
-            corners v^2 is linear in s. None for a path without speeds, on which
-            the speed is proportional to the remaining length.
-        a: Greatest dv/dt at each corner for a robot at rest, and for one at the
-            speed v, shape (k, 2) [1/s^2]; linear in the square of the robot's
-            speed between these. None for a path without speeds.
+        v: Greatest speed ds/dt at each corner, shape (k,) [1/s]. Between two
+            corners, v^2 is linear in s. It is None for a path without speeds,
+            on which the speed is proportional to the remaining length.
+        a: Greatest dv/dt at each corner for a robot at rest, and for a robot at
+            the speed v, shape (k, 2) [1/s^2]. For speeds in between, it is
+            linear in the square of the speed. It is None for a path without
+            speeds.
     """
 
     q: np.ndarray
@@ -29,11 +30,11 @@ class Path:
 
     @staticmethod
     def through(q: np.ndarray) -> "Path":
-        """Makes the path through corners.
+        """Makes a path through given corners.
 
         Args:
-            q: The corners, shape (k, n_q) [rad, m]; equal neighbours count
-                once.
+            q: The corners, shape (k, n_q) [rad, m]. Equal consecutive corners
+                count as one.
         """
         q = np.array(q, float)
         step = np.linalg.norm(np.diff(q, axis=0), axis=1)
@@ -79,9 +80,9 @@ class Path:
             q: The configuration, shape (n_q,) [rad, m].
 
         Returns:
-            The arc length of the point and its distance from the configuration.
-            If several points are equally near, it is the one with the largest
-            arc length.
+            The arc length of the point, and its distance from the
+            configuration. If several points are equally near, the point is the
+            one with the largest arc length.
         """
         if len(self.q) == 1:
             return 0.0, float(np.linalg.norm(q - self.q[0]))

@@ -1,4 +1,4 @@
-"""The terms of a tick's program, keyed by name."""
+"""The terms of a tick's quadratic program, keyed by name."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -6,15 +6,15 @@ from collections.abc import Callable
 import numpy as np
 
 Label = Callable[[int], str | tuple[str, ...]]
-"""Function that returns the subject of a row by its index: names of links or
-joints, or a text."""
+"""Function that returns the subject of a row, given its index. The subject is
+the names of links or joints, or a text."""
 
 
 def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
     """Returns the subject of a row as a tuple of names; a text is one name.
 
     Args:
-        said: The subject of the row, as returned by a `Label`.
+        said: The subject of the row, which a `Label` has returned.
     """
     return (said,) if isinstance(said, str) else said
 
@@ -23,22 +23,23 @@ def row_name(term: str, about: tuple[str, ...]) -> str:
     """Returns the name of a row for display.
 
     Args:
-        term: Name of its set of rows.
-        about: Its subject.
+        term: Name of the set of rows that contains the row.
+        about: Subject of the row.
     """
     return f"{term}[{' and '.join(about)}]"
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Rows:
-    """All inequality rows A u <= b of one ingredient.
+    """The inequality rows A u <= b of one ingredient.
 
     Attributes:
         A: Coefficients of the rows, shape (m, n_u).
         b: Right-hand sides of the rows, shape (m,).
-        kept: Which rows are in the program, shape (m,) bool; the bounds on u
-            imply the others.
-        label: Function that names row i: links or joints, or a text.
+        kept: Whether each row is in the program, shape (m,), bool. The bounds
+            of u imply all other rows.
+        label: Function that returns the subject of row i: links or joints, or a
+            text.
     """
 
     A: np.ndarray
@@ -53,16 +54,16 @@ class Rows:
 
 @dc.dataclass(frozen=True, eq=False)
 class Tracking:
-    """Tracking of a twist: J u + delta = V, with a cost of the slack delta.
+    """Constraint that tracks a twist: J u + delta = V, with slack delta.
 
     Attributes:
-        name: The name of this tracking in the program.
+        name: Name of this constraint in the program.
         J: Jacobian of the end effector in W, angular above translational, in
             the r tracked directions, shape (r, n_u).
         V: The desired twist V_WE in these directions, shape (r,) [rad/s, m/s].
         price: Weight of the squared slack, which adds 0.5 * price * |delta|^2
             to the cost (paper eq. 2).
-        limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
+        limit: Bounds of |delta|, shape (r,) [rad/s, m/s].
     """
 
     name: str
@@ -76,7 +77,7 @@ def tracking_name(term: str, effector: str) -> str:
     """Returns the name of the term that tracks an end effector's twist.
 
     Args:
-        term: Name of the term that tracks it.
+        term: Name of the ingredient's terms.
         effector: Name of the end effector; empty if there is only one.
     """
     return f"{term} {effector}".rstrip()
@@ -88,10 +89,10 @@ class Terms:
 
     Attributes:
         rows: Inequality rows A u <= b.
-        linear: Vectors c of linear costs c'u, shape (n_u,) each.
-        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2, shape
-            (n_u,) each.
-        trackings: The trackings of the end effectors' twists.
+        linear: Vectors c of linear costs c'u, each of shape (n_u,).
+        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2, each of
+            shape (n_u,).
+        trackings: The constraints that track the twists of the end effectors.
     """
 
     rows: dict[str, Rows] = dc.field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""`QuadraticProgram`: a tick's program in the form for solvers."""
+"""`QuadraticProgram`: the program of a tick in the form for solvers."""
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram
@@ -16,15 +16,15 @@ from remosplat_drake.controller.program.slack_form import SlackForm
 
 
 class QuadraticProgram:
-    """The finished program of a tick in the form for solvers.
+    """The complete quadratic program of a tick in the form for solvers.
 
     It minimises a quadratic cost of the command u and of the slack delta of the
     end effectors' twists, subject to linear rows and bounds.
 
     Attributes:
         form: The program.
-        extension: Drake's program, to which ingredients may have added further
-            terms that `form` does not contain; None for none.
+        extension: Drake's program, to which ingredients may have added terms
+            that `form` does not contain; None if there is none.
     """
 
     def __init__(self, form: SlackForm, extension: DrakeProgram | None = None):
@@ -32,7 +32,8 @@ class QuadraticProgram:
 
         Args:
             form: The program.
-            extension: Drake's program with further terms; None for none.
+            extension: Drake's program with further terms; None if there is
+                none.
         """
         self.form, self.extension = form, extension
         self._filled: KeptProgram | None = None
@@ -44,22 +45,23 @@ class QuadraticProgram:
 
     @property
     def is_extended(self) -> bool:
-        """Whether Drake's program may have terms beyond `form`."""
+        """Whether Drake's program may have terms that `form` lacks."""
         return self.extension is not None
 
     def dense(self) -> DenseProgram:
-        """Returns the program in u alone, with V - J u in place of the slack.
+        """Returns the program in u alone; V - J u replaces the slack.
 
-        Further terms of Drake's program are not included.
+        The result does not include further terms of Drake's program.
         """
         return DenseProgram(*dense(*self.form))
 
     def optimum(self) -> tuple[np.ndarray, int]:
-        """Solves `dense` with the library's own solver.
+        """Solves the program `dense` with the library's own solver.
 
         Returns:
-            The command u, shape (n_u,), which is optimal only if the status is
-            OPTIMAL, and the status; see `active_set.solve_dense`.
+            The command u, shape (n_u,), and the status; see
+            `active_set.solve_dense`. The command is optimal only if the status
+            is OPTIMAL.
         """
         u, _, ended = solve_dense(*self.dense())
         return u, ended

@@ -1,8 +1,8 @@
-"""`ReactiveProgram`: the program to which ingredients in Python add terms.
+"""`ReactiveProgram`: the quadratic program to which a user's Python adds terms.
 
-Decision variables are the command u and the slack delta of the end effectors'
-twists (paper section III-A). Ingredients, one small class each, add all costs
-and constraints.
+The decision variables are the command u and the slack delta of the end
+effectors' twists (paper section III-A). All costs and constraints are added by
+ingredients, each of which is a small class.
 """
 
 from collections.abc import Container
@@ -34,17 +34,17 @@ from remosplat_drake.controller.program.term import Term
 
 
 class ReactiveProgram:
-    """The program of ingredients from outside the library.
+    """The quadratic program to which ingredients in Python add their terms.
 
-    The program minimises the sum of all costs over the command u, shape
-    (n_u,), within the bounds and subject to all rows. A term's name may be
-    used once for each kind of term.
+    The program minimises the sum of all costs over the command u, shape (n_u,),
+    within the bounds and subject to all rows. Each term has a name. Two terms
+    of the same kind must have different names.
 
-    `prog` is Drake's `MathematicalProgram` of the same command, for terms that
-    the methods here do not support.
+    `prog` is a `MathematicalProgram` of Drake with the same command, for terms
+    that the methods of this class do not support.
 
     Args:
-        velocity_limit: Initial bounds on |u|, shape (n_u,) [rad/s, m/s].
+        velocity_limit: Initial bounds of |u|, shape (n_u,) [rad/s, m/s].
         taken: Names of existing terms.
 
     Attributes:
@@ -76,7 +76,7 @@ class ReactiveProgram:
         """Makes a program with given bounds.
 
         Args:
-            bounds: Lower and upper bounds on u, and the same without
+            bounds: Lower and upper bounds of u, and the same without
                 acceleration bounds, shape (4, n_u).
             taken: Names of existing terms.
         """
@@ -99,7 +99,7 @@ class ReactiveProgram:
             c: Vector of the cost, shape (n_u,).
 
         Raises:
-            NameTakenError: A linear cost of that name exists.
+            NameTakenError: A linear cost of this name exists.
             TermError: c has another shape, or is not finite.
         """
         term = self._term("linear cost", name, self.terms.linear)
@@ -114,7 +114,7 @@ class ReactiveProgram:
                 negative.
 
         Raises:
-            NameTakenError: A quadratic cost of that name exists.
+            NameTakenError: A quadratic cost of this name exists.
             TermError: The weights have another shape, are not finite, or are
                 negative.
         """
@@ -132,15 +132,15 @@ class ReactiveProgram:
         """Adds the rows A u <= b.
 
         Args:
-            name: Name of the set of rows, unique among these.
+            name: Name of the set of rows, unique among the sets of rows.
             A: Coefficients of the rows, shape (m, n_u).
             b: Right-hand sides of the rows, shape (m,).
             label: Function that returns the subject of row i for display: names
-                of links or joints, or a text. It is called only if the row is
-                relaxed or active.
+                of links or joints, or a text. It is called only for rows that
+                are relaxed or active.
 
         Raises:
-            NameTakenError: A set of rows of that name exists.
+            NameTakenError: A set of rows of this name exists.
             TermError: A or b has another shape, or is not finite.
         """
         term = self._term("set of rows", name, self.terms.rows)
@@ -158,23 +158,23 @@ class ReactiveProgram:
         price: float,
         limit: np.ndarray,
     ) -> None:
-        """Tracks the end effector's twist: J u + delta = V with a slack delta.
+        """Tracks an end effector's twist: J u + delta = V with a slack delta.
 
         The slack adds 0.5 * price * |delta|^2 to the program's cost. J has one
-        row for each tracked direction: all six, or fewer.
+        row for each tracked direction, and at most six rows.
 
         Args:
-            name: Name of this tracking, unique among the trackings.
-            J: Jacobian of the end effector in W, angular above
-                translational, shape (6, n_u); or r directions of it.
-            V: The desired twist V_WE, angular above translational, shape (6,)
-                [rad/s, m/s]; or the same directions of it, shape (r,).
+            name: Name of this constraint, unique among those that track a
+                twist.
+            J: Jacobian of the end effector in W, angular before translational,
+                shape (6, n_u); or its rows for r directions.
+            V: The desired twist V_WE, angular before translational, shape (6,)
+                [rad/s, m/s]; or its entries for the same r directions.
             price: Weight of the squared slack in the cost.
-            limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf for no
-                bound.
+            limit: Bounds of |delta|, shape (r,) [rad/s, m/s]; inf for no bound.
 
         Raises:
-            NameTakenError: A tracking of that name exists.
+            NameTakenError: A constraint of this name tracks a twist already.
             TermError: J, V, the price or the limit has another shape or is not
                 finite, or the price or the limit is negative.
         """
@@ -200,12 +200,12 @@ class ReactiveProgram:
         Args:
             lower: Further lower bounds, shape (n_u,); -inf for no bound.
             upper: Further upper bounds, shape (n_u,); inf for no bound.
-            acceleration: Whether these are acceleration bounds, which may be
-                dropped if no command satisfies all rows.
+            acceleration: Whether the new bounds are acceleration bounds, which
+                may be dropped if no command satisfies all rows.
 
         Raises:
-            TermError: The bounds have another shape, are NaN, or no command
-                satisfies them together with the present ones.
+            TermError: The bounds have another shape, are NaN, or exclude every
+                command within the present bounds.
         """
         term = Term("bounds on u")
         lower = term.array("lower", lower, (self.n_u,), unbounded=True)
@@ -224,10 +224,11 @@ class ReactiveProgram:
 
     @property
     def prog(self) -> MathematicalProgram:
-        """Drake's `MathematicalProgram`, for other kinds of terms.
+        """A `MathematicalProgram` of Drake, for other kinds of terms.
 
-        It contains the variables `u` and the terms that ingredients have added
-        to it directly, but not those added by the methods of this class.
+        It contains the variables `u`, and the terms that ingredients have added
+        to it directly. It does not contain the terms that the methods of this
+        class have added.
         """
         return self._extension.prog
 
@@ -244,7 +245,7 @@ class ReactiveProgram:
 
     @property
     def extension(self) -> DrakeProgram | None:
-        """The program with the terms of `prog`; None if `prog` is not used."""
+        """The `DrakeProgram` of `prog`; None if no ingredient uses `prog`."""
         return self._drake
 
     def write(

@@ -1,4 +1,4 @@
-"""The position-based servo: from a pose error to a desired twist."""
+"""The position-based servo: computes a desired twist from a pose error."""
 
 import numpy as np
 
@@ -9,16 +9,16 @@ from remosplat_drake.robot.target_arrays import place_on_line
 from remosplat_drake.signals.target import Target
 
 LINE_WIDTH = 0.02
-"""Distance from a line beyond which an end effector does not move along it [m];
-it first moves back towards the line."""
+"""Distance from a line beyond which an end effector does not move along the
+line, but first moves back towards it [m]."""
 
 LINE_SCALE = 0.05
-"""Greatest value of the error e, by which costs are divided, on a line [m]."""
+"""Greatest value, on a line, of the error e by which costs are divided [m]."""
 
 LINE_STIFFNESS = 50.0
-"""Ratio of the cost of deviating from a line to the cost of being too slow.
-Because it is large, the end effector slows down near an obstacle, and does not
-slide along the obstacle."""
+"""Ratio of the cost of a deviation from a line to the cost of a speed that is
+too low. Because the ratio is large, the end effector slows down near an
+obstacle, and does not slide along the obstacle."""
 
 
 def servo_twist(
@@ -26,8 +26,8 @@ def servo_twist(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired twist of E in W, proportional to the pose error.
 
-    If the twist is too fast, its angular and translational parts are scaled
-    together.
+    If the twist exceeds the speed bound, its angular and translational parts
+    are multiplied by the same factor.
 
     Args:
         error: The pose error from the end effector E to the target T.
@@ -102,13 +102,13 @@ def servo_gains(p_ET_W, gain, max_speed, onward):
 
 @helper
 def line_twist(X_WE, target, gain, max_speed):
-    """Computes the twist that follows a line: along it, and back towards it.
+    """Computes the twist that follows a line: along the line, and back to it.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
-        target: The `TargetArrays`, with a line.
+        target: The `TargetArrays` of a target with a line.
         gain: The proportional gain beta [1/s].
-        max_speed: Bound on the translational speed, and on the speed back to
+        max_speed: Bound of the translational speed, and of the speed back to
             the line [m/s].
 
     Returns:
@@ -130,9 +130,9 @@ def line_twist(X_WE, target, gain, max_speed):
 def error_scale(p_ET_E, target) -> float:
     """Computes the paper's error e, by which costs are divided [m].
 
-    It is the L1 distance to the target plus the length of the path after the
-    target. It is at least a millimetre, so that the costs stay finite at the
-    target. On a line it is `LINE_SCALE` at most.
+    The error is the L1 distance to the target plus the length of the path after
+    the target. It is at least a millimetre, so that the costs are finite at the
+    target. On a line it is at most `LINE_SCALE`.
 
     Args:
         p_ET_E: Translation to the target in E, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""The convex solvers that a scenario may name."""
+"""The convex solvers that a scenario may use."""
 
 from threading import local
 from typing import Protocol
@@ -37,11 +37,11 @@ DRAKE_SOLVERS = {
 ACTIVE_SET = "active_set"
 
 SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
-"""All names of solvers; some require licences."""
+"""Names of all solvers; some solvers require a licence."""
 
 
 class Solver(Protocol):
-    """Finds the optimum of the convex quadratic program of a tick."""
+    """Protocol of a solver of the convex quadratic program of a tick."""
 
     def solve(self, program: QuadraticProgram) -> np.ndarray | None:
         """Finds the optimal command u, shape (n_u,); None if there is none.
@@ -55,9 +55,9 @@ class Solver(Protocol):
 class DrakeSolver:
     """One of Drake's solvers, which solves a `MathematicalProgram`.
 
-    It reuses one program for each thread, and fills in each tick's values. If
-    an ingredient has added terms to Drake's program directly, that program is
-    solved instead.
+    It keeps one `MathematicalProgram` for each thread, and sets its values at
+    each tick. If an ingredient has added terms to Drake's program directly, it
+    solves that program instead.
 
     Args:
         solver: The solver, which must be available and enabled.
@@ -73,10 +73,10 @@ class DrakeSolver:
         return _drake_solver, (type(self._solver),)
 
     def solve(self, program: QuadraticProgram) -> np.ndarray | None:
-        """Finds the optimal command u, shape (n_u,); None if there is none.
+        """Returns the optimal command u, shape (n_u,); None if infeasible.
 
         Args:
-            program: The finished program of a tick.
+            program: The complete program of a tick.
 
         Raises:
             TermError: An ingredient has added a term to `prog` that the solver
@@ -107,12 +107,12 @@ class DrakeSolver:
 
 
 class _KeptPrograms(local):
-    """The program that each thread keeps."""
+    """The `KeptProgram` of each thread."""
 
     program: KeptProgram | None = None
 
     def filled(self, form: SlackForm) -> KeptProgram:
-        """Returns the kept program, filled with a tick's."""
+        """Returns the thread's `KeptProgram` with the values of a tick."""
         n_u, r = len(form.lower), len(form.V)
         if self.program is None or not self.program.has_size(n_u, r):
             self.program = KeptProgram(n_u, r)
@@ -121,12 +121,13 @@ class _KeptPrograms(local):
 
 
 def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
-    """Returns a solver's options, to try in this order until it succeeds.
+    """Returns options of a solver, which are tried until the solver succeeds.
 
     For these small and well scaled programs, Clarabel is as exact without
-    equilibration, presolve and refinement, in two thirds of the time. If it
-    fails, it runs again with all of them. OSQP's default tolerances cause
-    errors of centimetres per second; they are used only if tighter ones fail.
+    equilibration, presolve and refinement, and takes two thirds of the time. If
+    it fails, it runs again with all three. OSQP's default tolerances cause
+    errors of centimetres per second, so they are used only if OSQP fails with
+    tighter tolerances.
     """
     options = SolverOptions()
     if isinstance(solver, ClarabelSolver):
@@ -149,21 +150,21 @@ def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
 
 
 class ActiveSetSolver:
-    """The library's own dual active-set solver, on the dense program.
+    """The library's own dual active-set solver, for the dense program.
 
-    It finds the same optimum as Clarabel in a tenth of the time. Clarabel is
-    used if the result is undecided because of rounding, or if an ingredient has
-    used Drake's program.
+    It finds the same optimum as Clarabel in a tenth of the time. If its result
+    is undecided because of rounding errors, or if an ingredient has used
+    Drake's program, it calls Clarabel.
     """
 
     def __init__(self):
         self._other = DrakeSolver(ClarabelSolver())
 
     def solve(self, program: QuadraticProgram) -> np.ndarray | None:
-        """Finds the optimal command u, shape (n_u,); None if there is none.
+        """Returns the optimal command u, shape (n_u,); None if infeasible.
 
         Args:
-            program: The finished program of a tick.
+            program: The complete program of a tick.
         """
         if program.is_extended:
             return self._other.solve(program)
@@ -174,16 +175,16 @@ class ActiveSetSolver:
 
 
 def make_solver(name: str, where: str, field: str = "solver") -> Solver:
-    """Makes the solver of that name.
+    """Makes the solver of a given name.
 
     Args:
         name: One of `SOLVERS`.
-        where: Source to name in errors, such as a scenario's file.
-        field: The field of `controller` that errors name.
+        where: Source of the name, such as a scenario's file, which errors name.
+        field: The field of `controller` with the name, which errors name.
 
     Raises:
-        FieldError: There is no such solver, or it is not usable here, for
-            example without a licence.
+        FieldError: There is no such solver, or the solver cannot be used, for
+            example because there is no licence.
     """
     if name == ACTIVE_SET:
         return ActiveSetSolver()

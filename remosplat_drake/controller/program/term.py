@@ -10,24 +10,25 @@ from remosplat_drake.base.errors import RemoSplatError
 
 
 class TermError(RemoSplatError, ValueError):
-    """A term of the program cannot be used, and the robot brakes.
+    """Raised if a term of the program is invalid, so that the robot brakes.
 
-    The shape is wrong, a number is not finite, or a cost is concave.
+    A term is invalid if its shape is wrong, if a number is not finite, or if a
+    cost is concave.
     """
 
 
 class NameTakenError(RemoSplatError, ValueError):
-    """The law is defined wrongly: two terms of one kind have the same name."""
+    """Raised if two terms of the same kind in a law have the same name."""
 
 
 @dc.dataclass(frozen=True)
 class Term:
-    """The kind and name of a term, for errors.
+    """Kind and name of a term, which errors name.
 
     Attributes:
         kind: Kind of the term, such as "linear cost".
-        name: Its name; empty without one.
-        taken: The names of other terms of its kind.
+        name: Name of the term; empty if it has none.
+        taken: The names of all other terms of this kind.
 
     Raises:
         NameTakenError: Another term has this name.
@@ -45,10 +46,10 @@ class Term:
             )
 
     def error(self, problem: str) -> TermError:
-        """Makes an error that names the term.
+        """Returns an error that names the term.
 
         Args:
-            problem: Faults of the term.
+            problem: Description of the problem.
         """
         name = f" {self.name!r}" if self.name else ""
         return TermError(f"{self.kind}{name}: {problem}")
@@ -65,7 +66,7 @@ class Term:
 
         Args:
             what: Name of the part.
-            value: Its numbers.
+            value: The numbers of the part.
             shape: The shape that it must have.
             unbounded: Whether numbers may be infinite.
 

@@ -25,14 +25,14 @@ class Tick:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
         aim: The targets of the end effectors.
-        clearances: The distances of the robot's spheres from the map, up to the
-            influence distance.
+        clearances: The distances of the robot's spheres from the map, as far as
+            they are within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         guidance: The guidance selected by `GuidanceSelector`.
-        sphere_tube: Bound on each sphere's deviation from its predicted path at
-            the speeds of the present command, shape (n,) [m]; None for a robot
-            without delay.
+        sphere_tube: Bound of each sphere's deviation from its predicted path,
+            at the speeds of the present command, shape (n,) [m]; None for a
+            robot without delay.
         movers: The movers; None if none are known.
         time: The time of the tick [s].
 
@@ -61,11 +61,12 @@ class Tick:
         """Finds movers near the robot's present configuration.
 
         Args:
-            within: Pairs of a sphere and a mover at or beyond this distance
-                are left out [m].
-            ahead: Time by which movers are predicted with constant twists [s].
-            by: Further time for which movers' deviations from their predictions
-                are allowed [s].
+            within: Pairs of a sphere and a mover at or beyond this distance are
+                omitted [m].
+            ahead: Time after which movers are considered, if their twists are
+                constant [s].
+            by: Further time [s]. Distances are reduced by the greatest possible
+                deviation of movers from their prediction after this time.
         """
         if self.movers is None:
             return NearMovers.none()
@@ -75,7 +76,7 @@ class Tick:
 
     @property
     def target(self) -> Target:
-        """The target; if there are several, the first of them."""
+        """The first target."""
         return self.aim.first
 
     @property
@@ -90,7 +91,7 @@ class Tick:
 
     @property
     def error(self) -> PoseError:
-        """The pose error to the target; of several targets, to the first."""
+        """The pose error to the first target."""
         return self.errors[0]
 
     @property
@@ -103,8 +104,8 @@ class Tick:
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        With several targets, it is the largest of their errors. Costs are
-        divided by e; its lower bound keeps them finite at the target.
+        If there are several targets, it is the largest of their errors. Costs
+        are divided by e, and its lower bound keeps them finite at the target.
         """
         return max(self.error_scales)
 
@@ -112,7 +113,7 @@ class Tick:
     def approach_rates(self) -> np.ndarray:
         """The rows J_d = n' Jv_WS of all m clearances, shape (m, n_u).
 
-        J_d u is the rate at which a clearance shrinks [m/s] (paper eq. 16).
+        J_d u is the rate at which a clearance decreases [m/s] (paper eq. 16).
         """
         clearances = self.clearances
         return np.einsum(

@@ -1,1 +1,1 @@
-"""One control tick: the law, the program, the decision, verification."""
+"""One control tick: control law, quadratic program, decision, verification."""

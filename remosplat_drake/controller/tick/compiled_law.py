@@ -1,4 +1,4 @@
-"""`CompiledLaw`: a law's ingredients, packed for the kernels of a tick."""
+"""`CompiledLaw`: a law's ingredients in the form for the kernels of a tick."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -29,11 +29,11 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class CompiledLaw:
-    """The ingredients of a law, packed for kernels.
+    """The ingredients of a law, in the form for kernels.
 
-    One kernel adds the terms of the library's ingredients, and calls compiled
-    ingredients from outside the library. Ingredients in Python add their terms
-    afterwards. Settings are read once, when the law is made.
+    One kernel adds the terms of the library's ingredients, and calls the
+    functions of a user's compiled ingredients. Then ingredients in Python add
+    their terms. Settings are read only once, when the law is made.
 
     Attributes:
         outside: The ingredients in Python.
@@ -48,8 +48,9 @@ class CompiledLaw:
             ingredients: The ingredients.
 
         Raises:
-            NameTakenError: Two ingredients are of the same kind of the library,
-                or the name of a compiled one from outside is not unique.
+            NameTakenError: Two ingredients are of the same class of the
+                library, or the name of a user's compiled ingredient is not
+                unique.
             RemoSplatError: A compiled ingredient cannot be compiled.
         """
         self._made_of = robot, tuple(ingredients)
@@ -88,12 +89,12 @@ class CompiledLaw:
         self._near = Packed(near)
 
     def __reduce__(self):
-        # Functions have different addresses in another process.
+        # In another process, the functions have other addresses.
         return CompiledLaw, self._made_of
 
     @property
     def ingredients(self) -> Sequence[CompiledIngredient]:
-        """The ingredients that kernels add; the library's come first."""
+        """The compiled ingredients; those of the library come first."""
         return *self._parts, *self._functions.ingredients
 
     @property
@@ -103,14 +104,14 @@ class CompiledLaw:
 
     @property
     def near(self) -> Packed[NearQuestion]:
-        """Arguments of `near_arrays`: the pairs and the largest distance.
+        """Argument of `near_arrays`: the pairs and the largest distance.
 
-        The distance is negative without a `SelfCollisionDamper`.
+        The distance is negative if the law has no `SelfCollisionDamper`.
         """
         return self._near
 
     def check(self, found: Assembled) -> None:
-        """Checks that all terms are usable; see `CompiledOutside.check`.
+        """Checks that all terms are valid; see `CompiledOutside.check`.
 
         Args:
             found: The program that kernels have assembled.

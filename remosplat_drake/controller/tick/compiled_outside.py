@@ -1,4 +1,4 @@
-"""`CompiledOutside`: a law's compiled ingredients from outside the library."""
+"""`CompiledOutside`: a user's compiled ingredients of a law."""
 
 import re
 from collections.abc import Sequence
@@ -41,11 +41,12 @@ from remosplat_drake.signals.aim import Aim
 
 
 class CompiledOutside:
-    """The compiled ingredients from outside the library, for one robot.
+    """A user's compiled ingredients, for one robot.
 
     Attributes:
         ingredients: The ingredients.
-        added_by: Their functions, in the form that kernels call.
+        added_by: The functions of the ingredients, in the form that kernels
+            call.
     """
 
     def __init__(
@@ -58,11 +59,12 @@ class CompiledOutside:
             ingredients: The ingredients.
 
         Raises:
-            RemoSplatError: A function cannot be compiled; the text names the
+            RemoSplatError: A function cannot be compiled. The error names the
                 ingredient.
         """
         self.ingredients = tuple(ingredients)
-        # Kernels have only their addresses, so a reference must be kept.
+        # Kernels have only the addresses of the functions, so a reference to
+        # each function must be kept.
         self._functions = [_compiled(i, robot) for i in ingredients]
         words = [function.words for function in self._functions]
         most = [ingredient.most_rows(robot) for ingredient in ingredients]
@@ -71,13 +73,14 @@ class CompiledOutside:
         )
 
     def check(self, found: Assembled) -> None:
-        """Checks that all terms are usable.
+        """Checks that all terms are valid.
 
         Args:
             found: The program that kernels have assembled.
 
         Raises:
-            TermError: A term is unusable; the text names it and its ingredient.
+            TermError: A term is invalid. The error names the term and its
+                ingredient.
         """
         if found.refused == NO_PART:
             return
@@ -119,7 +122,7 @@ def _cause(error: NumbaError) -> str:
 
 
 def _turn(robot: RobotModel) -> Packed[Turn]:
-    """Returns an example of a `Turn`; only its type is used."""
+    """Returns an example of a `Turn`, of which only the type is used."""
     index, values, vectors = np.zeros(0, int), np.zeros(0), np.zeros((0, 3))
     movers = NearMoverArrays(index, index, values, vectors, values)
     tick = TickArrays(
@@ -146,7 +149,7 @@ def _turn(robot: RobotModel) -> Packed[Turn]:
 
 
 def _check_terms(term: str, most: int, found: Assembled) -> None:
-    """Checks the terms like those of ingredients in Python."""
+    """Checks the terms in the same way as those of ingredients in Python."""
     if found.ended != DONE:
         does = "raises" if found.ended == RAISED else "fits no kernel"
         raise TermError(f"its function {does}")

@@ -1,4 +1,4 @@
-"""Builds the program of a tick for inspection."""
+"""Builds the quadratic program of a tick for inspection."""
 
 import numpy as np
 
@@ -14,18 +14,19 @@ from remosplat_drake.scene.mover import STILL
 
 
 def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
-    """Builds the program of a tick, before any fallback.
+    """Builds the quadratic program of a tick, before any fallback.
 
     Args:
         compiled: The ingredients.
         tick: The state of the tick.
 
     Raises:
-        TermError: A term cannot be used; the text names it and its ingredient.
+        TermError: A term is invalid. The error names the term and its
+            ingredient.
         NameTakenError: Two terms of one kind have the same name.
-        IngredientError: An ingredient raises.
+        IngredientError: An ingredient raises an exception.
     """
-    # Copies, since Numba compiles for writable arrays.
+    # The arrays are copied, since kernels are compiled for writable arrays.
     clearances = tick.clearances
     rows = (
         clearances.sphere.copy(),

@@ -1,4 +1,4 @@
-"""`ReactiveLaw`: the control law, made of its ingredients."""
+"""`ReactiveLaw`: the control law, which consists of ingredients."""
 
 import copy
 from collections.abc import Iterable, Sequence
@@ -43,12 +43,12 @@ T = TypeVar("T")
 
 
 LONGEST_VERIFIED = 0.1
-"""Longest control period with verification [s], since nothing supervises the
-robot between two ticks."""
+"""Longest control period with verification [s]. It is limited, since the robot
+is not supervised between two ticks."""
 
 
 class LawConfig(Protocol):
-    """Interface of a law's settings, such as `ReactiveControllerConfig`."""
+    """Protocol of a law's settings, such as `ReactiveControllerConfig`."""
 
     solver: str
     verify: bool
@@ -63,15 +63,16 @@ class LawConfig(Protocol):
 
 
 class ReactiveLaw:
-    """The control law: its ingredients and constants.
+    """The control law: its costs, constraints, distances and solver.
 
-    A law consists of a list of ingredients, and the solver of their program.
-    Its distances are those of the `CollisionDamper` and the
-    `SelfCollisionDamper` among the ingredients.
+    A law has a list of ingredients, which are the costs and constraints of a
+    quadratic program, and the solver of this program. Its distances are those
+    of the `CollisionDamper` and the `SelfCollisionDamper` among the
+    ingredients.
 
         law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
 
-    For another period, in rollouts for example, derive the law with
+    To get the same law with another period, for example for rollouts, call
     `with_step`, which keeps all ingredients.
 
     Attributes:
@@ -87,8 +88,8 @@ class ReactiveLaw:
             ignored, and the stopping distance d_s, which verification keeps.
         self_clearance: The distances that verification keeps between the
             robot's own parts; None if it checks none.
-        movers: Influence distance of movers, and the distance that verification
-            keeps from them.
+        movers: Influence distance of movers, and the distance from them that
+            verification keeps.
 
     Example:
         >>> import remosplat_drake as rs
@@ -109,7 +110,7 @@ class ReactiveLaw:
         collision: CollisionDamperConfig | None = None,
         self_collision: SelfCollisionDamperConfig | None = None,
     ):
-        """Makes a law.
+        """Makes a law from ingredients.
 
         Args:
             robot: The robot to drive.
@@ -119,16 +120,17 @@ class ReactiveLaw:
                 `Solver`.
             verify: Whether each command is checked against the map before it
                 is applied.
-            collision: Distances from the scene if no `CollisionDamper` is among
-                the ingredients; None takes its defaults.
-            self_collision: Self-collision distances if no `SelfCollisionDamper`
-                is among the ingredients; None takes its defaults.
+            collision: Distances from the scene if the ingredients contain no
+                `CollisionDamper`; None for its default values.
+            self_collision: Self-collision distances if the ingredients contain
+                no `SelfCollisionDamper`; None for its default values.
 
         Raises:
-            FieldError: `dt` or the solver is unusable, or distances are given
-                both here and by an ingredient.
-            NameTakenError: Two ingredients are of the same kind of the library,
-                or the name of a compiled one from outside is not unique.
+            FieldError: `dt` or the solver is invalid, or both an argument and
+                an ingredient contain the same distances.
+            NameTakenError: Two ingredients are of the same class of the
+                library, or the name of a user's compiled ingredient is not
+                unique.
             RemoSplatError: A compiled ingredient cannot be compiled.
         """
         _check_step(dt, verify)
@@ -136,7 +138,8 @@ class ReactiveLaw:
         self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
         self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
-        # The period of the station, even if a rollout takes longer steps.
+        # This is the period of the station, even if a rollout takes longer
+        # steps.
         self._spare = spare_time(dt)
         self.solver = _solver(solver)
         self.verify = verify
@@ -170,18 +173,18 @@ class ReactiveLaw:
         dt: float,
         ingredients: Iterable[Ingredient] = (),
     ) -> "ReactiveLaw":
-        """Makes the law of a configuration.
+        """Makes a law from the controller's settings.
 
         Args:
             config: Settings of the controller and its ingredients.
             robot: The robot to drive.
             dt: Control period [s].
-            ingredients: Further ingredients, in addition to the
-                configuration's.
+            ingredients: Further ingredients, in addition to those of the
+                settings.
 
         Raises:
-            FieldError: A value of the configuration is unusable, or `dt` is.
-            NameTakenError: A further ingredient is of a kind of the library.
+            FieldError: A value of the settings or `dt` is invalid.
+            NameTakenError: A further ingredient is of a class of the library.
         """
         return ReactiveLaw(
             robot,
@@ -196,16 +199,16 @@ class ReactiveLaw:
         return {**vars(self), "_arrays": None}
 
     def program(self, tick: Tick) -> TickProgram:
-        """Builds the program of a tick for inspection, before any fallback.
+        """Builds the program of a tick, before fallbacks, for inspection.
 
         Args:
             tick: The state of the tick.
 
         Raises:
-            TermError: A term cannot be used; the text names it and its
+            TermError: A term is invalid. The error names the term and its
                 ingredient.
             NameTakenError: Two terms of one kind have the same name.
-            IngredientError: An ingredient raises.
+            IngredientError: An ingredient raises an exception.
         """
         return program_of(self.compiled, tick)
 
@@ -242,14 +245,14 @@ class ReactiveLaw:
     def with_step(
         self, dt: float, *, solver: str | Solver | None = None
     ) -> "ReactiveLaw":
-        """Returns the same law at another period, with the same ingredients.
+        """Returns the law with another period and the same ingredients.
 
         Args:
             dt: The other control period [s].
             solver: Another solver; None keeps the present one.
 
         Raises:
-            FieldError: `dt` or the solver is unusable.
+            FieldError: `dt` or the solver is invalid.
         """
         _check_step(dt, self.verify)
         law = copy.copy(self)
@@ -259,12 +262,12 @@ class ReactiveLaw:
         return law
 
     def holding(self, payload: Payload | None) -> "ReactiveLaw":
-        """Returns the same law for the robot with another payload.
+        """Returns the law for the robot with another payload.
 
-        Equal calls for one law return the same object.
+        Equal calls of this method return the same object.
 
         Args:
-            payload: What the robot carries; None for nothing.
+            payload: The payload; None if the robot carries nothing.
         """
         robot = self.robot.holding(payload)
         if robot is self.robot:
@@ -287,7 +290,7 @@ class ReactiveLaw:
         return law
 
     def _distances(self, kind: type, name: str, given: T | None) -> T | None:
-        """Returns the config of a damper among the ingredients, or `given`."""
+        """Returns the settings of a damper in the ingredients, or `given`."""
         dampers: list[Any] = [
             i for i in self.ingredients if isinstance(i, kind)
         ]

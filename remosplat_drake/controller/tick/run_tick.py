@@ -1,4 +1,4 @@
-"""One control tick as a pure function: state in, command and report out."""
+"""Computes one control tick, as a pure function of its inputs."""
 
 from time import perf_counter
 
@@ -45,7 +45,7 @@ TOO_SUDDEN = "infeasible with acceleration bounds"
 """Reason for dropping acceleration bounds."""
 
 BindingArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""The result of `binding_arrays`."""
+"""Type of the result of `binding_arrays`."""
 
 NOT_FEASIBLE = "no feasible command found"
 """Reason for braking if the program is infeasible even without acceleration
@@ -65,39 +65,41 @@ def run_tick(
     movers: Movers | None = None,
     periods: float = 1.0,
 ) -> TickReport:
-    """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
+    """Computes a tick: the program (paper eq. 1 to 4), and verify-then-scale.
 
     Args:
         law: The control law.
         time: Time of the tick [s].
-        q: Configuration to plan from: measured, or predicted after all commands
-            in flight, shape (n_q,) [rad, m].
-        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
-            X_WT, shape (4, 4), applies to the first end effector.
-        clearances: The oracle's distances and directions at q.
+        q: Configuration for which the command is computed, shape (n_q,) [rad,
+            m]. It is measured, or for a robot with delay predicted after all
+            commands that have been sent.
+        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+            pose X_WT of shape (4, 4), is the target of the first end effector.
+        clearances: The distances and directions of the distance oracle at q.
         field: The map, which verification queries along the command's path.
         u_previous: The command that was sent last, shape (n_u,).
         guidance: The guidance selected by `GuidanceSelector`.
-        motion: Predicted motion from commands in flight; None for a robot
-            without delay.
+        motion: Predicted motion that commands already sent cause; None for a
+            robot without delay.
         movers: The movers; None if none are known.
-        periods: Number of control periods since `u_previous` was sent; more
-            than one if the tick is late. After 1.5 periods, the station brakes
-            by itself.
+        periods: Number of control periods since `u_previous` was sent. It is
+            more than one if the tick is late. After 1.5 periods, the station
+            brakes by itself.
 
     Returns:
-        The report with the command. If q or the aim is not finite, the
-        clearances are unknown, or a term is unusable, the command is a step of
-        the braking ramp.
+        The report, which contains the command. The command is a step of the
+        braking ramp if q or the aim is not finite, if the clearances are
+        unknown, or if a term is invalid.
 
     Raises:
         NameTakenError: Two terms of one kind have the same name.
-        IngredientError: An ingredient from outside raises.
+        IngredientError: A user's ingredient raises an exception.
     """
     start = perf_counter()
     late = prompt_motion(law.robot.n_u) if motion is None else motion.arrays
     given = TickInputs(time, Aim.of(aim), field, guidance, late, movers)
-    # Copies, since Numba would compile again for read-only arrays.
+    # The arrays are copied, since Numba would compile again for read-only
+    # arrays.
     q, u = np.array(q, float), np.array(u_previous, float)
     near = clearances.within(law.collision.influence)
     stopping = guidance.stopping
@@ -167,8 +169,8 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
     """Returns the active rows with their names.
 
     Args:
-        found: The rows, as `binding_arrays` returns them.
-        names: Function that returns their subjects.
+        found: The result of `binding_arrays`.
+        names: Function that returns the subject of a row.
     """
     tight, A, push = found
     if not len(tight):
@@ -184,7 +186,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 def _inside(
     law: ReactiveLaw, found: Settled, names: RowNames, q: np.ndarray
 ) -> BoundRow | None:
-    """Returns the deepest violation of a stopping distance or limit, named."""
+    """Returns the row with the deepest violation; None if there is none."""
     if found.inside[0] != NO_PART:
         return BoundRow(*names.name(*found.inside))
     robot = law.robot
@@ -196,7 +198,7 @@ def _inside(
 
 
 def _reason(found: Settled, names: RowNames) -> str:
-    """Returns why the command is not the optimum of the whole program."""
+    """Returns the reason why the command is not the optimum of the program."""
     status = STATUSES[found.status]
     if status == tick_report.OPTIMAL:
         return ""
@@ -220,7 +222,7 @@ def _line_deviation(law: ReactiveLaw, aim: Aim, q: np.ndarray) -> float:
 def _separation(
     law: ReactiveLaw, given: TickInputs, q: np.ndarray, u: np.ndarray
 ) -> Separation | None:
-    """Returns the pair with the least margin of protective separation."""
+    """Returns the pair with the least margin of the separation distance."""
     robot, movers, motion = law.robot, given.movers, given.motion
     if movers is None or not len(movers) or not np.isfinite(q).all():
         return None

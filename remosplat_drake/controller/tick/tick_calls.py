@@ -1,4 +1,4 @@
-"""Calls from kernels to Python during a tick."""
+"""Handles calls from kernels to Python during a tick."""
 
 from time import perf_counter
 
@@ -28,9 +28,9 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
-    """Returns whether ticks call Python functions that support one thread only.
+    """Returns whether ticks call Python functions, which need one thread.
 
-    These are maps, ingredients and solvers from outside the library.
+    They do if the map, an ingredient or the solver is not compiled.
 
     Args:
         law: The control law.
@@ -41,21 +41,22 @@ def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
 
 
 class TickCalls(MapCalls):
-    """Answers the calls of kernels in a tick, or in the steps of a rollout.
+    """Python functions that kernels call in a tick, or in steps of a rollout.
 
     Attributes:
-        outside: The latest terms of ingredients in Python; None for none.
-        solving: Wall-clock time of Drake's solvers [s].
-        unusable: Description of a term that is unusable, so that the robot
-            brakes; empty if all are usable.
+        outside: The latest terms of ingredients in Python; None if there are
+            none.
+        solving: Wall-clock time that Drake's solvers took [s].
+        unusable: Description of an invalid term, because of which the robot
+            brakes; empty if all terms are valid.
     """
 
     def __init__(self, law: ReactiveLaw, given: TickInputs):
-        """Prepares the answers.
+        """Prepares the functions.
 
         Args:
             law: The control law, for its solver and its ingredients.
-            given: The inputs of the tick, or of the first tick of a rollout.
+            given: The inputs of the tick, or of the first tick of the rollout.
         """
         super().__init__(law.robot, given.field)
         self._law, self._given = law, given
@@ -76,7 +77,8 @@ class TickCalls(MapCalls):
         """Calls the ingredients in Python; see `add_outside`."""
         law, compiled = self._law, self._law.compiled
         bounds, costs, flags = (question[i] for i in range(3))
-        # Copies, since a kernel's memory is freed when it returns.
+        # The arrays are copied, since a kernel's memory is freed when the
+        # kernel returns.
         n = len(StateArrays._fields)
         told = [question[i].copy() for i in range(3, n + 8)]
         state, (u_previous, *rows) = StateArrays(*told[:n]), told[n:]
@@ -102,7 +104,7 @@ class TickCalls(MapCalls):
         return INFEASIBLE if optimum is None else OPTIMAL
 
     def _refuse(self, question: Question) -> int:
-        """Describes an unusable term of a compiled ingredient; see `settle`."""
+        """Describes an invalid term of a compiled ingredient; see `settle`."""
         n = len(ProgramArrays._fields)
         program = ProgramArrays(*(question[i] for i in range(n)))
         found = Assembled(program, question[n], question[n + 1])

@@ -17,14 +17,14 @@ from remosplat_drake.signals.motion import MotionArrays
 
 @dc.dataclass(frozen=True, eq=False)
 class TickInputs:
-    """The inputs of a control tick, or of a rollout that begins with it.
+    """The inputs of a control tick, or of a rollout that begins with this tick.
 
     Attributes:
         time: Time of the tick [s].
         aim: The targets of the end effectors.
         field: The map, which verification queries along the command's path.
         guidance: The guidance.
-        motion: Predicted motion from commands in flight.
+        motion: Predicted motion that commands already sent cause.
         movers: The movers; None if none are known.
     """
 
@@ -52,10 +52,12 @@ class TickInputs:
 
         Args:
             law: The control law.
-            state: Kinematics of the configuration to plan from.
-            u_previous: The command being executed, shape (n_u,).
-            clearances: The oracle's distances and directions at q.
-            ahead: Time of a rollout's tick since `time` [s].
+            state: Kinematics of the configuration for which the command is
+                computed.
+            u_previous: The command that is being executed, shape (n_u,).
+            clearances: The distances and directions of the distance oracle at
+                q.
+            ahead: Time since the start of the rollout [s].
         """
         tube, movers = None, self.movers
         if self.motion.is_late:

@@ -27,19 +27,19 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 
 RowName = tuple[str, int, tuple[str, ...]]
-"""The name of a set of rows, the number of a row in it, and the row's
-subject."""
+"""The name of a set of rows, the index of a row in the set, and the subject of
+the row."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class RowNames:
-    """Converts the numbers by which kernels identify rows to names.
+    """Converts the numbers by which kernels identify rows into names.
 
     Attributes:
         ingredients: The compiled ingredients, in the kernels' order.
         robot: The robot that is driven.
         movers: The movers; None if none are known.
-        outside: The terms of ingredients in Python; None for none.
+        outside: The terms of ingredients in Python; None if there are none.
     """
 
     ingredients: Sequence[CompiledIngredient]
@@ -68,10 +68,10 @@ class RowNames:
 
 
 class TickProgram(QuadraticProgram):
-    """The finished program of a tick, with all its terms by name.
+    """The quadratic program of a tick, with all its terms by name.
 
     Attributes:
-        arrays: The terms, as assembled by kernels.
+        arrays: The terms, which kernels have assembled.
     """
 
     def __init__(self, arrays: ProgramArrays, names: RowNames):
@@ -79,7 +79,7 @@ class TickProgram(QuadraticProgram):
 
         Args:
             arrays: The terms.
-            names: Function object that returns names of rows.
+            names: Object that returns the names of rows.
         """
         extension = None if names.outside is None else names.outside.extension
         super().__init__(SlackForm(*slack_form(arrays)), extension)

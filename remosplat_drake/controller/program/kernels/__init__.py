@@ -1,1 +1,1 @@
-"""The compiled parts of the program."""
+"""Compiled functions of the quadratic program."""

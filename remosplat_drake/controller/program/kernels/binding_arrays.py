@@ -5,29 +5,29 @@ import numpy as np
 from remosplat_drake.base.kernels import helper
 
 TIGHT = 1e-4
-"""Residual up to which a row counts as active [m/s, rad/s]."""
+"""Difference b - A u up to which a row counts as active [m/s, rad/s]."""
 
 BOUND_PART = -1
-"""Ingredient number of rows that are bounds on the command."""
+"""Number that replaces the ingredient's number for bounds of the command."""
 
 
 @helper
 def binding_arrays(program, u):
     """Finds the rows that hold with equality at the optimum of a program.
 
-    Bounds on the command are included if any other row is active, since they
-    balance a part of the cost's gradient.
+    Active bounds of the command are included if any other row is active, since
+    they balance a part of the cost's gradient.
 
     Args:
         program: The `ProgramArrays`, pruned.
-        u: Its optimum, shape (n_u,).
+        u: Optimum of the program, shape (n_u,).
 
     Returns:
-        For each active row, the number of its ingredient or BOUND_PART, its
-        index among that ingredient's rows, and its subject, shape (k, 3); the
-        rows' coefficients, shape (k, n_u); and the negative gradient of the
-        cost, shape (n_u,). If only bounds are active, all three arrays are
-        empty.
+        Three arrays, which are empty if only bounds are active. The first has,
+        for each active row, the number of its ingredient or BOUND_PART, its
+        index among the rows of this ingredient, and its subject, shape (k, 3).
+        The second has the coefficients of the rows, shape (k, n_u). The third
+        is the negative gradient of the cost, shape (n_u,).
     """
     n_u = len(u)
     most = program.count[0] + 2 * n_u

@@ -1,4 +1,4 @@
-"""Terms of compiled ingredients from outside the library."""
+"""Adds the terms of a user's compiled ingredients."""
 
 from collections.abc import Callable
 from functools import cache
@@ -14,15 +14,15 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 NO_PART = -1
-"""Number that stands for no ingredient."""
+"""Number that means that there is no ingredient."""
 
 
 class AddedBy(NamedTuple):
-    """Functions of k compiled ingredients from outside the library.
+    """The functions of k compiled ingredients of a user.
 
     Attributes:
-        words: `AddressedFunction.words` of each, shape (k, 2).
-        most: Largest number of rows that each may add, shape (k,).
+        words: `AddressedFunction.words` of each function, shape (k, 2).
+        most: Largest number of rows that each function may add, shape (k,).
     """
 
     words: np.ndarray
@@ -30,7 +30,7 @@ class AddedBy(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """The argument of the function of an ingredient from outside the library.
+    """The argument of the function of a user's compiled ingredient.
 
     Attributes:
         part: Number of the ingredient.
@@ -45,10 +45,10 @@ class Turn(NamedTuple):
 
 @cache
 def adder(add: Callable) -> Callable[[Any, Turn], None]:
-    """Makes a function that takes a `Turn`.
+    """Makes a function that takes a `Turn` from an ingredient's function.
 
     Args:
-        add: The `add` of an ingredient.
+        add: The static method `add` of an ingredient.
     """
     add = helper(add)
 
@@ -60,16 +60,16 @@ def adder(add: Callable) -> Callable[[Any, Turn], None]:
 
 @helper
 def add_compiled(added_by, first, tick, program):
-    """Calls compiled ingredients from outside the library to add their terms.
+    """Calls the functions of a user's compiled ingredients, which add terms.
 
     Args:
         added_by: The `AddedBy`.
-        first: Number of the first of them.
+        first: Number of the first of these ingredients.
         tick: The `TickArrays`.
         program: The `ProgramArrays`.
 
     Returns:
-        The number of an ingredient with unusable terms, or NO_PART, and the
+        The number of an ingredient with invalid terms, or NO_PART, and the
         result of the call of its function.
     """
     for i in range(len(added_by.most)):
@@ -82,7 +82,7 @@ def add_compiled(added_by, first, tick, program):
 
 @helper
 def _are_usable(program, part, most):
-    """Returns whether an ingredient's terms are valid for the program."""
+    """Returns whether the terms of an ingredient are valid."""
     n_u = len(program.lower)
     for j in range(n_u):
         c, weight = program.linear[part, j], program.quadratic[part, j]

@@ -1,4 +1,4 @@
-"""Converts the program of a tick to the form for solvers, and solves it."""
+"""Converts the quadratic program of a tick for solvers, and solves it."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from remosplat_drake.controller.program.active_set import (
 )
 
 HOPELESS = 1e-3
-"""If every u within the bounds violates a row by more than this value, the
-program is infeasible, and no solver is called [m/s, rad/s]. The value exceeds
-the tolerances of solvers."""
+"""Violation of a row above which it is infeasible [m/s, rad/s]. If every u
+within the bounds violates a row by more than this value, no solver is called.
+The value exceeds the tolerances of solvers."""
 
 
 @helper
@@ -34,10 +34,11 @@ def solve_program(program):
 
 @helper
 def prune(program) -> None:
-    """Marks the rows that may be active: those not implied by the bounds on u.
+    """Marks the rows that may be active, which the bounds of u do not imply.
 
-    It also stores whether every u within the bounds violates some row, for
-    example if a mover approaches faster than the robot can retreat.
+    The function also stores whether every u within the bounds violates some
+    row. This happens, for example, if a mover approaches faster than the robot
+    can retreat.
 
     Args:
         program: The `ProgramArrays`.
@@ -45,8 +46,8 @@ def prune(program) -> None:
     program.count[4] = 0
     for i in range(program.count[0]):
         least, most = span(program, program.A[i])
-        # Written so that a row with NaN is kept, which makes the program
-        # infeasible.
+        # The comparison is written so that a row with NaN is kept, which makes
+        # the program infeasible.
         program.kept[i] = not most <= program.b[i]
         if not least <= program.b[i] + HOPELESS:
             program.count[4] = 1
@@ -54,7 +55,7 @@ def prune(program) -> None:
 
 @helper
 def span(program, a):
-    """Computes the least and the greatest value of a'u within the bounds on u.
+    """Computes the least and the greatest value of a'u within the bounds of u.
 
     Args:
         program: The `ProgramArrays`.
@@ -80,7 +81,7 @@ def _add_costs(program, H, c) -> None:
 
 @helper
 def _copy_kept(program, A, b, row):
-    """Copies the kept rows, from a row on; returns the next row."""
+    """Copies the kept rows to `A` from a row on; returns the next row."""
     for i in range(program.count[0]):
         if program.kept[i]:
             for j in range(len(program.lower)):
@@ -92,10 +93,10 @@ def _copy_kept(program, A, b, row):
 
 @kernel(returns=several(reals(2), reals(1), reals(2), reals(1)))
 def dense(lower, upper, slack_lower, slack_upper, A, b, J, V, Q, c):
-    """Computes the program in u alone, with V - J u in place of the slack.
+    """Computes the program in u alone, in which V - J u replaces the slack.
 
     Args:
-        lower: An array of the `SlackForm`, like all arguments.
+        lower: See `SlackForm`, which has all arguments as attributes.
         upper: See `SlackForm`.
         slack_lower: See `SlackForm`.
         slack_upper: See `SlackForm`.
@@ -143,7 +144,7 @@ def dense(lower, upper, slack_lower, slack_upper, A, b, J, V, Q, c):
 
 @kernel(returns=several(*map(reals, (1, 1, 1, 1, 2, 1, 2, 1, 2, 1))))
 def slack_form(program):
-    """Computes the program with its slack.
+    """Computes the program in u and the slack.
 
     Args:
         program: The `ProgramArrays`, pruned.

@@ -1,4 +1,4 @@
-"""Terms of ingredients in Python, which kernels request by a call to Python."""
+"""Adds terms of ingredients in Python, for which kernels call Python."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 ADD = 2
-"""Index of the Python function that adds the terms of ingredients in Python."""
+"""Index of the Python function that returns the terms of such ingredients."""
 
 
 @helper
@@ -25,15 +25,15 @@ def add_outside(like, line, program, asked):
 
     Args:
         like: A packed `OutsideRows` of the same type as the ingredients' rows.
-        line: Identifier of the `PythonCalls`.
+        line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
         asked: Further inputs of the ingredients: the `StateArrays`, the command
             that is being executed, the `RowArrays` of the clearances, and the
-            time since the first tick of a rollout [s].
+            time since the first tick of the rollout [s].
 
     Returns:
         The `ProgramArrays` with the added terms, and True. If a term is
-        unusable, the `ProgramArrays` without these terms, and False.
+        invalid, the `ProgramArrays` without these terms, and False.
     """
     n_u = len(program.lower)
     bounds, costs = np.empty((4, n_u)), np.zeros((2, n_u))
@@ -51,7 +51,7 @@ def add_outside(like, line, program, asked):
 
 @kernel(returns=PROGRAM)
 def joined(program, outside) -> ProgramArrays:
-    """Appends terms from outside to a program, after the library's own.
+    """Appends the terms of ingredients in Python to a program.
 
     Args:
         program: The `ProgramArrays`, whose terms are copied.

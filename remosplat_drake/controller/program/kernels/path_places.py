@@ -1,7 +1,7 @@
-"""Points on a path through configurations, for kernels; see `program/path.py`.
+"""Computes points on a path, for kernels; see `program/path.py`.
 
-A path is given as its corners q, shape (k, n_q), and their arc lengths s, shape
-(k,).
+A path is represented by its corners q, shape (k, n_q), and their arc lengths s,
+shape (k,).
 """
 
 import math
@@ -39,13 +39,13 @@ def nearest_place(path_q, path_s, q):
 
     Args:
         path_q: The corners.
-        path_s: Their arc lengths.
+        path_s: Arc lengths of the corners.
         q: The configuration, shape (n_q,) [rad, m].
 
     Returns:
-        The arc length of the point and its distance from the configuration. If
-        several points are equally near, it is the one with the largest arc
-        length.
+        The arc length of the point, and its distance from the configuration. If
+        several points are equally near, the point is the one with the largest
+        arc length.
     """
     if len(path_s) == 1:
         apart = 0.0

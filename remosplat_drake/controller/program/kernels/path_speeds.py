@@ -1,7 +1,7 @@
-"""Speeds along a path, for kernels; see `program/path.py`.
+"""Computes speeds along a path, for kernels; see `program/path.py`.
 
-A path has a greatest speed v at each of its corners, shape (k,). Between two of
-them dv/dt is constant, so v^2 is linear in the arc length s.
+A path has a greatest speed v at each of its corners, shape (k,). Between two
+corners, dv/dt is constant, so v^2 is linear in the arc length s.
 """
 
 import math
@@ -17,8 +17,8 @@ def change_at(path_s, path_v, path_a, s, speed):
     Args:
         path_s: Arc lengths of the corners, shape (k,).
         path_v: Greatest speeds at the corners, shape (k,) [1/s].
-        path_a: Greatest dv/dt at the corners, at rest and at the greatest
-            speeds, shape (k, 2) [1/s^2].
+        path_a: Greatest dv/dt at the corners for a robot at rest and for a
+            robot at the greatest speed, shape (k, 2) [1/s^2].
         s: Arc length of the point.
         speed: Speed of the robot along the path [1/s].
     """
@@ -40,7 +40,7 @@ def way_ahead(path_s, path_v, s, time):
         time: The time [s].
 
     Returns:
-        The covered arc length, at most up to the path's end.
+        The covered arc length, which is at most that to the path's end.
     """
     k, last, start = 0, len(path_s) - 1, s
     while k < last and path_s[k + 1] <= s:

@@ -1,4 +1,4 @@
-"""Inputs of ingredients at a tick, and their outputs, as arrays."""
+"""Arrays with the inputs of ingredients at a tick, and with their terms."""
 
 from typing import NamedTuple
 
@@ -41,10 +41,11 @@ class GuidanceArrays(NamedTuple):
         approach_scale: `Guidance.approach_scale`.
         joint_stop: `Guidance.joint_stop` [rad]; NaN keeps the configured one.
         slide_stop: `Guidance.slide_stop` [m]; NaN keeps the configured one.
-        path_q: Corners of `Guidance.path`, shape (k, n_q); none without one.
+        path_q: Corners of `Guidance.path`, shape (k, n_q); empty if there is no
+            path.
         path_s: Arc length at each corner, shape (k,).
-        path_v: `Path.v`, shape (k,); empty without speeds [1/s].
-        path_a: `Path.a`, shape (k, 2); empty without speeds [1/s^2].
+        path_v: `Path.v`, shape (k,) [1/s]; empty for a path without speeds.
+        path_a: `Path.a`, shape (k, 2) [1/s^2]; empty for a path without speeds.
     """
 
     side: float
@@ -65,9 +66,10 @@ class NearQuestion(NamedTuple):
 
     Attributes:
         pairs: The pairs of shapes.
-        reach: Largest distance of the search [m]; negative for no search.
-        crowded: Distance below which all pairs of shapes of two links are
-            returned, not only the nearest [m].
+        reach: Distance up to which links are searched [m]; negative for no
+            search.
+        crowded: Distance of two links below which all pairs of their shapes are
+            returned, and not only the nearest pair [m].
     """
 
     pairs: PairArrays
@@ -101,10 +103,11 @@ class OutsideRows(NamedTuple):
     """The rows and tracked twists of ingredients in Python.
 
     Attributes:
-        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
-        tracked: Tracked directions of twists: each a row of the Jacobian, the
-            twist, the bound on its slack and the slack's weight, shape (r, n_u
-            + 3).
+        rows: The rows A u <= b of these ingredients, each as the entries of A
+            and then b, shape (m, n_u + 1).
+        tracked: The tracked directions of twists, shape (r, n_u + 3). Each has
+            a row of the Jacobian, the twist, the bound of its slack, and the
+            weight of the slack.
     """
 
     rows: np.ndarray
@@ -117,11 +120,11 @@ class OutsideArrays(NamedTuple):
     Attributes:
         bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
             with the bounds of these ingredients, shape (4, n_u).
-        costs: Vector of their linear costs, and diagonal of their quadratic
-            costs, shape (2, n_u).
-        flags: Whether some bounds are acceleration bounds, and whether Drake's
-            program may have further terms, shape (2,), bool.
-        more: Their rows and tracked twists.
+        costs: Vector of the linear costs of these ingredients, and diagonal of
+            their quadratic costs, shape (2, n_u).
+        flags: Two flags, shape (2,), bool: whether some bounds are acceleration
+            bounds, and whether Drake's program may have further terms.
+        more: The rows and the tracked twists of these ingredients.
     """
 
     bounds: np.ndarray
@@ -136,9 +139,9 @@ class TickArrays(NamedTuple):
     Attributes:
         robot: The robot.
         state: Kinematics at the measured configuration.
-        aim: The targets of the end effectors, k targets.
+        aim: The k targets of the end effectors.
         p_ET_W: `PoseError.p_ET_W` of each target, shape (k, 3) [m].
-        rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
+        rotation_W: `PoseError.rotation_W` of each target, shape (k, 3) [rad].
         error_scales: `Tick.error_scales`, shape (k,) [m].
         error_scale: `Tick.error_scale` [m].
         sphere: Indices of the spheres that have the m clearances, shape (m,).
@@ -146,8 +149,8 @@ class TickArrays(NamedTuple):
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).
         moving: Pairs of a sphere and a near mover, for the mover damper.
-        soon: These pairs after the look-ahead time of the active collision
-            cost.
+        soon: Pairs of a sphere and a near mover after the look-ahead time of
+            the active collision cost.
         near: Points at which links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
@@ -176,10 +179,10 @@ class TickArrays(NamedTuple):
 
 
 class ProgramArrays(NamedTuple):
-    """The program of a tick, to which k ingredients have added their terms.
+    """The quadratic program of a tick, with the terms of k ingredients.
 
-    The library's ingredients come first, then compiled ones from outside the
-    library. All ingredients in Python share the last of the k entries.
+    The order of the ingredients is: those of the library, a user's compiled
+    ingredients, and as the last of the k entries all ingredients in Python.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -187,31 +190,34 @@ class ProgramArrays(NamedTuple):
         free_lower: Lower bounds on u without acceleration bounds, shape (n_u,).
         free_upper: Upper bounds on u without acceleration bounds, shape (n_u,).
         linear: Vectors c of the ingredients' linear costs, shape (k, n_u).
-        quadratic: Diagonals of their quadratic costs, shape (k, n_u).
-        has: Whether each ingredient has a linear cost, and a quadratic one,
-            shape (k, 2), bool.
-        A: Coefficients of rows A u <= b, shape (most, n_u). The last row
-            receives surplus rows, and is ignored.
+        quadratic: Diagonals of the ingredients' quadratic costs, shape (k,
+            n_u).
+        has: Whether each ingredient has a linear cost, and whether it has a
+            quadratic cost, shape (k, 2), bool.
+        A: Coefficients of rows A u <= b, shape (most, n_u). Rows for which
+            there is no space are written to the last row, which is ignored.
         b: Right-hand sides of the rows, shape (most,).
-        kept: Which rows the bounds on u do not imply, shape (most,), bool.
-        raised: Which rows are relaxed, so that their negative right-hand sides
-            are raised, shape (most,), bool.
+        kept: Whether each row is not implied by the bounds of u, shape (most,),
+            bool.
+        raised: Whether each row is relaxed, so that its negative right-hand
+            side is raised, shape (most,), bool.
         about: Subject of each row, such as the index of a sphere or a joint,
             shape (most,).
-        rows: Index of each ingredient's first row, and the one after its last,
-            shape (k, 2).
+        rows: Index of each ingredient's first row, and the index after its last
+            row, shape (k, 2).
         J: Jacobian of the tracked twists, one row for each tracked direction,
             shape (6 e, n_u) for e end effectors.
         V: The tracked twists, shape (6 e,) [rad/s, m/s].
-        limit: Bounds on their slack, shape (6 e,) [rad/s, m/s].
+        limit: Bounds of the slack of the tracked twists, shape (6 e,) [rad/s,
+            m/s].
         price: Weight of the squared slack, shape (6 e,).
         tracked: Cumulative number of tracked rows up to each end effector,
             shape (e,).
         count: Six integers, shape (6,): the number of rows; the number of the
-            ingredient that tracks twists plus one, or 0 without one; whether
-            there are acceleration bounds; the number of tracked directions;
-            whether every u within the bounds violates some row; and whether
-            Drake's program has further terms.
+            ingredient that tracks twists plus one, or 0 if there is none;
+            whether there are acceleration bounds; the number of tracked
+            directions; whether every u within the bounds violates some row; and
+            whether Drake's program has further terms.
     """
 
     lower: np.ndarray
@@ -273,19 +279,20 @@ def near_arrays(near, X_WL) -> NearArrays:
 def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
     """Finds movers near the robot, now and after a look-ahead time.
 
-    Verification requires that a moving sphere does not approach a mover while a
-    station executes one command. So the present distances are measured from all
-    places that the movers can reach in this time.
+    Verification requires that a moving sphere does not approach a mover while
+    the station executes one command. So the present distances are those from
+    all places that the movers can reach in this time.
 
     Args:
         movers: The `MoverArrays`.
         p_WS: Centres of the spheres, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
-        within: At present, pairs at or beyond this distance are left out [m].
+        radius: Radii of the spheres, shape (n,) [m].
+        within: Distance at or beyond which pairs are omitted, for the present
+            places of movers [m].
         dt: Control period [s].
         lead: The look-ahead time [s].
-        within_soon: For the movers' places after the look-ahead time, pairs at
-            or beyond this distance are left out [m].
+        within_soon: Distance at or beyond which pairs are omitted, for the
+            places of movers after the look-ahead time [m].
     """
     return (
         near_movers(movers, p_WS, radius, within, HELD * dt),
@@ -357,10 +364,10 @@ def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
     """Makes a program without terms.
 
     Args:
-        velocity_limit: Initial bounds on |u|, shape (n_u,).
+        velocity_limit: Initial bounds of |u|, shape (n_u,).
         n_effectors: Number of end effectors.
         n_parts: Number of ingredients.
-        most: Largest total number of rows that these add.
+        most: Largest total number of rows that the ingredients add.
     """
     n_u, tracked, most = len(velocity_limit), 6 * n_effectors, most + 1
     return ProgramArrays(
@@ -394,8 +401,8 @@ def narrow(program, lower, upper, is_acceleration) -> None:
         program: The `ProgramArrays`.
         lower: Further lower bounds, shape (n_u,).
         upper: Further upper bounds, shape (n_u,).
-        is_acceleration: Whether these are acceleration bounds, which may be
-            dropped.
+        is_acceleration: Whether the new bounds are acceleration bounds, which
+            may be dropped.
     """
     for j in range(len(lower)):
         program.lower[j] = max(program.lower[j], lower[j])
@@ -411,13 +418,15 @@ def narrow(program, lower, upper, is_acceleration) -> None:
 def new_row(program, k, b, about):
     """Adds a row 0 u <= b of ingredient k, and returns its index in `A`.
 
-    Compiled ingredients call it; see `CompiledIngredient`.
+    The functions of compiled ingredients call `new_row`; see
+    `CompiledIngredient`.
 
     Args:
         program: The `ProgramArrays`.
         k: Number of the calling ingredient.
         b: Right-hand side.
-        about: Number of the row's subject, for the ingredient's method `about`.
+        about: Number of the row's subject, which the ingredient's method
+            `about` takes.
 
     Example:
         >>> import remosplat_drake as rs
@@ -447,7 +456,7 @@ def new_row(program, k, b, about):
 
 @helper
 def given_or(value, default) -> float:
-    """Returns a value of the guidance, or the configured one if it is NaN.
+    """Returns a value of guidance, or the configured value if it is NaN.
 
     Args:
         value: Value of guidance.

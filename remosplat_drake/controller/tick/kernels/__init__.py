@@ -1,1 +1,1 @@
-"""The compiled tick."""
+"""Compiled functions of the control tick."""

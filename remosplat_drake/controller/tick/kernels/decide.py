@@ -1,4 +1,4 @@
-"""A tick's decision: solves its program, with fallbacks."""
+"""Decides on the command of a tick: solves its program, with fallbacks."""
 
 import numpy as np
 
@@ -28,38 +28,39 @@ from remosplat_drake.controller.tick.kernels.share import ease, greatest_share
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
-"""Index of the Python function that solves programs."""
+"""Index of the Python function that solves quadratic programs."""
 
 _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
 
 _GENTLE_ORDER = YIELD_ORDER[1:]
 """Ingredients whose rows are relaxed before acceleration bounds are dropped,
-since a retreat from standing obstacles need not be sudden."""
+since a retreat from obstacles at rest need not be sudden."""
 
 _OF_ALONE = 0.5
-"""Largest demand of a relaxed row, as a fraction of the fastest retreat that
-would be possible without other rows. So a link that can hardly move does not
-limit the retreat of other links."""
+"""Largest speed of retreat that a relaxed row demands, as a fraction of the
+fastest retreat that would be possible without other rows. So a link that can
+hardly move does not limit the retreat of other links."""
 
 _TASK = 1e-3
-"""Factor on the weights of slack and of linear costs while rows of
-`_GENTLE_ORDER` are relaxed. Motion for other purposes would curve the retreat,
-and verification rejects curved retreats."""
+"""Factor of the weights of slack and of linear costs while rows of
+`_GENTLE_ORDER` are relaxed. The factor is small, since motion for other
+purposes would curve the retreat, and verification rejects curved retreats."""
 
 _NOTABLE = 2e-3
-"""An obstacle counts as too near if the demanded speed of retreat is at least
-this [m/s]. With the default settings, this speed is demanded a millimetre
-inside the stopping distance of the scene."""
+"""Demanded speed of retreat from which on an obstacle counts as too near [m/s].
+With the default settings, a sphere whose clearance is a millimetre less than
+the stopping distance has this speed."""
 
 _DEMANDED = 1e-8
-"""If a command is rejected, and the demanded speed of retreat is at least this
-[m/s], the robot retreats instead of moving to its target. The value is just
-above rounding errors."""
+"""Demanded speed of retreat [m/s]. If verification rejects a command, and the
+demanded speed is at least this value, the robot retreats instead of moving to
+its target. The value is slightly larger than rounding errors."""
 
 _CRAWL = 0.25
-"""If a robot is too near to an obstacle, and verification scales its command by
-less than this factor, the robot retreats instead of moving to its target."""
+"""Factor of the command. If a robot is too near to an obstacle, and
+verification scales its command by less than this factor, the robot retreats
+instead of moving to its target."""
 
 _SELF, _SCENE, _MOVERS, _JOINTS = map(
     PARTS.index,
@@ -71,16 +72,18 @@ _SELF, _SCENE, _MOVERS, _JOINTS = map(
 def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, with fallbacks if it has no optimum.
 
-    These are tried in order, until one has an optimum: the program as it is;
-    with rows that demand a retreat relaxed in `_GENTLE_ORDER`; without
-    acceleration bounds; without these bounds and with rows relaxed in
-    `YIELD_ORDER`. Otherwise the command is a step of the braking ramp. Relaxed
-    rows demand a common fraction of their retreats, as large as feasible; see
-    `greatest_share`. If the law is strict, acceleration bounds are never
-    dropped. Verification, including the joint limits, is never relaxed.
+    The following programs are tried in this order until one has an optimum: the
+    program without changes; the program in which rows that demand a retreat are
+    relaxed in `_GENTLE_ORDER`; the program without acceleration bounds; and the
+    program without acceleration bounds in which rows are relaxed in
+    `YIELD_ORDER`. If none has an optimum, the command is a step of the braking
+    ramp. All relaxed rows demand the same fraction of their retreats, which is
+    as large as feasible; see `greatest_share`. If the law is strict,
+    acceleration bounds are never dropped. Verification, including that of the
+    joint limits, is never relaxed.
 
     Args:
-        program: The `ProgramArrays`; fallbacks change them.
+        program: The `ProgramArrays`, which fallbacks change.
         ramp: The braking ramp's next step, shape (n_u,).
         strict: Whether every command must keep the acceleration bounds.
         is_own_solver: Whether the library's own solver is used.
@@ -113,7 +116,7 @@ def decide(program, ramp, strict, is_own_solver, line):
 
 @helper
 def demanded_retreat(program):
-    """Finds the fastest retreat that rows demand [m/s, rad/s]; 0 without one.
+    """Finds the fastest retreat that rows demand [m/s, rad/s]; 0 for none.
 
     Args:
         program: The `ProgramArrays`, before `decide`.
@@ -129,11 +132,11 @@ def demanded_retreat(program):
 def should_retreat(scale, retreat):
     """Returns whether a robot too near to an obstacle should only retreat.
 
-    Motion towards the target would curve the retreat, and verification might
-    reject it at every tick.
+    Additional motion towards the target would curve the retreat, and
+    verification might reject the command at every tick.
 
     Args:
-        scale: The scale of the command that verification has allowed.
+        scale: The factor of the command that verification has allowed.
         retreat: The result of `demanded_retreat` [m/s, rad/s].
     """
     if scale == 0.0:
@@ -146,13 +149,13 @@ def least_retreat(program, is_own_solver, line):
     """Finds the smallest command that satisfies all rows.
 
     Args:
-        program: The `ProgramArrays`, which `decide` has solved. Its linear
-            costs and tracked twists become zero.
+        program: The `ProgramArrays`, which `decide` has solved. This function
+            sets their linear costs and tracked twists to zero.
         is_own_solver: Whether the library's own solver is used.
-        line: Identifier of the `PythonCalls`.
+        line: Number of the `PythonCalls`.
 
     Returns:
-        The command, shape (n_u,), and whether one exists.
+        The command, shape (n_u,), and whether such a command exists.
     """
     program.linear[:] = 0.0
     program.V[:] = 0.0
@@ -161,10 +164,10 @@ def least_retreat(program, is_own_solver, line):
 
 @helper
 def _eased(program, order, task, is_own_solver, line):
-    """Finds the optimum with relaxed rows, of one more kind at a time.
+    """Finds the optimum with relaxed rows; relaxes one class after the other.
 
-    If there is none, the program is unchanged. The weights of slack and linear
-    costs are multiplied by `task`.
+    The weights of slack and linear costs are multiplied by `task`. If there is
+    no optimum, the program is unchanged.
     """
     demanded, price = program.b.copy(), program.price.copy()
     linear = program.linear.copy()
@@ -197,8 +200,8 @@ def _eased(program, order, task, is_own_solver, line):
 def _optimum(program, is_own_solver, line):
     """Finds the optimum of a program, and returns whether there is one.
 
-    If the library's own solver is undecided because of rounding, or if Drake's
-    program has further terms, Python solves the program.
+    If the library's own solver is undecided because of rounding errors, or if
+    Drake's program has further terms, Python solves the program.
     """
     if program.count[4]:
         return np.zeros(len(program.lower)), False
@@ -214,9 +217,10 @@ def _optimum(program, is_own_solver, line):
 
 @helper
 def _let_yield(program, k):
-    """Marks the rows of ingredient k that demand a retreat as relaxed.
+    """Marks those rows of ingredient k as relaxed that demand a retreat.
 
-    The demand of each row is limited to what is feasible for it alone.
+    The demand of each row is limited to a value that is feasible without other
+    rows.
     """
     yields = False
     for i in range(program.rows[k, 0], program.rows[k, 1]):
@@ -236,8 +240,8 @@ def nearest_inside(program):
 
     Returns:
         The number of the ingredient whose row demands the fastest retreat, the
-        row's index among the rows of that ingredient, and the row's subject.
-        The number is NO_PART if no obstacle is notably too near.
+        index of this row among the rows of the ingredient, and the row's
+        subject. The number is NO_PART if no violation exceeds rounding errors.
     """
     part, index, about, most = NO_PART, 0, 0, -_NOTABLE
     for k in (_SELF, _SCENE):

@@ -1,6 +1,6 @@
-"""A whole control tick: its program, the decision, and verification.
+"""Computes a whole control tick: program, decision and verification.
 
-Simulations, rollouts and real robots use the same tick.
+Simulations, rollouts and real robots use the same functions.
 """
 
 from typing import NamedTuple
@@ -56,24 +56,24 @@ UNKNOWN = (
     "clearances are not finite",
     "target is not finite",
 )
-"""Texts about unknown inputs of a tick, for which the robot brakes."""
+"""Reasons, as text, for braking because an input of the tick is unknown."""
 
 REFUSE = 4
-"""Index of the Python function that formats the error of a compiled
+"""Index of the Python function that formats the error about a compiled
 ingredient's terms."""
 
 SCENE = PARTS.index(CollisionDamper)
-"""Number of the ingredient whose rows belong to clearances."""
+"""Number of the ingredient whose rows correspond to clearances."""
 
 
 class LawArrays(NamedTuple):
-    """A law, packed for kernels.
+    """A control law, packed for kernels.
 
     Attributes:
         parts: The compiled ingredients.
         has_outside: Whether there are ingredients in Python.
-        outside: Empty arrays of their terms, which determine the type for
-            Numba.
+        outside: Empty `OutsideRows`, from which Numba infers the type of their
+            rows.
         is_own_solver: Whether the library's own solver is used.
         dt: Control period [s].
         strict: Whether every command must keep the acceleration bounds.
@@ -102,14 +102,14 @@ class Settled(NamedTuple):
 
     Attributes:
         command: The command that may be applied, shape (n_u,).
-        status: Number of its status in `tick_report.STATUSES`.
+        status: Index of the command's status in `tick_report.STATUSES`.
         scale: `TickReport.scale`.
-        objection: Number of the objection in `verified.OBJECTIONS`.
+        objection: Index of the objection in `verified.OBJECTIONS`.
         kept: `TickReport.kept`.
         tight: `TickReport.tight`.
         binding: The result of `binding_arrays`.
-        yielded: For each relaxed row the number of its ingredient, and its
-            subject, shape (y, 2).
+        yielded: Number of the ingredient and subject of each relaxed row, shape
+            (y, 2).
         inside: The result of `nearest_inside`.
         unknown: Index in `UNKNOWN` of the unknown input.
     """
@@ -144,13 +144,13 @@ def settle_tick(
     guidance,
     line,
 ):
-    """Runs a tick; see `run_tick`.
+    """Computes a tick; see `run_tick`.
 
     Args:
         law: The `LawArrays`.
         robot: The `RobotArrays`.
-        compiled: The map, as `DistanceField.compiled` where that is
-            1-Lipschitz, or else a `PythonMap`.
+        compiled: The map: `DistanceField.compiled` if that is 1-Lipschitz, or
+            else a `PythonMap`.
         off: The map's `Misplacement`.
         movers: The `MoverArrays`.
         age: Age of the movers' measurements [s].
@@ -162,7 +162,7 @@ def settle_tick(
         u_previous: The command that was sent last, shape (n_u,).
         periods: Number of control periods since that command was sent.
         guidance: The `GuidanceArrays`.
-        line: Identifier of the `PythonCalls`.
+        line: Number of the `PythonCalls`.
 
     Returns:
         The values of `Settled`.
@@ -230,14 +230,14 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
 
     Args:
         law: The `LawArrays`.
-        given: The `RobotArrays`; the map, its `Misplacement` and the identifier
-            of the `PythonCalls`; the `StateArrays`; the `RowArrays` of the
-            clearances; the `MoverArrays` at their present age; and the
-            `MotionArrays`.
+        given: A tuple of the `RobotArrays`; a tuple of the map, its
+            `Misplacement` and the number of the `PythonCalls`; the
+            `StateArrays`; the `RowArrays` of the clearances; the `MoverArrays`
+            at their present age; and the `MotionArrays`.
         now: The time of the tick [s].
-        ahead: Time of a rollout's tick since the rollout's start [s].
+        ahead: Time since the start of the rollout [s].
         aim: The `AimArrays`.
-        is_known: Whether all inputs are known; otherwise the robot brakes.
+        is_known: Whether all inputs are known. If not, the robot brakes.
         u_previous: The command that is being executed, shape (n_u,).
         ramp: The braking ramp's next step, shape (n_u,).
         guidance: The `GuidanceArrays`.
@@ -286,10 +286,10 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
 
 @helper
 def _whole_program(law, given, ahead, aim, u_previous, guidance):
-    """Builds the program of all ingredients, those from outside last.
+    """Builds the program of all ingredients.
 
     Returns:
-        The `ProgramArrays`, and whether all terms are usable.
+        The `ProgramArrays`, and whether all terms are valid.
     """
     robot, placed, state, rows, movers, motion = given
     program, refused, ended = assemble(

@@ -1,8 +1,8 @@
 """Finds the greatest feasible fraction of the retreats that rows demand.
 
-Rows with negative right-hand sides demand a retreat. If not all demands are
-feasible together, they are scaled by a common factor, the share, which is as
-large as the other rows and the bounds allow.
+Rows with negative right-hand sides demand a retreat. If the demands are not
+feasible together, all of them are multiplied by the same factor, the share. The
+share is as large as the other rows and the bounds allow.
 """
 
 import numpy as np
@@ -17,14 +17,14 @@ from remosplat_drake.controller.program.active_set import (
 from remosplat_drake.controller.program.kernels.dense import prune
 
 _PRICE = 1e-8
-"""Weight of the squared command relative to that of the share, which makes the
-program strictly convex."""
+"""Weight of the squared command, relative to the weight of the share. It makes
+the program strictly convex."""
 
 _TAKEN = 0.9
-"""Fraction of the result of `greatest_share` that is used: relaxed rows demand
-their original retreat times this result times this fraction. With a fraction of
-1, a single command would be feasible, and commands would jump between vertices
-of the feasible set."""
+"""Fraction of the result of `greatest_share` that is used. A relaxed row
+demands its original retreat times this result times this fraction. With a
+fraction of 1, only a single command would be feasible, and successive commands
+would jump between vertices of the feasible set."""
 
 
 @kernel(returns=REAL)
@@ -34,14 +34,14 @@ def greatest_share(program) -> float:
     Let R be the relaxed rows. The share is the largest s in [0, 1] for which a
     command u within the bounds keeps
 
-        a_i u <= s b_i   for the rows i in R, all with b_i < 0
-        a_i u <= b_i     for all others
+        a_i u <= s b_i for the rows i in R, all with b_i < 0 a_i u <= b_i for
+        all other rows
 
     Args:
         program: The `ProgramArrays`, with the relaxed rows marked in `raised`.
 
     Returns:
-        The share; negative if not even s = 0 allows a command.
+        The share; negative if no command is feasible even for s = 0.
     """
     n, count = len(program.lower), program.count[0]
     H, c = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
