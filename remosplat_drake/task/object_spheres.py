@@ -1,5 +1,7 @@
 """Fits spheres around objects, as `robot/fitting` does around links."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
@@ -24,7 +26,7 @@ spheres exceed its surface by more than `BULGE`."""
 
 
 def fit_object(thing: SceneObject) -> LinkSpheres:
-    """Fits spheres around an object.
+    """Fits spheres around an object; those of equal solids are fitted once.
 
     Args:
         thing: The object.
@@ -40,14 +42,20 @@ def fit_object(thing: SceneObject) -> LinkSpheres:
             *hull_pieces(thing.solid),
         ]
     )
-    surface = make_link_surface(points)
+    return _fit_points(points.tobytes())
+
+
+@lru_cache(maxsize=32)
+def _fit_points(points: bytes) -> LinkSpheres:
+    """Fits spheres around points of a surface, the bytes of an (n, 3) array."""
+    p = np.frombuffer(points).reshape(-1, 3).copy()
     found = fit_spheres(
-        {thing.name: surface},
+        {"": make_link_surface(p)},
         tolerance=BULGE,
         most=MOST_SPHERES,
         restarts=1,
     )
-    return found[thing.name].grown_over(points, 1e-4)
+    return found[""].grown_over(p, 1e-4)
 
 
 def overhang(thing: SceneObject, spheres: LinkSpheres) -> float:
