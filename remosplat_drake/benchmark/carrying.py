@@ -73,8 +73,10 @@ def carrying_steps(
     assert support is not None
     leaving = [Touch(support.name, [thing.name])]
     above = max(_distance(thing, support), 0.0)
-    # Until the spheres of the object are out of the support.
-    up = max(overhang(thing, fit_object(thing)) - above, LEAST)
+    # Until the spheres of the object are out of the support, even if the lift
+    # ends early by its tolerance.
+    out = overhang(thing, fit_object(thing)) + Lift().position
+    up = max(out - above, LEAST)
     clear = [Touch(support.name, [thing.name], stopping=0.0)]
     common = {
         "patience": scenario.time_limit,

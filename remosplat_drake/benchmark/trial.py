@@ -54,7 +54,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import has_arrived
 
-TRIAL_VERSION = 7
+TRIAL_VERSION = 8
 """Version of trials, a part of the key. Increase it whenever the results of
 equal trials change."""
 

@@ -215,7 +215,8 @@ def updated(
     """
     if not (np.isfinite(now.q).all() and now.aim.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, now.aim)
+    held = rule.holding(now.payload)
+    selection = on_the_same_world(held, selection, now.q, field, now.aim)
     selection = process.update(selection, now, field)
     if process.missing:
         selection = cycle_when_stalled(

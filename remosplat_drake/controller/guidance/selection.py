@@ -16,6 +16,7 @@ from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import DistanceField
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -54,6 +55,8 @@ class Selection:
             `idle_until`.
         revision: Revision of the map of the round.
         aim: The aim of the round.
+        tier: Index of the largest stopping distance that is used. The robot did
+            not keep larger ones when it got the target or the map.
         missing: Reason why no rollouts are simulated although they should be,
             for display; empty if rollouts are simulated.
         seconds: Wall-clock time of the latest update [s].
@@ -77,6 +80,7 @@ class Selection:
     hopeless_at: np.ndarray | None = None
     revision: str = ""
     aim: Aim | None = None
+    tier: int = 0
     missing: str = ""
     seconds: float = 0.0
 
@@ -110,23 +114,30 @@ def start_selection(rule: SelectionRule) -> Selection:
 
 
 def on_the_same_world(
-    rule: SelectionRule, selection: Selection, revision: str, aim: Aim
+    rule: SelectionRule,
+    selection: Selection,
+    q: np.ndarray,
+    field: DistanceField,
+    aim: Aim,
 ) -> Selection:
     """Returns the selection, or an initial selection for a new target or map.
 
     Args:
         rule: The selector's settings.
         selection: The selection so far.
-        revision: Revision of the present map.
+        q: Measured configuration, shape (n_q,) [rad, m].
+        field: The present map.
         aim: The present aim.
     """
-    known = selection.aim
-    if known is None or not known.equals(aim):
-        guidance, reason = rule.first(aim), "new target"
-    elif selection.revision != revision:
-        guidance, reason = selection.guidance, "new map"
-    else:
+    known, revision = selection.aim, field.revision
+    is_new = known is None or not known.equals(aim)
+    if not is_new and selection.revision == revision:
         return selection
+    tier = rule.kept_tier(q, field)
+    if is_new:
+        guidance, reason = rule.from_tier(tier).first(aim), "new target"
+    else:
+        guidance, reason = selection.guidance, "new map"
     roadmap = selection.roadmap
     for corners in selection.found:
         roadmap = roadmap.with_path(corners)
@@ -135,7 +146,8 @@ def on_the_same_world(
         reason,
         effort=selection.effort,
         roadmap=roadmap,
-        around=NOTHING if reason == "new target" else selection.around,
+        around=NOTHING if is_new else selection.around,
         revision=revision,
         aim=aim,
+        tier=tier,
     )

@@ -89,10 +89,11 @@ def advance_selection(
 ) -> Selection:
     """Advances rollouts by up to `budget` steps, and selects a guidance.
 
-    A new target or a new map starts a new round. The candidates of a tier (a
-    stopping distance) start from the robot's state at the time at which the
-    tier begins. So a round that takes several ticks may have another result
-    than a round that ends in one tick because of a larger budget.
+    A new target or a new map starts a new round, with the largest stopping
+    distance that the robot then keeps. The candidates of a tier (a stopping
+    distance) start from the robot's state at the time at which the tier begins.
+    So a round that takes several ticks may have another result than a round
+    that ends in one tick because of a larger budget.
 
     If a path is searched as soon as a target is given, the update exceeds the
     budget until its first candidates have ended. Otherwise, the robot might
@@ -130,9 +131,10 @@ def advance_selection(
     if not (np.isfinite(q).all() and aim.is_known):
         return selection
     before = selection
-    selection = on_the_same_world(rule, selection, field.revision, aim)
+    selection = on_the_same_world(rule, selection, q, field, aim)
     if aim.has_line:
         return selection  # A line is always followed directly.
+    rule = rule.from_tier(selection.tier)
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
@@ -242,6 +244,7 @@ def _way_is_free(
         roadmap=selection.roadmap,
         revision=selection.revision,
         aim=selection.aim,
+        tier=selection.tier,
     )
 
 
@@ -390,6 +393,7 @@ def _end_round(
         around=selection.around,
         revision=selection.revision,
         aim=selection.aim,
+        tier=selection.tier,
     )
 
 

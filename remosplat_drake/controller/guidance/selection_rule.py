@@ -27,6 +27,10 @@ from remosplat_drake.signals.distance_field import DistanceField
 _TIME_ON_PATH = 4.0
 """Longest simulated time per radian or metre of a path [s]."""
 
+_RETREAT = 0.002
+"""Distance by which a robot may be nearer than a stopping distance, and first
+retreats, before a smaller one is used [m]."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class SelectionRule:
@@ -51,6 +55,38 @@ class SelectionRule:
     horizon: float
     start: Guidance = DIRECT
     motions: MotionPlanner | None = None
+
+    def kept_tier(self, q: np.ndarray, field: DistanceField) -> int:
+        """Returns the index of the largest stopping distance that q keeps.
+
+        A robot that is nearer to an obstacle than its stopping distance must
+        first retreat, away from a line or a path that keeps a smaller one.
+
+        Args:
+            q: The configuration, shape (n_q,) [rad, m].
+            field: The map.
+
+        Returns:
+            The index in `tiers`; that of the smallest if q keeps none.
+        """
+        if len(self.tiers) == 1:
+            return 0
+        spheres = self.law.robot.spheres_at(q)
+        least = field.clearances(spheres, self.tiers[0]).minimum() + _RETREAT
+        kept = (i for i, tier in enumerate(self.tiers) if least >= tier)
+        return next(kept, len(self.tiers) - 1)
+
+    def from_tier(self, tier: int) -> "SelectionRule":
+        """Returns the rule without the largest stopping distances.
+
+        Args:
+            tier: Index of the first stopping distance that remains.
+        """
+        if tier == 0:
+            return self
+        tiers = self.tiers[tier:]
+        start = dc.replace(self.start, stopping=tiers[0])
+        return dc.replace(self, tiers=tiers, start=start)
 
     def first(self, aim: Aim) -> Guidance:
         """Returns the guidance that the robot first follows to new targets.

@@ -59,7 +59,8 @@ def cycle_when_stalled(
     rule, aim = rule.holding(payload), Aim.of(aim)
     if not (np.isfinite(q).all() and aim.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, aim)
+    selection = on_the_same_world(rule, selection, q, field, aim)
+    rule = rule.from_tier(selection.tier)
     if aim.has_line:
         return selection  # A line is followed even if the motion is slow.
     state = rule.law.robot.state(q)

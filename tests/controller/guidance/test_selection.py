@@ -22,6 +22,7 @@ from remosplat_drake.controller.guidance.selection_round import (
 )
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.target import Target
 
 PLENTY = 1000
 
@@ -215,6 +216,36 @@ def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
     assert selection.reason == "new map"
     assert selection.revision == "another"
     assert [r.num_steps for r in selection.running] == [1]
+
+
+@pytest.mark.parametrize(
+    ("tiers", "used"),
+    [
+        # At its target, the arm's least clearance is 15 mm.
+        ((0.030, 0.020, 0.010), 0.010),
+        ((0.030, 0.016), 0.016),  # It retreats by a millimetre.
+        ((0.014, 0.010), 0.014),
+        ((0.040, 0.030), 0.030),  # No smaller one is allowed.
+    ],
+)
+@pytest.mark.parametrize("has_line", [False, True])
+def test_what_the_robot_does_not_keep_is_not_asked(toy, tiers, used, has_line):
+    first = Guidance(stopping=tiers[0])
+    rule = dc.replace(toy.rule((first,)), tiers=tiers)
+    target = Target(toy.X_WT)
+    if has_line:
+        target = target.on_line(toy.X_WT, 0.1)
+    there = {"q": toy.q_target, "aim": target, "budget": 0}
+    selection = advance(rule, start_selection(rule), toy, **there)
+    assert selection.guidance.stopping == used
+    # The round's other candidates are those of the rest of the tiers.
+    assert rule.from_tier(selection.tier).tiers[0] == used
+    # A new target elsewhere begins with the largest distance again.
+    higher = toy.X_WT.copy()
+    higher[2, 3] += 0.3
+    free = dc.replace(rule, tiers=(0.014, *tiers[1:]))
+    selection = advance(free, selection, toy, aim=higher, budget=0, q=toy.q)
+    assert selection.tier == 0
 
 
 @pytest.mark.parametrize("name", ["q", "aim"])
