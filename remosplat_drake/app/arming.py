@@ -16,7 +16,8 @@ ARM = "arm"
 """Text that a person types to arm the robot."""
 
 TERMINAL_STOP = "Enter in the terminal"
-"""Displayed reason of a stop by a line other than `arm` at the terminal."""
+"""Displayed reason when a line other than `arm` at the terminal stops the
+robot."""
 
 HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
 """Instructions to release the robot, and to stop it."""
@@ -26,7 +27,7 @@ class Arming:
     """Passes an operator's requests to the supervisor, between two ticks."""
 
     def __init__(self, application: Application, link: RobotLink):
-        """Prepares; no request has been received yet.
+        """Connects an application with the link to its robot.
 
         Args:
             application: The diagram, with its supervisor.

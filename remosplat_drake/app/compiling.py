@@ -16,8 +16,9 @@ RUN_KERNELS = Path(__file__).with_name("run_kernels.json")
 """File that lists the kernels of runs whose map consists of ellipsoids."""
 
 _SURE = 5.0
-"""After this time of compilation, the estimate of the remaining time weighs the
-measured speed and the expected speed equally [s]."""
+"""Weight of the expected speed of compilation [s]: after this time, the
+estimate of the remaining time weighs the measured and the expected speed
+equally."""
 
 
 @contextmanager
@@ -26,15 +27,15 @@ def compiling_shown(
     scenario: Scenario | None = None,
     tell: Callable[[str], None] = lambda text: None,
 ) -> Iterator[None]:
-    """Shows how many kernels are compiled while the `with` block waits.
+    """Shows the progress of compilation while the `with` block waits for it.
 
     Args:
-        progress: Display of the run's progress; during compilation, it shows
-            the count instead of the present stage.
-        scenario: The scenario that the block runs; None if it runs none. As
-            soon as one kernel is missing, all kernels of the scenario are
-            compiled, on all cores.
-        tell: Called with the shown text after each kernel.
+        progress: Display of the run's progress. During compilation, it shows
+            the number of compiled kernels in place of the present stage.
+        scenario: The scenario that the block runs, or None. As soon as one
+            kernel is missing, all kernels of the scenario are compiled, on all
+            cores.
+        tell: Function that is called with the displayed text after each kernel.
     """
     if scenario is not None and isinstance(scenario.oracle, SphereToEllipsoid):
         compilation.expect(lambda: read_list(RUN_KERNELS))
@@ -70,7 +71,7 @@ class _Shown:
         self._is_shown = waits
 
     def _estimate(self) -> tuple[float, float]:
-        """Returns the fraction that is done, and the time that is left [s]."""
+        """Returns the finished fraction, and the remaining time [s]."""
         count = compilation.count()
         self._stage.done, self._stage.total = count.done, count.total
         spent = monotonic() - (self._start or monotonic())
@@ -85,7 +86,7 @@ def _print_reason() -> None:
     if made:
         with suppress(OSError):  # stderr is closed.
             print(
-                "kernels must be compiled, since those of the package are "
+                "kernels must be compiled, since the package's kernels are "
                 f"for {made}, but this computer has {files.made_for()}",
                 file=sys.stderr,
             )

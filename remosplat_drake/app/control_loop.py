@@ -69,26 +69,26 @@ class ControlLoop:
         scenario: The scenario that the stages are made from.
         world: The content of the scenario's files: robot, map and true scene.
         station: The robot, simulated or real, as a system.
-        odometry: The output port of the q that the station measures, n_q
-            entries.
+        odometry: The output port of the configuration q that the station
+            measures, n_q entries.
         velocity: The output port of the measured u, n_u entries.
         localization: The system that corrects the base's pose by comparison
-            with the map; None if the odometry is used as it is.
-        configuration: The output port of q in W, n_q entries.
+            with the map; None if the odometry is not corrected.
+        configuration: The output port of the configuration q in W, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
         law: The control law.
         controller: The reactive controller.
-        selector: The look-ahead beside the controller; None if the scenario
-            disables guidance.
+        selector: The guidance selector, which runs rollouts beside the
+            controller; None if the scenario disables guidance.
         supervisor: The safety supervisor between controller and station; None
             if the scenario disables it.
         motion_status: The system that describes the robot's state in one
             sentence.
-        known_movers: The output port of the `Movers` that the robot knows; None
-            if it knows of none.
-        true_movers: The output port of the true `Movers` of a simulation, or of
-            those received from a real robot's sensors; None without movers.
+        known_movers: The output port of the moving obstacles (`Movers`) that
+            the robot perceives; None if it perceives none.
+        true_movers: The output port of the true `Movers` in a simulation, or of
+            the `Movers` that a real robot's sensors send; None without movers.
     """
 
     scenario: Scenario
@@ -110,10 +110,10 @@ class ControlLoop:
 
     @property
     def movers(self) -> OutputPort | None:
-        """The output port of the `Movers` that are known.
+        """The output port of the known `Movers`, for displays and records.
 
-        If the robot does not sense movers, the port outputs the true movers. It
-        is None if the scenario has no movers.
+        If the robot does not perceive movers, the port outputs the true movers.
+        It is None if the scenario has no movers.
         """
         return self.known_movers or self.true_movers
 
@@ -126,7 +126,7 @@ class ControlLoop:
     def executed(self) -> OutputPort:
         """The output port of the command u that the station receives.
 
-        The port is the supervisor's, or the controller's if there is no
+        It is a port of the supervisor, or of the controller if there is no
         supervisor.
         """
         commander = self.supervisor or self.controller
@@ -157,11 +157,11 @@ def AddControlLoop(
         world: The content of the scenario's files.
         add_targets: Function that adds the targets, given the output port of
             the measured configuration and the control law.
-        hardware: Whether the station is the real robot; all other stages are
-            the same in simulation.
-        ingredients: Costs and constraints of the control law, in addition to
-            the scenario's.
-        law: The control law; None makes the scenario's.
+        hardware: Whether the station is the real robot. All other stages are
+            the same as in a simulation.
+        ingredients: Costs and constraints that are added to the scenario's
+            control law.
+        law: The control law; None means the scenario's control law.
         others: Function that adds the other robots. Its arguments are three
             output ports: the configuration q, the executed command, and the
             true `Movers` (or None). It returns the output ports of the other

@@ -32,8 +32,8 @@ from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
-# Modules that make maps are imported only where they are used: their import
-# takes long, and most runs do not need them.
+# Modules that make maps are imported only where they are used, since their
+# import takes long and most runs do not need them.
 if TYPE_CHECKING:
     from remosplat_drake.app.stages.teleoperation import Teleoperation
     from remosplat_drake.cockpit.cockpit_process import CockpitProcess
@@ -52,8 +52,8 @@ class Application(ControlLoop):
         diagram: Drake's diagram of all stages.
         recorder: The system that keeps the ticks of the run in memory.
         live_map: The map that grows during a teleoperation; None without one.
-        log: The system that writes a teleoperation, or an MCAP file, to disk;
-            None in other runs.
+        log: The system that writes the ticks of a teleoperation, or an MCAP
+            file, to disk; None in other runs.
 
     Example:
         >>> import remosplat_drake as rs
@@ -80,21 +80,22 @@ def build(
     mcap: McapRecorder | None = None,
     cockpit: "CockpitProcess | None" = None,
 ) -> Application:
-    """Wires a scenario's stages into one diagram.
+    """Builds one diagram of a scenario's stages.
 
     Args:
         scenario: The scenario that the stages are made from.
         world: The content of the scenario's files; None reads them.
         page: A browser page to draw on; None draws nothing.
-        hardware: Whether the station is the real robot; all other stages are
-            the same in simulation.
-        teleoperation: The inputs of a teleoperation, with an operator's target
-            and a growing map; None means the scenario's targets.
-        ingredients: Costs and constraints of the control law, besides the
-            scenario's; rollouts include them, too.
-        law: The control law instead of the scenario's, with its own
-            ingredients; None makes the scenario's.
-        mcap: Writes the run as an MCAP file; None for none.
+        hardware: Whether the station is the real robot. All other stages are
+            the same as in a simulation.
+        teleoperation: The inputs of a teleoperation, in which an operator moves
+            the target and the map grows. None means a run with the scenario's
+            targets.
+        ingredients: Costs and constraints that are added to the scenario's
+            control law; rollouts include them, too.
+        law: A control law that replaces the scenario's; None means the
+            scenario's control law.
+        mcap: Writer of the run as an MCAP file; None writes no such file.
         cockpit: The page of a teleoperation's operator; None for none.
 
     Raises:

@@ -13,7 +13,7 @@ REQUIRED = (
     "controller.verify",
     "controller.self_collision.enabled",
 )
-"""Fields of a scenario that must be true for a real robot."""
+"""Fields of a scenario whose value must be `true` for a real robot."""
 
 NARROWER = {
     # Commands expire after a tenth of a second.
@@ -38,12 +38,12 @@ NARROWER = {
     "hardware.localization.sigmas": Interval(ge=2, le=6),
     "hardware.localization.max_shift": Interval(gt=0, le=0.3),
     "hardware.localization.max_turn": Interval(gt=0, le=0.3),
-    # With other values, splats are scaled down or ignored, so the oracle would
+    # Other values scale splats down or ignore some of them, so the oracle would
     # miss obstacles.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),
-    # Depth views do not show obstacles that are fainter, nearer or farther than
-    # these bounds.
+    # Depth views do not show obstacles whose opacity is below this bound, or
+    # whose distance is outside of these bounds.
     "oracle.alpha_cutoff": Interval(gt=0, le=0.9),
     "oracle.near": Interval(gt=0, le=0.05),
     "oracle.far": Interval(ge=0.5, le=100),
@@ -54,7 +54,7 @@ that the scenario's oracle does not have is not checked."""
 
 HARDWARE_SPEED = 0.35
 """Default bound on the speed of a real robot's hands and, on a planned path, of
-all of its parts [m/s]. A scenario may state a higher one."""
+all of its parts [m/s]. A scenario may set a higher bound."""
 
 COMMANDED_MODES = {"idle", "move"}
 """Modes of a real arm's driver in which the arm follows velocity commands."""
@@ -75,22 +75,23 @@ def check_for_hardware(scenario: Scenario) -> None:
         if not _value(scenario, field):
             problem = "must be true on a real robot"
             if scenario.controller.gains == "paper":
-                problem += " (`gains: paper` turns it off)"
+                problem += " (`gains: paper` disables it)"
             raise FieldError(scenario.source, field, problem)
     for field, bounds in NARROWER.items():
         value = _value(scenario, field)
         problem = "" if value is None else range_problem(value, [bounds])
         if problem:
             raise FieldError(
-                scenario.source, field, f"on a real robot it {problem}"
+                scenario.source, field, f"on a real robot, it {problem}"
             )
     modes = set(scenario.supervisor.robot_modes) - COMMANDED_MODES
     if modes:
         raise FieldError(
             scenario.source,
             "supervisor.robot_modes",
-            f"a real arm follows no commands in {', '.join(sorted(modes))};"
-            f" valid: {', '.join(sorted(COMMANDED_MODES))}",
+            "a real arm does not follow commands in "
+            f"{', '.join(sorted(modes))}; valid: "
+            f"{', '.join(sorted(COMMANDED_MODES))}",
         )
 
 

@@ -45,14 +45,14 @@ from remosplat_drake.signals.optional_input import value_or_none
 
 STATUS_TIMEOUT = 0.003
 """Longest time for which a tick waits for the arm's next status [s]. The arm
-sends one every millisecond."""
+sends a status every millisecond."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
 """Modules that scipy imports at first use. They are imported at the start,
 since an import during a tick would delay it."""
 
 REHEARSAL = 0.3
-"""Time for which the loop rehearses at the start, without sending commands
+"""Duration of the rehearsal at the start, in which the loop sends no commands
 [s]."""
 
 FINAL_ZEROS = 0.1
@@ -82,16 +82,17 @@ def prepare_for_hardware(
 ) -> None:
     """Sets the values of a scenario that a real robot needs.
 
-    Guidance looks ahead in a separate process, so that ticks do not wait for
-    it. The quadratic program includes the base's speed limits, and the
-    acceleration limits with every choice of `gains`. Unless the scenario states
-    other values, no part is faster than `HARDWARE_SPEED`, and unseen space
+    Guidance runs its rollouts in a separate process, so that ticks do not wait
+    for them. The quadratic program includes the base's speed limits; it
+    includes the acceleration limits for every choice of `gains`. Unless the
+    scenario sets other values, `HARDWARE_SPEED` bounds speeds, and unseen space
     counts as an obstacle.
 
     Args:
         scenario: The scenario, which is changed in place.
         lcm_url: LCM URL of the drivers; None means the scenario's.
-        shadow: Whether the run sends no commands; True overrides the scenario.
+        shadow: If True, the run sends no commands, whatever the scenario
+            states.
 
     Raises:
         FieldError: The scenario disables a safety check, such as the supervisor
@@ -133,31 +134,33 @@ def run_on_hardware(
 ) -> HardwareResult:
     """Runs the real robot until the last target is reached or time is up.
 
-    The run waits for the drivers and rehearses without sending anything. Then
+    The run waits for the drivers, and rehearses without sending commands. Then
     it requests the drivers' lease, the exclusive right to command the robot.
     The robot does not move until an operator releases it, see `Arming`. A
     shadow run, which sends no commands, does not wait for an operator. Each
-    tick then waits for a new status of the robot. The loop has a real-time
-    priority (SCHED_RR) if the computer grants one, and automatic garbage
-    collection is off. At the end, also after Ctrl-C and exceptions, the robot
-    is brought to rest along the braking ramp.
+    tick waits for a new status of the robot. The loop has a real-time priority
+    (SCHED_RR) if the computer grants it, and automatic garbage collection is
+    off. At the end, also after Ctrl-C and exceptions, the run brings the robot
+    to rest along the braking ramp.
 
     `warm_up.compile_kernels` must have run before: a tick in which a kernel
     is compiled is so late that the supervisor stops the robot.
 
     Args:
         application: The diagram; its station must be a `HardwareStation`.
-        on_progress: Called every `PROGRESS_PERIOD` with the time since the
-            start [s], the robot's state and the latest tick report.
-        on_supervision: Called with the supervisor's state whenever its mode
-            has changed.
-        on_motion_status: Called with the time since the start [s] and the
-            robot's state whenever it has changed.
-        on_map: Called with the live map's status whenever its `news` change.
-        between_ticks: Called after every tick with the diagram's context, for a
-            program that stops the robot or releases it.
-        patience: Time that a stopped robot waits to be released before the
-            run ends [s].
+        on_progress: Function that is called every `PROGRESS_PERIOD` with the
+            time since the start [s], the robot's state and the latest tick
+            report.
+        on_supervision: Function that is called with the supervisor's state
+            whenever its mode has changed.
+        on_motion_status: Function that is called with the time since the start
+            [s] and the robot's state whenever the state has changed.
+        on_map: Function that is called with the live map's status whenever the
+            field `news` of this status changes.
+        between_ticks: Function that is called after every tick with the
+            diagram's context. It may stop or release the robot.
+        patience: Time for which a stopped robot waits until a person releases
+            it [s]; then the run ends.
 
     Raises:
         RemoSplatError: A driver sends no status, or another program has its
@@ -190,8 +193,8 @@ def run_on_hardware(
                         between_ticks(loop.context)
         finally:
             request.has_ended = True
-            # If the run has sent no command, it must send no zero commands
-            # either: another program may drive the robot.
+            # If the run has not sent any command, it must not send zero
+            # commands either, since another program may drive the robot.
             if math.isfinite(loop.link.sent):
                 bring_to_rest(
                     loop.link,
@@ -205,7 +208,7 @@ def run_on_hardware(
 
 
 class HardwareLoop:
-    """Ticks an application at the pace of the wall clock.
+    """Runs the ticks of an application in real time.
 
     A tick receives the newest statuses, computes the diagram, and sends the
     command at once; drawing and recording follow. A tick that would start too
@@ -214,11 +217,11 @@ class HardwareLoop:
     Attributes:
         context: Context of the whole diagram; its time is the wall clock's.
         link: The link to the robot's drivers.
-        log: Times of the ticks, for the quality of the loop.
+        log: Times of the ticks, from which the loop's timing is computed.
     """
 
     def __init__(self, application: Application):
-        """Prepares the loop; nothing is sent before `tick`.
+        """Prepares the loop; no command is sent before `tick`.
 
         Args:
             application: The diagram; its station must be a `HardwareStation`.
@@ -240,11 +243,11 @@ class HardwareLoop:
         self.log = LoopLog(self._period)
 
     def rehearse(self) -> None:
-        """Runs some ticks without sending anything, and discards the results.
+        """Runs some ticks without sending commands, and discards their results.
 
-        Imports and caches of first use are done here, so that they do not delay
-        a later tick. Kernels have already been compiled by
-        `warm_up.compile_kernels`.
+        Code that imports modules or fills caches at its first use runs here, so
+        that it does not delay a later tick. `warm_up.compile_kernels` has
+        already compiled the kernels.
         """
         for name in _SCIPY:
             importlib.import_module(f"scipy.{name}")
@@ -272,8 +275,7 @@ class HardwareLoop:
         self._initialize()
         self.link.is_armed = self._application.scenario.hardware.shadow
         self.link.take_command()
-        # The first drawing takes long. It is done before the loop starts, while
-        # the command is zero.
+        # The first drawing takes long, so it is done before the loop starts.
         self._application.diagram.ForcedPublish(self.context)
         self.link.wait_for_statuses()
         self._leave_out_late_ticks(time.time())
@@ -287,8 +289,8 @@ class HardwareLoop:
         clearances = app.oracle.GetOutputPort("clearances").Eval(context)
         assert app.supervisor is not None
         least = app.supervisor.law.min_clearance
-        # A clearance that is not a number fails this comparison; the supervisor
-        # stops the robot for it at the first tick.
+        # A clearance of NaN passes this check, but the supervisor stops the
+        # robot because of it at the first tick.
         if clearances.minimum() < least:
             row = int(clearances.distance.argmin())
             link = robot.spheres.links[clearances.sphere[row]]
@@ -308,7 +310,7 @@ class HardwareLoop:
             )
 
     def _initialize(self) -> None:
-        """Initialises the diagram for the next tick; sends nothing."""
+        """Initialises the diagram for the next tick; sends no command."""
         self.link.wait_for_statuses()
         self._next = next_tick(time.time(), self._period, 0)
         self.context.SetTime(self._next * self._period - _BEFORE_TICK)
@@ -336,7 +338,7 @@ class HardwareLoop:
             self.log.unheard += 1
         heard = time.time()
         # The time is set after the statuses are received, since a tick must not
-        # be older than its statuses.
+        # be earlier than its statuses.
         self._leave_out_late_ticks(heard)
         self._station.receive(self.context)
         self._simulator.AdvanceTo(self._next * self._period)
@@ -365,9 +367,9 @@ class HardwareLoop:
 def bring_to_rest(
     link: RobotLink, acceleration_limit: np.ndarray, period: float
 ) -> None:
-    """Ramps the robot down from its latest command, then sends nothing.
+    """Reduces the command to zero along the braking ramp; then sends no more.
 
-    It uses only the link and not the diagram, which may have failed. If the
+    The function uses only the link, since the diagram may have failed. If the
     drivers are already braking along the ramp, it continues their ramp.
 
     Args:

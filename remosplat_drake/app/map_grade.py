@@ -1,4 +1,4 @@
-"""Grades a map in one word, for a quick look."""
+"""Grades a map by a single word."""
 
 from remosplat_drake.app.map_knowledge import MapError
 from remosplat_drake.controller.ingredients import CollisionDamperConfig
@@ -8,7 +8,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 from remosplat_drake.task.suggestion import NEAR
 
 GOOD, FAIR, POOR, UNKNOWN = "good", "fair", "poor", "unknown"
-"""Names of the grades; `grade_map` states their meaning."""
+"""Names of the grades; `grade_map` states their meanings."""
 
 GRADE_STYLES = {
     GOOD: "bold green",

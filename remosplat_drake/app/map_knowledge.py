@@ -46,9 +46,10 @@ from remosplat_drake.safety.gates import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
-"""Largest ignored fractions of opacity and of splats in a good map. The oracle
-ignores floaters, faint splats in empty space. In our captures up to a third of
-the splats are floaters, but they have only a thirtieth of the opacity."""
+"""Largest fractions, of opacity and of the number of splats, that the oracle
+may ignore in a good map. The oracle ignores floaters, which are faint splats in
+empty space. In our captures up to a third of the splats are floaters, but they
+have only a thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
 """Largest unseen fraction of the space around a robot's path that causes no
@@ -75,7 +76,7 @@ class MapError:
         largest: Largest over-estimate of a distance [m]; None if it is unknown,
             or if the map is the true geometry.
         trouble: Reason why `largest` is unreliable; empty if it is reliable.
-        warnings: Faults of the capture of the map.
+        warnings: Descriptions of defects of the map's capture.
     """
 
     largest: float | None = None
@@ -88,14 +89,16 @@ class MapKnowledge:
     """The content of a map, its error, and its problems for a scenario.
 
     Attributes:
-        summary: Content of the map, in total and where the robot works.
+        summary: Content of the map, in total and near the start and the
+            targets.
         error: The error of the map.
         stopping: Smallest stopping distance that a run may use [m].
         gates: Problems of the map for this scenario.
         unseen: Fraction of the space between the start and the targets that no
             camera has seen; None if that is unknown.
         unseen_counts_as: Treatment of unseen space: `FREE` or `OBSTACLE`.
-        unseen_places: Names of the start or targets that lie in such space.
+        unseen_places: Names of the places (start or targets) that lie in unseen
+            space.
     """
 
     summary: MapSummary
@@ -107,7 +110,7 @@ class MapKnowledge:
     unseen_places: tuple[str, ...] = ()
 
     def lines(self) -> tuple[str, ...]:
-        """Describes the map for people, in two or three lines."""
+        """Describes the map in two or three lines."""
         error = "unknown" if self.error.trouble else "none"
         if self.error.largest is not None:
             error = f"up to {1e3 * self.error.largest:.1f} mm"
@@ -213,10 +216,11 @@ def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
 
 
 def coverage_gates(summary: MapSummary) -> list[Gate]:
-    """Finds faults in the content of a map.
+    """Finds problems of a map's content.
 
     Args:
-        summary: Content of the map, in total and where the robot works.
+        summary: Content of the map, in total and near the start and the
+            targets.
     """
     if not summary.kept:
         return [Gate(EMPTY_MAP, f"the map is empty: {summary}")]
@@ -231,7 +235,7 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     ignored = (
         summary.ignored > MOST_SPLATS or summary.ignored_opacity > MOST_OPACITY
     )
-    # An empty map has been reported above.
+    # If all places are empty, the problem above suffices.
     if ignored and len(empty) < len(summary.places):
         problem = (
             f"{100 * summary.ignored:.0f} % of the splats within reach, with "
@@ -243,11 +247,11 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
 
 
 def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
-    """Finds stopping distances that are too small for the map's error.
+    """Finds stopping distances that are too small for a map's error.
 
-    Every stopping distance must exceed the map's error by `MAP_ERROR_MARGIN`. A
-    stopping distance below the usual one is refused while the map's error is
-    unknown, even in simulation.
+    Every stopping distance must exceed the map's error by `MAP_ERROR_MARGIN`.
+    While the map's error is unknown, a stopping distance below the usual value
+    is refused, even in simulation.
 
     Args:
         scenario: A checked scenario.
@@ -286,10 +290,11 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 
 
 def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
-    """Returns the error of a map that remains in an oracle's distances [m].
+    """Returns the map error that remains in an oracle's distances [m].
 
-    Every stopping distance must exceed this error. The error is smaller if the
-    oracle subtracts the uncertainty of each splat from the distances.
+    Every stopping distance must exceed this error. It is smaller than the map's
+    error if the oracle subtracts the uncertainty of each splat from the
+    distances.
 
     Args:
         report: The measurements of the map.
@@ -304,7 +309,7 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
 
 
 def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
-    """Finds problems that are caused by space that no camera has seen.
+    """Finds problems that unseen space causes.
 
     Args:
         scenario: A checked scenario.
@@ -331,7 +336,7 @@ def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
 def find_map_error(scenario: Scenario) -> MapError:
     """Finds the error of a scenario's map.
 
-    The larger of two numbers counts: the scenario's `map_error`, and the error
+    It is the larger of two numbers: the scenario's `map_error`, and the error
     in the quality report beside the splat.
 
     Args:
@@ -351,8 +356,8 @@ def find_map_error(scenario: Scenario) -> MapError:
         report = read_report(splat)
         measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
-        # The unreadable report may be of a newer splat than the scenario's
-        # value, so this value is not reliable.
+        # The report is unreadable, and may describe a newer splat than the
+        # scenario's `map_error`, so this value is not reliable.
         return MapError(scene.map_error, str(error))
     return MapError(
         max(measured, scene.map_error or 0.0),

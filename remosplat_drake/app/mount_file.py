@@ -11,7 +11,7 @@ from remosplat_drake.base.yaml_nodes import read_text
 
 
 def mount_fields(X_FC: np.ndarray) -> dict[str, list[float]]:
-    """Returns the fields of `wrist_camera` that define a hand-eye transform.
+    """Returns the fields of `wrist_camera` that describe the camera's pose.
 
     Args:
         X_FC: The camera's pose in the frame that carries it, shape (4, 4).
@@ -36,8 +36,8 @@ def write_mount(spec: str, X_FC: np.ndarray) -> None:
         X_FC: The camera's pose in the frame that carries it, shape (4, 4).
 
     Raises:
-        RemoSplatError: The file cannot be read or written, or its mount is
-            written in a form that cannot be replaced; it is unchanged then.
+        RemoSplatError: The file cannot be read or written, or contains the
+            mount in a form that cannot be replaced. The file is then unchanged.
     """
     path, name = find_scenario(spec)
     fields = mount_fields(X_FC)
@@ -51,8 +51,8 @@ def write_mount(spec: str, X_FC: np.ndarray) -> None:
             getattr(camera, field) != value for field, value in fields.items()
         ):
             problem = (
-                "the form of its wrist_camera cannot be edited: set "
-                f"{values} by hand"
+                "wrist_camera is written in a form that the program cannot "
+                f"edit; set {values} by hand"
             )
             raise FileError(path, problem)
 

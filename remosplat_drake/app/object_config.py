@@ -1,4 +1,4 @@
-"""`ObjectConfig`: an object of a scenario, and its splats in the map."""
+"""`ObjectConfig`: an object of a scenario: its shape, pose and splats."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -21,10 +21,11 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.shortest_axes import shortest_axes
 
 Size = Annotated[float, Interval(gt=0, le=100)]
-"""Type of an object's lengths, with their range [m]."""
+"""Type of an object's lengths [m], with the valid range."""
 
 SHAPES = ("box", "cylinder", "hull", "surface")
-"""Fields of `ObjectConfig` that define its shape; an object has one of them."""
+"""Fields of `ObjectConfig` that define its shape. An object has exactly one of
+these fields."""
 
 
 @dc.dataclass
@@ -51,7 +52,8 @@ class HullShape(Config):
 class SurfaceShape(Config):
     """A level surface in the splat, on which objects are placed.
 
-    Its rectangle, along the axes x and y of W, becomes the top of a thin box.
+    A rectangle of the surface, along the axes x and y of W, becomes the top of
+    a thin box.
     """
 
     # A point x, y, z in W at the surface [m].
@@ -64,17 +66,17 @@ class SurfaceShape(Config):
 class ObjectConfig(Config):
     """An object that a hand may grasp, or that supports other objects."""
 
-    # Unique name of the object. If the true scene has solids with this name,
-    # they represent the object.
+    # Unique name of the object. Solids of this name in the true scene represent
+    # the object.
     name: Annotated[str, Len(1, 60)] = "object"
     # Pose of the object's frame O in W; O is in the middle of a box or a
     # cylinder.
     X_WO: PoseConfig = dc.field(default_factory=PoseConfig)
-    # The three side lengths, if it is a box [m].
+    # The three side lengths of a box [m].
     box: Annotated[list[Size], Len(3, 3)] | None = None
     cylinder: CylinderShape | None = None
     hull: HullShape | None = None
-    # The place of a level surface in the splat, if it is one; it has no X_WO.
+    # A place on a level surface in the splat; such an object has no X_WO.
     surface: SurfaceShape | None = None
     # Mass of the object [kg]; absent: unknown.
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
@@ -98,12 +100,13 @@ def make_objects(
         configs: The objects of the scenario.
         folder: Folder that relative file names refer to.
         where: File and name of the scenario, for errors.
-        splat_W: The scene's splat in W, in which surfaces are found; None
-            without one.
+        splat_W: The scene's splat in W, in which level surfaces are searched;
+            None without a splat.
 
     Raises:
-        FieldError: A file is unusable, an object has no shape or several, two
-            have the same name, or the splat shows no level surface at a place.
+        FieldError: A file is unusable, an object does not have exactly one
+            shape, two objects have the same name, or the splat shows no level
+            surface at a place.
     """
     objects: list[SceneObject] = []
     for i, config in enumerate(configs):

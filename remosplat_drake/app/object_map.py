@@ -15,16 +15,17 @@ OWN_MARGIN = 0.01
 belongs to the object [m]."""
 
 LEAST_SPLATS = 10
-"""Least number of splats that must show an object in a map."""
+"""Least number of splats in a map that must represent an object."""
 
 
 def own_splats(
     splat_W: GaussianSplat, thing: SceneObject, margin: float
 ) -> np.ndarray:
-    """Finds the splats that show an object.
+    """Finds the splats that represent an object.
 
     A splat belongs to the object if its centre is near the object's surface.
-    Splats at the object's foot are excluded, since they may show its support.
+    Splats at the object's foot are excluded, since they may belong to its
+    support.
 
     Args:
         splat_W: The scene's splat, in W.
@@ -32,7 +33,7 @@ def own_splats(
         margin: Largest distance of the splats from the object's surface [m].
 
     Returns:
-        Whether each splat shows the object, shape (N,).
+        Whether each splat represents the object, shape (N,).
     """
     return own_points(np.array(splat_W.p_GK, float), thing, margin)
 
@@ -40,7 +41,7 @@ def own_splats(
 def with_solids(
     truth: PrimitiveScene | None, objects: Sequence[SceneObject]
 ) -> PrimitiveScene | None:
-    """Adds objects to a true scene, except those whose names it contains.
+    """Adds objects to a true scene that does not contain their names.
 
     Args:
         truth: The true scene; None if it is unknown.
@@ -67,7 +68,7 @@ def without_objects(
 
     Args:
         truth: The true scene.
-        objects: The objects; solids with their names belong to them.
+        objects: The objects. Solids with their names are removed.
     """
     names = {each.name for each in objects}
     return dc.replace(

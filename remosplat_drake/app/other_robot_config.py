@@ -9,33 +9,34 @@ from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.station.robot_movers import MOST_ACCELERATION
 
 OURS, THEIRS, NOBODYS = "ours", "theirs", "nobodys"
-"""Choices of the robot with right of way."""
+"""Choices of `right_of_way`."""
 
 
 @dc.dataclass
 class OtherRobot(Config):
     """A robot that another scenario drives, in the same simulation.
 
-    Each of the two robots is a mover, a moving obstacle, for the other one. If
-    neither has right of way, both may wait forever where they meet.
+    Each of the two robots is a moving obstacle for the other robot. If neither
+    robot has right of way, both may wait forever where they meet.
     """
 
     # Its display name.
     name: Annotated[str, Len(1, 40)] = "robot"
-    # The scenario that drives the other robot: NAME of a shipped one, or
+    # The scenario that drives the other robot: NAME of a shipped scenario, or
     # FILE:NAME, relative to this file's folder. That scenario has its own
     # start, map and targets; its `movers` are ignored.
     scenario: Annotated[str, Len(1)] = "TableReach"
-    # The robot with right of way: that of this scenario ("ours"), the other one
-    # ("theirs"), or neither ("nobodys").
+    # The robot with right of way: this scenario's robot ("ours"), the other
+    # robot ("theirs"), or neither ("nobodys").
     right_of_way: Annotated[str, OneOf((OURS, THEIRS, NOBODYS))] = OURS
-    # Distance that the robot without right of way keeps from the other one [m].
-    # It retreats if the other one comes nearer.
+    # Distance that the robot without right of way keeps from the robot with
+    # right of way [m]. It retreats if that robot comes nearer.
     yielding: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Speed limit that each robot assumes for all points of the other one [m/s].
+    # Speed limit that each robot assumes for all points of the other robot
+    # [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # Acceleration limit that each robot assumes for all points of the other one
-    # [m/s^2].
+    # Acceleration limit that each robot assumes for all points of the other
+    # robot [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION
     )

@@ -23,15 +23,15 @@ from remosplat_drake.station.robot_movers import (
 class RecordedMovers(Config):
     """The moving obstacles of a recorded run, or the robot of that run.
 
-    After the end of the recording, they are at rest.
+    After the end of the recording, the obstacles are at rest.
     """
 
     # The `trajectory.npz` of a run, relative to this file's folder.
     file: Annotated[str, Len(1)] = "trajectory.npz"
-    # Name or file of the recorded run's robot: its links are the movers. Empty:
-    # the run's own movers.
+    # Name or file of the recorded run's robot, whose links become the movers.
+    # Empty: replay the movers of the run.
     robot: str = ""
-    # Display name of the recorded robot.
+    # Name under which messages and pages show the recorded robot.
     name: str = "recorded robot"
     # Speed limit that our robot assumes for all points of the recorded robot's
     # links [m/s].
@@ -75,7 +75,7 @@ class RecordedMovers(Config):
 
 
 def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
-    """Returns the tick at a time, and the time since that tick began [s]."""
+    """Returns the index of the tick at a time, and the time since then [s]."""
     since = trajectory.time - trajectory.time[0]
     k = int(np.searchsorted(since, time + 1e-9, "right")) - 1
     k = min(max(k, 0), len(trajectory) - 1)

@@ -36,7 +36,7 @@ class RecordedRun:
         scenario: The scenario of the session.
         world: The content of the scenario's files.
         log: The ticks; the first one has time 0.
-        events: The events besides the ticks, with times of the same clock.
+        events: The events of the run, with times on the clock of the ticks.
     """
 
     folder: Path
@@ -71,8 +71,8 @@ class RecordedRun:
         """Reads every version of the map that the run used.
 
         Returns:
-            The maps, keyed by version, and a message for each unreadable map,
-            which is replaced by an empty map.
+            The maps, keyed by version, and a message for each unreadable map.
+            An empty map replaces an unreadable one.
         """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():
@@ -89,7 +89,7 @@ class RecordedRun:
         """Computes distances, speeds and errors over the time of the run.
 
         Args:
-            on_tick: Called with the number of processed ticks.
+            on_tick: Function that is called with the number of processed ticks.
         """
         servo = self.scenario.controller.servo
         return trace_operator(
@@ -117,7 +117,7 @@ class RecordedRun:
 
     @cached_property
     def scenes(self) -> tuple[PrimitiveScene, ...]:
-        """The true scene, and the alternative one, if any."""
+        """The true scene, and the alternative true scene, if there is one."""
         return true_scenes(self.scenario, self.world)
 
     @cached_property
@@ -155,8 +155,8 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
     if n_q != world.robot.n_q:
         raise FileError(
             run / LOG,
-            f"is of a robot with {n_q} positions;"
-            f" the session's has {world.robot.n_q}",
+            f"was recorded with a robot of {n_q} positions, but the session's "
+            f"robot has {world.robot.n_q}",
         )
     events = read_events(run / EVENTS)
     # A real robot's run has the time of day as its clock.

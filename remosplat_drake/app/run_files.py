@@ -1,4 +1,4 @@
-"""The files of a run: the measurements, and all its ticks."""
+"""Writes the files of a run: its measurements, and all its ticks."""
 
 import dataclasses as dc
 import json
@@ -26,7 +26,8 @@ def run_document(
         result: Result of the run.
         application: The diagram that was run.
         loop: Timing of a real robot's loop; None in a simulation.
-        known: The map's error and problems, from `Admission.document`.
+        known: Content, error and problems of the map, from
+            `Admission.document`.
     """
     document = {
         "scenario": application.scenario.source,

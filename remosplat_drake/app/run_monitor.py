@@ -37,12 +37,12 @@ MapCallback = Callable[[MapStatus], None]
 """Function that is called with the live map's state."""
 
 KEPT_STATUSES = 2000
-"""Number of changes of the robot's state that a run keeps. It is bounded, since
-a run may last for hours."""
+"""Largest number of changes of the robot's state that a run keeps in memory. It
+is bounded, since a run may last for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 """Pattern of the numbers in a message. Two messages that differ only in numbers
-report the same trouble."""
+report the same problem."""
 
 
 class RunMonitor:
@@ -70,19 +70,20 @@ class RunMonitor:
         Args:
             application: The diagram that runs, with all of its parts.
             start: Time of the context at which the run starts [s].
-            on_progress: Called with the time since the start [s], the robot's
-                state and the latest tick report.
-            on_supervision: Called with the supervisor's state whenever its
-                mode has changed, or a release was refused.
-            on_motion_status: Called with the time since the start [s] and the
-                robot's state whenever it has changed.
-            on_map: Called with the live map's status whenever its `news`
-                change.
-            until: Function that replaces the arrival at the last target as the
-                end of the run. It is called once a step with the error to the
-                present target, and returns whether the run ends.
-            patience: Time that a stopped robot waits to be released before
-                the run ends [s].
+            on_progress: Function that is called with the time since the start
+                [s], the robot's state and the latest tick report.
+            on_supervision: Function that is called with the supervisor's state
+                whenever its mode has changed, or a release was refused.
+            on_motion_status: Function that is called with the time since the
+                start [s] and the robot's state whenever the state has changed.
+            on_map: Function that is called with the live map's status whenever
+                the field `news` of this status changes.
+            until: Function that decides whether the run ends; without it, the
+                run ends when the robot arrives at the last target. It is called
+                once per step with the error to the present target, and returns
+                True if the run ends.
+            patience: Time for which a stopped robot waits until a person
+                releases it [s]; then the run ends.
             progress_period: Least time between two calls of `on_progress`
                 [s].
         """
@@ -121,7 +122,7 @@ class RunMonitor:
         return self._start + limit + self._paused
 
     def __call__(self, root: Context) -> EventStatus:
-        """Examines the diagram after a step, as Drake's monitor.
+        """Examines the diagram after a step; Drake's simulator calls it.
 
         Args:
             root: Context of the whole diagram.
@@ -195,7 +196,7 @@ class RunMonitor:
             self.is_finished = True
 
     def _watch(self, time: float, supervision: SupervisorState) -> None:
-        """Counts how long the robot is stopped; reports changes."""
+        """Measures how long the robot is stopped; reports changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
         # No person has released the robot yet.

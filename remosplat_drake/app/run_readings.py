@@ -39,7 +39,7 @@ def selection_of(application: Application, root: Context) -> Selection | None:
 
 
 def motion_status_of(application: Application, root: Context) -> MotionStatus:
-    """Reads the robot's latest state, in words.
+    """Reads the latest description of the robot's state.
 
     Args:
         application: The diagram that runs, with all of its parts.

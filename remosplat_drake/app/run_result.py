@@ -19,7 +19,7 @@ REACHED = "reached"
 TIME_LIMIT = "time limit"
 INTERRUPTED = "interrupted"
 GIVEN_UP = "given up"
-"""Outcomes of a run that no supervisor has stopped."""
+"""Outcomes of a run that the supervisor has not stopped."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -27,17 +27,19 @@ class RunResult:
     """The outcome of a run, with its trajectory and metrics.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP or STOPPED. A colon
-            and the reason follow after STOPPED, and after GIVEN_UP of a task.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP or STOPPED. After
+            STOPPED, and after GIVEN_UP in a task, a colon and the reason
+            follow.
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
         position_error: Distance from the end effector to its target at the end
             of the run [m]. With several end effectors, it is the largest
             distance.
-        angle_error: Angle between the same end effector and its target [rad].
+        angle_error: Angle between the orientations of the same end effector and
+            its target [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
-        motion_status: The robot's state at the end, in one sentence.
+        motion_status: The robot's state at the end of the run.
         motion_history: Changes of the robot's state, each with its time since
             the start [s].
         search_effort: Numbers and durations of the searches for paths.
@@ -61,7 +63,7 @@ class RunResult:
     )
 
     def uninterrupted(self) -> "RunResult":
-        """Returns the result itself, or raises if a person has ended the run.
+        """Returns this result; raises `KeyboardInterrupt` after Ctrl-C.
 
         Raises:
             KeyboardInterrupt: A person has ended the run.

@@ -1,7 +1,7 @@
-"""`Scenario`: one experiment as data, and how it is read from YAML.
+"""`Scenario`: the settings of one experiment, and functions that read it.
 
-A scenario file is a mapping of names to scenarios; its first entry is its
-default. On the command line a scenario is NAME, FILE or FILE:NAME.
+A scenario file is a YAML mapping of names to scenarios; the first entry is the
+default of the file. On the command line a scenario is NAME, FILE or FILE:NAME.
 """
 
 import dataclasses as dc
@@ -82,7 +82,7 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
-"""Largest time limit of a run [s], several decades."""
+"""Largest time limit of a run [s], equal to several decades."""
 
 _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
@@ -92,7 +92,7 @@ DEFAULT_SCENARIO = "TableReach"
 
 TRUTH, CAMERAS = "truth", "cameras"
 MOVERS_FROM = (TRUTH, CAMERAS)
-"""Choices of `movers_from`: how a simulated robot perceives movers."""
+"""Choices of `movers_from`, the source of a simulated robot's movers."""
 
 MOST_CAMERAS = 8
 """Largest number of cameras that detect movers."""
@@ -102,8 +102,8 @@ MOST_CAMERAS = 8
 class RobotConfig(Config):
     """The robot and its start configuration."""
 
-    # Name of a shipped robot (a folder of models/), or a file that describes
-    # one, relative to the scenario's.
+    # Name of a shipped robot (a folder of models/), or a robot description
+    # file, relative to the scenario's file.
     model: str = "frankie"
     # Name of one of the sets of collision spheres in the robot's description.
     spheres: str = "covering"
@@ -132,9 +132,9 @@ class Scenario(Config):
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
-    # Targets of the end effectors in W, one after the other. Absent: the target
-    # of the truth file. A class of your own that outputs targets is possible,
-    # too, as for `oracle`.
+    # Targets of the end effectors in W, in their order. Absent: the target of
+    # the truth file. Your own class that outputs targets is possible, too, as
+    # for `oracle`.
     targets: Annotated[list[TargetConfig], Len(0, 10_000)] | TargetsMaker = (
         dc.field(default_factory=list)
     )
@@ -148,18 +148,20 @@ class Scenario(Config):
         default_factory=list
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    # Movers, moving obstacles that are not in the splat, in simulation: rounded
-    # boxes, `!Person`, `!SwingingDoor`, `!RecordedMovers`, `!OtherRobot`.
+    # Movers of a simulation, which are moving obstacles that the splat does not
+    # contain: rounded boxes, `!Person`, `!SwingingDoor`, `!RecordedMovers`,
+    # `!OtherRobot`.
     movers: Annotated[
         list[MoverConfig | Person | SwingingDoor | RecordedMovers | OtherRobot],
         Len(0, MOST),
     ] = dc.field(default_factory=list)
-    # Perception of movers in simulation without cameras: one of the library's
-    # classes, or your own, as for `oracle`.
+    # Simulated perception of movers without cameras: one of the package's
+    # classes, or your own class, as for `oracle`.
     mover_sensing: (
         KnownMovers | StandingMovers | UnknownMovers | MoverSensing
     ) = dc.field(default_factory=KnownMovers)
-    # Depth cameras that detect movers, in the room or on the robot.
+    # Depth cameras that detect movers. They are fixed in the room or to the
+    # robot.
     cameras: Annotated[list[DetectionCameraConfig], Len(0, MOST_CAMERAS)] = (
         dc.field(default_factory=list)
     )
@@ -168,8 +170,8 @@ class Scenario(Config):
     # Source of the movers that a simulated robot avoids: the `truth`, or the
     # detections of its simulated `cameras`.
     movers_from: Annotated[str, OneOf(MOVERS_FROM)] = TRUTH
-    # The oracle that measures distances to the map: one of the library's, or
-    # your own as `!package.module:Class {field: value}`.
+    # The oracle, which measures distances to the map: one of the package's
+    # oracles, or your own class as `!package.module:Class {field: value}`.
     oracle: (
         SphereToEllipsoid | DepthRasterization | GroundTruth | OracleMaker
     ) = dc.field(default_factory=SphereToEllipsoid)
@@ -177,22 +179,22 @@ class Scenario(Config):
         default_factory=ReactiveControllerConfig
     )
     supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
-    # The simulated robot: one of the library's stations, or your own, as for
-    # `oracle`.
+    # The station, which simulates the robot: one of the package's stations, or
+    # your own class, as for `oracle`.
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
     )
     # Drake's settings of the simulation. A rate on the command line overrides
-    # their `target_realtime_rate`. Absent: fixed time steps, with which
+    # `target_realtime_rate`. Absent: fixed time steps, with which
     # !KinematicStation is exact.
     simulator: SimulatorConfig | None = None
-    # The camera on the wrist, with the library's settings, or with Drake's as
+    # The camera on the wrist. It has this package's settings, or Drake's as
     # `!CameraConfig {X_PB: {base_frame: wrist_camera}}`. Absent: no camera.
     wrist_camera: WristCameraConfig | CameraConfig | None = None
     # The real robot, which replaces `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
-    # Settings of `remosplat teleop`: inputs that move the target, and its
-    # motion.
+    # Settings of `remosplat teleop`: the inputs that move the target, and
+    # limits of the target's motion.
     teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
     mapping: MappingConfig = dc.field(default_factory=MappingConfig)
     # Control period, the time between two ticks [s].
@@ -201,8 +203,8 @@ class Scenario(Config):
     time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
     # Seed of all random numbers.
     seed: Seed = 0
-    # Folder of your own modules that this file names, searched after installed
-    # packages; empty: the folder of this file.
+    # Folder of your own modules that this file names. Python searches it after
+    # installed packages. Empty: the folder of this file.
     modules: str = ""
     # File and name that the scenario was read from, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
@@ -245,7 +247,7 @@ class Scenario(Config):
         """Returns one of the cameras that detect movers.
 
         Args:
-            name: Its name.
+            name: The camera's name.
 
         Raises:
             FieldError: There is no such camera.
@@ -260,10 +262,10 @@ class Scenario(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks Drake's structs, cameras, control period and last targets.
 
-        The library must support Drake's camera and simulator settings. With
+        This package must support Drake's camera and simulator settings. With
         verification, the control period must not be longer than
-        `LONGEST_VERIFIED`. The last target of an end effector must be held, not
-        passed.
+        `LONGEST_VERIFIED`. An end effector must hold its last target, not pass
+        it.
 
         Yields:
             The name of a field and its problem.
@@ -289,7 +291,7 @@ class Scenario(Config):
         if self.movers_from == CAMERAS and not self.cameras:
             yield (
                 "movers_from",
-                ("is `cameras`, but the list `cameras` is empty: add a camera"),
+                ("is `cameras`, but the list `cameras` is empty; add a camera"),
             )
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
@@ -323,8 +325,8 @@ def load_scenario(
             FILE:NAME; None means `DEFAULT_SCENARIO`.
         override: YAML of fields that override the scenario's, such as
             "{time_limit: 5}".
-        defaults: Values of fields that neither file nor override names; None
-            takes those of `Scenario`.
+        defaults: Values of fields that neither the file nor `override` states;
+            None means the defaults of `Scenario`.
 
     Raises:
         RemoSplatError: There is no scenario of that name, or a field is
@@ -376,8 +378,8 @@ def find_scenario(spec: str) -> tuple[Path, str]:
 def split_spec(spec: str) -> tuple[str, str] | None:
     """Splits FILE:NAME into FILE and NAME; None if no YAML file is named.
 
-    FILE and NAME may contain colons: of several possible splits, the one whose
-    FILE exists is chosen.
+    FILE and NAME may contain colons. If several splits are possible, the
+    function chooses the split whose FILE exists.
 
     Args:
         spec: NAME, FILE or FILE:NAME, as on the command line.

@@ -22,15 +22,15 @@ def robot_file(scenario: Scenario) -> str:
         scenario: The scenario.
 
     Returns:
-        The name of a shipped robot, or the path of a description's file.
+        The name of a shipped robot, or the path of a robot description file.
 
     Raises:
         FieldError: There is no such file.
     """
     model = scenario.robot.model
     if Path(model).suffix.lower() in MODEL_SUFFIXES:
-        # `load_robot` finds the problem; here it becomes an error of the
-        # scenario's field.
+        # An error of `load_robot` is raised again as an error of the scenario's
+        # field.
         try:
             load_robot_description(model)
         except FileError as error:
@@ -48,10 +48,10 @@ def robot_file(scenario: Scenario) -> str:
 
 
 def robot_beside(robot: str, folder: Path) -> str:
-    """Returns the text that names a robot in a scenario file of a folder.
+    """Returns the text by which a scenario file in a folder names a robot.
 
     Args:
-        robot: Name of a shipped robot, or the path of a description's file.
+        robot: Name of a shipped robot, or the path of a robot description file.
         folder: Folder of the scenario's file.
     """
     path = Path(robot)

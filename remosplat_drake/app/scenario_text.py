@@ -1,4 +1,4 @@
-"""Writes a scenario as text that any folder may contain."""
+"""Writes a scenario as text that does not depend on the file's folder."""
 
 import copy
 from pathlib import Path
@@ -17,7 +17,7 @@ def scenario_text(scenario: Scenario, name: str) -> str:
     """Writes a scenario as the YAML of a file with only this scenario.
 
     The text states every value, so that a later change of defaults does not
-    affect it. Relative file names become absolute ones.
+    affect it. Relative file names become absolute.
 
     Args:
         scenario: A checked scenario.

@@ -35,8 +35,8 @@ class CropConfig(Config):
 class SceneConfig(Config):
     """The scene around the robot; file names are relative to the scenario's."""
 
-    # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
-    # empty for none.
+    # Splat file (.ply, or any format that `remosplat convert` reads), in frame
+    # G; empty: no splat.
     splat: str = ""
     # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
@@ -46,23 +46,24 @@ class SceneConfig(Config):
     scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
     crop: CropConfig | None = None
     # File of the true geometry (RMMI JSON), for metrics, contact and
-    # !GroundTruth; empty for none.
+    # !GroundTruth; empty: unknown.
     truth: str = ""
     # File of an alternative true geometry (RMMI JSON), which a person selects
-    # during a simulated teleoperation; empty for none.
+    # during a simulated teleoperation; empty: no alternative.
     truth_later: str = ""
     # Further objects, as Drake's model directives (`add_model`, `add_weld`):
-    # boxes and cylinders that are fixed to the world. They are part of both
-    # true geometries; the splat is not changed.
+    # boxes and cylinders that are fixed to the world. They are added to both
+    # true geometries; the splat is unchanged.
     directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
         default_factory=list
     )
     # Map error: the largest amount by which a distance to the splat exceeds the
-    # true one [m]; absent: unknown. If a quality report is beside the splat,
-    # the larger one of both values is used. Stopping distances must exceed it.
+    # true distance [m]; absent: unknown. If a quality report is beside the
+    # splat, the larger of the two values is used. Stopping distances must
+    # exceed the map error.
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
-    # File with the seen space of the splat's capture, as `remosplat
-    # reconstruct` writes it; empty: the file beside the splat, if there is one.
+    # File of `remosplat reconstruct` with the space that the cameras of the
+    # splat's capture have seen; empty: the file beside the splat, if it exists.
     seen: str = ""
     # Treatment of space that no camera has seen: `free`, `obstacle`, or `warn`,
     # which counts as free and prints a warning. Absent: `obstacle` with

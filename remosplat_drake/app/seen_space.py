@@ -1,4 +1,4 @@
-"""`SeenSpace`: the space that the cameras of a splat's capture saw, in W."""
+"""`SeenSpace`: the space that the cameras of a splat's capture have seen."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -48,14 +48,14 @@ class SeenSpace:
 
     @cached_property
     def field(self) -> PlacedUnknownSpace:
-        """The map whose obstacles are the space that no camera has seen."""
+        """The map in which all unseen space is an obstacle."""
         return PlacedUnknownSpace(self.coverage, self.X_WG, self.floor_height)
 
     def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:
-        """Returns the unseen fraction of the space around some places.
+        """Returns the unseen fraction of the space around given places.
 
-        The space is a box around all places, above the floor; the inside of
-        objects in it is unseen, too.
+        The space is a box around all places, above the floor. The inside of
+        objects in the box counts as unseen.
 
         Args:
             places_W: Points in W, shape (3,) each [m].
@@ -71,7 +71,7 @@ class SeenSpace:
         return float(np.mean(self.hides(p_W)))
 
     def hides(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns which points, (n, 3) in W [m], were seen by no camera."""
+        """Returns which points, (n, 3) in W [m], no camera has seen."""
         p_G = self.X_WG.inverse().multiply(p_W.T).T
         return self.coverage.states_at(p_G) == UNSEEN
 
@@ -143,7 +143,7 @@ def _cropped(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> Coverage:
-    """Removes surfaces outside a box in W, since their discs are cropped."""
+    """Removes surfaces outside a box in W, where the splat is cropped."""
     voxels = np.argwhere(coverage.state == SURFACE)
     p_G = coverage.lower + coverage.voxel * (voxels + 0.5)
     p_W = X_WG.multiply(p_G.T).T

@@ -47,20 +47,22 @@ def run(
     Args:
         application: The diagram to run, with all of its parts.
         realtime_rate: Speed relative to the wall clock; 0 is unlimited. None
-            takes the rate of the scenario's `simulator`, or is unlimited if the
-            scenario has none.
-        on_progress: Called after every step with the time [s], the robot's
-            state and the latest tick report.
-        on_supervision: Called with the supervisor's state whenever its mode
-            has changed.
-        on_motion_status: Called with the time [s] and the robot's state
-            whenever it has changed.
-        on_map: Called with the live map's status whenever its `news` change.
-        until: Function that decides whether the run ends, instead of the
-            arrival at the last target. It is called once per step with the
-            error to the present target.
-        patience: Time that a stopped robot waits to be released before the
-            run ends [s]. The time limit does not count this time.
+            means the rate of the scenario's `simulator`, or an unlimited rate
+            if the scenario has no `simulator`.
+        on_progress: Function that is called after every step with the time [s],
+            the robot's state and the latest tick report.
+        on_supervision: Function that is called with the supervisor's state
+            whenever its mode has changed.
+        on_motion_status: Function that is called with the time [s] and the
+            robot's state whenever the state has changed.
+        on_map: Function that is called with the live map's status whenever the
+            field `news` of this status changes.
+        until: Function that decides whether the run ends; without it, the run
+            ends when the robot arrives at the last target. It is called once
+            per step with the error to the present target.
+        patience: Time for which a stopped robot waits until a person releases
+            it [s]; then the run ends. The time limit does not include this
+            time.
 
     Returns:
         The outcome of the run, with its trajectory and metrics.
@@ -108,8 +110,8 @@ def _advance(
 ) -> bool:
     """Simulates to the end of the run; returns whether Ctrl-C ended it.
 
-    The time limit moves during the simulation, since stopped time does not
-    count.
+    The end of the run moves during the simulation, since time in which the
+    robot is stopped does not count towards the time limit.
     """
     with stop_signals([signal.SIGINT]) as request:
 

@@ -1,4 +1,4 @@
-"""Finds faults of a run's start and targets, before anything moves."""
+"""Finds problems of a run's start and targets, before the robot moves."""
 
 from collections.abc import Iterator
 
@@ -27,16 +27,16 @@ NOTABLE = 1e-3
 distance by more than this length [m]."""
 
 _FORESEEN = 2.0
-"""If distances are too small at the start, the law must increase them within
-this simulated time [s]."""
+"""If distances are too small at the start, the control law must increase them
+within this simulated time [s]."""
 
 _GAIN = 1e-4
-"""If distances are too small at the start, the law must increase their sum by
-this within `_FORESEEN` [m]."""
+"""If distances are too small at the start, the control law must increase their
+sum by this within `_FORESEEN` [m]."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
-    """Finds faults of a scenario's start and targets.
+    """Finds problems of a scenario's start and targets.
 
     Args:
         scenario: A checked scenario.
@@ -48,15 +48,15 @@ def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
     gates = [*_beyond_limits(world), *_too_near(scenario, world, law)]
     if gates and not leads_out(law, world):
         problem = (
-            f"{gates[0].problem}, and no motion leads out of there; start "
-            "elsewhere"
+            f"{gates[0].problem}, and the controller cannot move the robot "
+            "out of there; choose another start"
         )
         gates = [Gate(NO_WAY_OUT, problem, in_simulation=REFUSAL)]
     return (*gates, *_out_of_reach(scenario, world))
 
 
 def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
-    """Computes how much each distance is below its stopping distance [m, rad].
+    """Computes by how much each distance falls below its stopping distance.
 
     Args:
         law: The control law, with the stopping distances.
@@ -64,9 +64,9 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
         q: Configuration, shape (n_q,) [rad, m].
 
     Returns:
-        The shortages, 0 if a distance suffices, shape (k + n + n_q,): of the k
-        pairs of the robot's shapes, of its n spheres from the map, and of its
-        joints from their limits.
+        The shortages [m, rad], 0 if a distance suffices, shape (k + n + n_q,):
+        for the k pairs of the robot's shapes, for its n spheres and the map,
+        and for its joints and their limits.
     """
     own, robot, least = law.self_clearance, world.robot, law.collision.stopping
     scene = _clearances(world, q, least).per_sphere(len(robot.spheres))
@@ -80,8 +80,8 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
 def leads_out(law: ReactiveLaw, world: World) -> bool:
     """Returns whether the law can increase distances that are too small.
 
-    It simulates the robot until the distances have increased slightly. It does
-    not detect a robot that gets stuck later.
+    The function simulates the robot until the distances have increased
+    slightly. It does not detect whether the robot gets stuck later.
 
     Args:
         law: The control law.
@@ -158,7 +158,7 @@ def _relation(one: str, other: str, gap: float) -> str:
 
 
 def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
-    """Finds targets out of reach; a base moves the arm only horizontally."""
+    """Finds targets out of reach; a mobile base moves the arm horizontally."""
     if not isinstance(scenario.targets, list):
         return
     robot = world.robot

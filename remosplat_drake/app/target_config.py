@@ -1,4 +1,4 @@
-"""`TargetConfig`: a pose for an end effector, in a file."""
+"""`TargetConfig`: a target pose of an end effector, in a scenario file."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -22,8 +22,9 @@ from remosplat_drake.signals.target import (
 class TargetConfig(PoseConfig):
     """A target pose of an end effector, with free directions and a speed."""
 
-    # Name of the end effector; empty for the first or only one. Each end
-    # effector has its own sequence of targets and does not wait for others.
+    # Name of the end effector; empty for the first end effector. Each end
+    # effector has its own sequence of targets, and does not wait for other end
+    # effectors.
     effector: str = ""
     # Directions in which the error is ignored: `x`, `y`, `z` along the axes of
     # the pose, and rotations `rx`, `ry`, `rz` about them. One or all of the
@@ -32,8 +33,8 @@ class TargetConfig(PoseConfig):
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
-    # Relative weights of the errors by direction, which matter if the target
-    # cannot be reached in all directions; 1 for directions without an entry.
+    # Relative weights of the errors by direction; 1 for directions without an
+    # entry. They matter if the target cannot be reached in all directions.
     weights: dict[str, Annotated[float, Interval(gt=0, le=1000)]] = dc.field(
         default_factory=dict
     )

@@ -51,7 +51,7 @@ def holds_session(folder: Path) -> bool:
 
 
 def check_mappable(scenario: Scenario) -> None:
-    """Checks, before any work starts, that a live map can be made.
+    """Checks that a live map can be made, before other work starts.
 
     Args:
         scenario: A checked scenario.
@@ -68,7 +68,7 @@ def check_mappable(scenario: Scenario) -> None:
         raise FieldError(
             scenario.source,
             "oracle",
-            "!GroundTruth measures no distances to a live map; set "
+            "!GroundTruth cannot measure distances to a live map; set "
             "mapping.enabled to false",
         )
     scene = scenario.scene

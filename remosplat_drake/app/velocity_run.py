@@ -1,9 +1,8 @@
 """Moves a real robot's axes with given velocities, for identification.
 
-These runs use the diagram of every run, with another control law. So the
-velocities are verified against the map, self-collision and joint limits, the
-supervisor is between the law and the station, and the robot's pose is
-localised.
+These runs use the same diagram as all runs, with another control law. The
+controller therefore verifies the velocities against the map, self-collision and
+joint limits, the supervisor checks them, and the robot's pose is localised.
 """
 
 import copy
@@ -45,12 +44,12 @@ _FOLLOW_DWELL = 1.0
 stopped [s]. It is long, since the axis' delay is still unknown."""
 
 LONGEST_GAP = 0.05
-"""Longest permitted pause between two commands [s]: in a longer pause, the
-drivers may have let a command expire."""
+"""Longest permitted pause between two commands [s]. After a longer pause, a
+command may have expired in the drivers."""
 
 
 class LateError(RemoSplatError):
-    """Raised if this computer or the robot's was late; a retry may succeed."""
+    """Raised if a command or a status was late; another attempt may succeed."""
 
 
 class HeldBackError(RemoSplatError):
@@ -62,7 +61,8 @@ class Played:
     """The recording of one tick of a velocity profile.
 
     Attributes:
-        sent: Time at which its command was sent, by our wall clock [s].
+        sent: Time at which the tick's command was sent, by this computer's wall
+            clock [s].
         u: The command, shape (n_u,) [m/s, rad/s].
         measurement: The measurement of the tick.
     """
@@ -75,7 +75,7 @@ class Played:
 def build_velocity_run(
     scenario: Scenario, world: World, *, hardware: bool = True
 ) -> Application:
-    """Builds a scenario's diagram that follows velocities instead of targets.
+    """Builds a scenario's diagram with given velocities in place of targets.
 
     Args:
         scenario: The scenario, prepared for hardware; it is not changed.
@@ -121,7 +121,7 @@ def latest_axes(robot: RobotModel) -> list[Actuator]:
 
 
 def play(application: Application, u: np.ndarray) -> list[Played]:
-    """Moves the real robot along a velocity profile; a person must have agreed.
+    """Moves the real robot along a velocity profile that a person has approved.
 
     The supervisor is released once, as soon as the robot may move. A stop ends
     the run. At the end, the robot is brought to rest in any case.

@@ -1,7 +1,7 @@
 """Compiles the kernels with Numba before the first tick.
 
-Compiled kernels are kept on disk. Even loading them would delay a tick, so
-every run begins with `compile_kernels`.
+Compiled kernels are stored on disk. Loading them from there would also delay a
+tick, so every run begins with `compile_kernels`.
 """
 
 import copy
@@ -33,8 +33,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
 TICKS = 4
-"""Number of rehearsed ticks. Together they use all kernels of later ticks;
-guidance looks ahead in the second one."""
+"""Number of rehearsed ticks. Together they call all kernels of later ticks;
+guidance runs its rollouts in the second tick."""
 
 _NEAR = 1e-3  # Distance of the obstacle: less than any stopping distance [m].
 _ROOM = 8  # Number of voxels of 1 m around the robot.
@@ -49,12 +49,12 @@ def compile_kernels(
     live_map: bool = False,
     plans: bool = True,
 ) -> None:
-    """Compiles the kernels of a scenario: runs some ticks of its own loop.
+    """Compiles the kernels of a scenario by running some ticks of its loop.
 
     In these ticks the robot is very close to an obstacle, so that all parts of
-    verification and guidance run. Guidance looks ahead in this process, even if
-    the scenario uses a separate process for it; that process then finds its
-    kernels compiled.
+    verification and guidance run. Guidance runs in this process, even if the
+    scenario uses a separate process for it; that process then finds its kernels
+    compiled.
 
     Args:
         scenario: The scenario, which is not changed.
@@ -99,7 +99,7 @@ def _fields(
     splat_W: GaussianSplat,
     truth: PrimitiveScene,
 ) -> list[DistanceField]:
-    """Makes a small map of each type that the loop may query.
+    """Makes a small map of each type that the control loop may query.
 
     Kernels are compiled once for each type of map, since they contain its
     queries.
@@ -166,7 +166,7 @@ def _look(scenario: Scenario, world: World) -> None:
 def _tick_among_movers(scenario: Scenario, world: World) -> None:
     """Runs a tick with a mover.
 
-    Otherwise kernels would be compiled when the first mover appears.
+    Without this tick, kernels would be compiled when the first mover appears.
     """
     robot, q = world.robot, world.q0
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)

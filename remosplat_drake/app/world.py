@@ -1,4 +1,4 @@
-"""`World`: the contents of a scenario's files, checked and placed in W."""
+"""`World`: the content of a scenario's files, checked and placed in W."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -47,9 +47,9 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.03
-"""Largest permitted depth inside the scene at a robot's start [m]. A map
-contains only surfaces, so deeper inside an object the direction out of it is
-uncertain."""
+"""Largest permitted depth of the robot inside the scene at its start [m]. A map
+contains only surfaces, so deeper inside an object the direction out of the
+object is uncertain."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class World:
 
     @property
     def truth_field(self) -> DistanceField | None:
-        """Distances to `fixed_truth`; None if it is unknown."""
+        """Distance field of `fixed_truth`; None if it is unknown."""
         scene = self.fixed_truth
         return None if scene is None else SignedDistanceField(scene)
 
@@ -103,8 +103,8 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
     Args:
         scenario: The scenario.
-        blank: Whether the scenario may lack a splat, for example because a live
-            map will be made.
+        blank: Whether a scenario without a splat is permitted, for example
+            since a live map will be made.
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
@@ -221,17 +221,18 @@ def scenario_targets(
 ) -> dict[str, list[Target]]:
     """Returns the targets of a scenario, or else the target of its true scene.
 
-    There are none if the scenario has tasks, or its own system that outputs
-    targets during the run.
+    The result is empty if the scenario has tasks, or its own system that
+    outputs targets during the run.
 
     Args:
         scenario: The scenario.
-        truth: The true scene, which may name a target; None if it is
+        truth: The true scene, which may contain a target; None if it is
             unknown.
         effectors: Names of the robot's end effectors.
 
     Returns:
-        The targets one after the other, keyed by the name of the end effector.
+        The sequence of targets of each end effector, keyed by the effector's
+        name.
 
     Raises:
         FieldError: A target is unusable.
@@ -297,7 +298,8 @@ def _check_scale(scenario: Scenario, splat: Path) -> None:
                 scenario.source,
                 "scene.scale",
                 f"must be 1, got {scale:g}: {path.name} requires a splat in "
-                f"metres; `remosplat convert --scale {scale:g}` makes one",
+                "metres; convert the splat by `remosplat convert --scale "
+                f"{scale:g}`",
             )
 
 

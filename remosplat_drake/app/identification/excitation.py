@@ -1,4 +1,4 @@
-"""Commands to identify an axis: slow motions, and stops from full speed."""
+"""Makes commands that identify an axis: slow motions, and fast stops."""
 
 import dataclasses as dc
 import math
@@ -18,21 +18,21 @@ PAUSE = 1.5
 """Time to come to rest between two motions [s]."""
 
 _HOLD = 0.1
-"""Time at constant full speed before the axis stops [s]."""
+"""Time for which the axis moves at constant full speed before it stops [s]."""
 
 _CRAWL = 0.6
 """Duration of each slow motion [s]."""
 
 _OVERRUN = 0.4
-"""Assumed longest time for which an axis still moves after it should stop
-[s]."""
+"""Longest assumed time for which an axis still moves after it should have
+stopped [s]."""
 
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
 """Fractions of the speed limit that are tried for the stop from full speed, in
 this order."""
 
 TOO_FAST = "verification reduced the speed of faster motions"
-"""Reason, in an error, why faster motions are not tried."""
+"""Reason, for an error, why faster motions are not tried."""
 
 _LOOKS = 12
 """Number of configurations at which a motion is checked, if the map is not
@@ -41,12 +41,12 @@ Lipschitz."""
 
 @dc.dataclass(frozen=True)
 class Stroke:
-    """A motion of one axis, forth and back, with its greatest speed.
+    """A motion of one axis, forth and back.
 
     Attributes:
         axis: Index of the axis in u.
-        speed: Greatest speed [m/s, rad/s]; positive: forwards first, negative:
-            backwards first.
+        speed: Greatest speed [m/s, rad/s]. If it is positive, the axis moves
+            forwards first; if it is negative, backwards first.
     """
 
     axis: int
@@ -55,7 +55,8 @@ class Stroke:
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
         """Returns the largest excursions of the axis from its start.
 
-        They allow for an axis that stops late, and keeps its speed until then.
+        They include the way of an axis that stops late and keeps its speed
+        until then.
 
         Args:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).
@@ -75,10 +76,10 @@ def find_stroke(
     limit: np.ndarray,
     fastest: float = 1.0,
 ) -> Stroke:
-    """Finds the fastest motion of one axis that keeps the required distances.
+    """Finds the fastest motion of an axis that keeps the required distances.
 
     Args:
-        room: The scene, and the distances that the robot keeps.
+        room: The scene, and the distances that the robot must keep.
         q: Configuration in the map to start from, shape (n_q,) [m, rad].
         axis: Index of the axis in u.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
@@ -88,8 +89,8 @@ def find_stroke(
         The stroke.
 
     Raises:
-        NoRoomError: The start or even the slowest motion is too near to an
-            obstacle; the text names the obstacle.
+        NoRoomError: The start, or all motions, are too near to an obstacle; the
+            text names the obstacle.
     """
     problem = room.problem(q)
     if problem:
@@ -130,7 +131,7 @@ def commands(
 
     Args:
         stroke: The axis and its speed.
-        robot: The robot, for its acceleration limits.
+        robot: The robot, which has the acceleration limits.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
         dt: Control period [s].
     """

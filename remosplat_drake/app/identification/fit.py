@@ -13,19 +13,19 @@ from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.base_motion import base_way
 
 MARGIN = 1.5
-"""Safety factor between the largest error in the recording and the tube, the
-error bound of the model: later motions may have larger errors."""
+"""Ratio of the model's error bound (the tube) to the largest error in the
+recording. It is a safety factor, since later motions may have larger errors."""
 
 _LEAST_TUBE = 0.002
-"""Least error bound per commanded speed (the tube) [s], for errors that a
-recording does not show."""
+"""Least tube [s], the error bound per commanded speed, since a recording does
+not show all errors."""
 
 _LEAST_NOISE = 0.003
 """Least assumed noise of an axis at rest [rad, m]."""
 
 _LEAST_BASE_NOISE = 0.02
-"""Least assumed noise of a base [rad, m], whose pose a localisation corrects
-during motion."""
+"""Least assumed noise of a base's axes [rad, m]. It is larger, since a
+localisation corrects the base's pose during motion."""
 
 _STILL = 1e-6
 """An axis counts as at rest if its commanded speed is below this [rad/s, m/s].
@@ -100,7 +100,8 @@ def fit_axis(
         axis: Index of the axis in u.
         acceleration: Bound on the rate of change of the commands [m/s^2,
             rad/s^2].
-        crawls: The slow speeds of the recording, ascending [m/s, rad/s].
+        crawls: The speeds of the recording's slow motions, ascending [m/s,
+            rad/s].
     """
     sent, u = recording.sent, recording.u[:, axis]
     stamp, way = recording.stamp[:, axis], recording.way[:, axis]
@@ -119,7 +120,7 @@ def fit_axis(
         dc.replace(least, dead_band=min(1.05 * speed, 0.5)) for speed in crawls
     ]
     smallest = min(error(actuator) for actuator in found)
-    # Among the models with nearly the least error, the simplest comes first.
+    # Among the models with nearly the least error, the simplest is chosen.
     actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
     left = way - _response(actuator, sent, u, stamp)
     is_base = axis < recording.n_base
@@ -173,8 +174,8 @@ def _tube(
 ) -> tuple[float, float]:
     """Returns the tube [s] and the noise that bound the errors of all rows.
 
-    The tube is the error bound per commanded speed. The recording is processed
-    tick by tick, as a run does with its `History`.
+    The tube is the error bound per commanded speed. The function processes the
+    recording tick by tick, as a run processes its `History`.
     """
     model = ActuatorModel.make([actuator])
     history = History.at_rest(1)

@@ -59,8 +59,8 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
     """
     if now.arm is None or (robot.n_base and now.base is None):
         raise RemoSplatError(
-            "a part of the robot has sent no status yet: "
-            "check that all drivers run"
+            "a part of the robot has not sent a status yet; check that all "
+            "drivers run"
         )
     q, stamps = now.arm.q, [now.arm.stamp] * len(now.arm.q)
     if now.base is None or not robot.n_base:
@@ -77,12 +77,12 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
 def robot_stop(
     reading: Reading, robot: RobotModel, config: HardwareConfig
 ) -> str:
-    """Returns the reason that forbids motion of the robot; empty without one.
+    """Returns the reason why the robot must not move; "" if it may move.
 
     Args:
-        reading: The latest states of its drivers.
+        reading: The latest states of the robot's drivers.
         robot: The robot.
-        config: Expiry times of the drivers.
+        config: Settings of the drivers, with the statuses' expiry times.
     """
     now, has_base = reading.measurement, robot.n_base > 0
     status = station_status(now, config, has_base, time.time())
@@ -102,7 +102,8 @@ def await_robot(
     Args:
         link: The link to the robot's drivers.
         robot: The robot.
-        config: Expiry times of the drivers, and the longest wait.
+        config: Settings of the drivers, with the statuses' expiry times and the
+            longest wait.
 
     Raises:
         RemoSplatError: The robot was not allowed to move before the longest

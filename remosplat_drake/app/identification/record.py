@@ -21,7 +21,7 @@ _BLOCK = re.compile(
 def with_actuators(
     text: str, actuators: Sequence[Actuator], names: Sequence[str], when: str
 ) -> str:
-    """Returns a description with new actuators and otherwise unchanged text.
+    """Returns a description's text with new actuators.
 
     Args:
         text: The description's YAML.
@@ -58,7 +58,8 @@ def write_actuators(
 
     Raises:
         RemoSplatError: One of the files cannot be read or written, or the
-            result is not a valid description; the file is unchanged then.
+            result is not a valid description. The description file is then
+            unchanged.
     """
     text = read_text(path)
     kept = path.with_suffix(".before_identify.yaml")

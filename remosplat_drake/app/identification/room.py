@@ -42,13 +42,13 @@ class Room:
     def problem(self, q: np.ndarray) -> str:
         """Describes two parts, or a part and the scene, that are too near.
 
-        Returns an empty text if all distances suffice.
+        It returns an empty text if all distances are large enough.
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].
         """
         if not np.isfinite(q).all():
-            return "the robot's pose in the map is not known"
+            return "the robot's pose in the map is unknown"
         spheres = self.own.robot.spheres_at(q)
         least = self.clearance
         nearest = self.field.clearances(spheres, least).minimum()
@@ -64,7 +64,7 @@ class Room:
         return ""
 
     def surroundings(self, q: np.ndarray) -> Surroundings:
-        """Returns the data that verification needs to check paths.
+        """Returns the data with which verification checks paths.
 
         Args:
             q: Configuration at which the paths start, for which `problem`

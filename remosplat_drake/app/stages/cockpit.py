@@ -34,8 +34,8 @@ def AddCockpitOperator(
     Args:
         builder: The builder of the diagram.
         process: The process of the cockpit.
-        scenes: The true scenes of a simulated camera, between which a person
-            switches.
+        scenes: The true scenes that a simulated camera can show; a person
+            switches between them.
     """
     return builder.AddSystem(CockpitOperator(process=process, scenes=scenes))
 

@@ -1,4 +1,4 @@
-"""Adds the stages that choose the command: oracle, controller, look-ahead."""
+"""Adds the stages that compute the command: oracle, controller, guidance."""
 
 import math
 from collections.abc import Callable
@@ -66,8 +66,8 @@ def AddController(
         configuration: The output port of the measured q, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
-        rest: Condition under which a robot at a reached target stands still;
-            None: the robot never stands still.
+        rest: Condition under which a robot stands still at a reached target;
+            None: it never stands still.
     """
     return ReactiveController.AddToBuilder(
         builder,
@@ -93,7 +93,7 @@ def AddGuidance(
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
-    """Adds the look-ahead beside the controller, if the scenario enables it.
+    """Adds guidance beside the controller, if the scenario enables it.
 
     Args:
         builder: The builder of the diagram.
@@ -103,7 +103,7 @@ def AddGuidance(
         configuration: The output port of the measured q, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that outputs the map.
-        controller: The controller whose ticks guidance modifies.
+        controller: The controller, which receives guidance's selection.
 
     Returns:
         The selector; None without guidance.
@@ -116,8 +116,8 @@ def AddGuidance(
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms
         process = LookAheadProcess(rule, budget, oracle.field.for_look_ahead)
-        # A look-ahead takes the whole budget, so more frequent requests would
-        # only cost time.
+        # The rollouts of a request take the whole time budget, so more frequent
+        # requests would only cost time.
         period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,

@@ -37,7 +37,7 @@ def AddOperatorTask(
     *,
     hardware: bool,
 ) -> OperatorTask:
-    """Adds the system that leads the robot through an operator's jobs.
+    """Adds the system that executes an operator's jobs with objects.
 
     Args:
         builder: The builder of the diagram.
@@ -48,7 +48,7 @@ def AddOperatorTask(
         law: The control law.
         target: The target that the operator moves while there is no job.
         hardware: Whether the robot is real. If so, another process searches
-            grasps and places, so that ticks do not wait for it.
+            grasps and places, so that ticks do not wait for the search.
     """
     maker = job_maker(scenario, world, law, hardware=hardware)
     search = partial(search_job, maker)

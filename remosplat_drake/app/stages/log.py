@@ -12,7 +12,7 @@ from remosplat_drake.recording.trajectory_log import TrajectoryLog
 def log_inputs(
     loop: ControlLoop, live_map: LeafSystem | None
 ) -> dict[str, OutputPort]:
-    """Returns the output ports that the log reads, keyed by its input's name.
+    """Returns the output ports that the log reads, keyed by input name.
 
     Args:
         loop: The control loop, with or without a supervisor.

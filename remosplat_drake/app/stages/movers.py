@@ -24,7 +24,7 @@ def AddMovers(
     *,
     hardware: bool,
 ) -> OutputPort | None:
-    """Adds all movers of a simulation, or those received from sensors.
+    """Adds all movers of a simulation, or the movers that sensors send.
 
     Args:
         builder: The builder of the diagram.
@@ -66,7 +66,7 @@ def _things(
 
 
 def tracks_of(scenario: Scenario) -> list[Track]:
-    """Returns the tracks of a scenario's movers, without other robots.
+    """Returns the motions (tracks) of a scenario's movers, except robots.
 
     Args:
         scenario: The scenario.

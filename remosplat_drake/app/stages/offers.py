@@ -1,4 +1,4 @@
-"""The stage that offers other targets on the page of a simulated run."""
+"""Adds the stage that offers alternative targets on a simulated run's page."""
 
 from pydrake.systems.framework import DiagramBuilder
 
@@ -12,7 +12,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 def AddPageOffers(
     builder: DiagramBuilder, loop: ControlLoop, page: MeshcatPage
 ) -> None:
-    """Adds buttons for other targets that the robot can reach.
+    """Adds buttons for alternative targets that the robot can reach.
 
     Nothing is added if the robot has several end effectors, or if the scenario
     has no sequence of targets.

@@ -1,4 +1,4 @@
-"""`Operation`: the stages by which an operator moves the target."""
+"""`Operation`: adds the stages by which an operator moves the target."""
 
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
@@ -36,8 +36,9 @@ class Operation:
         hardware: Whether the robot is the real one.
 
     Attributes:
-        operator: The cockpit's operator system, to be connected to the
-            supervisor; None without a cockpit.
+        operator: The system that outputs the requests of the cockpit's
+            operator. It must be connected to the supervisor. None without a
+            cockpit.
         target: The target that the operator moves; None before it is added.
     """
 
@@ -65,7 +66,7 @@ class Operation:
         configuration: OutputPort,
         law: ReactiveLaw,
     ) -> Targets:
-        """Adds all operators, the target that they move, and their jobs.
+        """Adds all sources of operator commands, the target, and the jobs.
 
         Args:
             scenario: The scenario.

@@ -30,11 +30,11 @@ def AddPrediction(
     *,
     hardware: bool,
 ) -> MotionPredictor | None:
-    """Adds the predictor, if the robot's axes follow commands with a delay.
+    """Adds the predictor if the robot's axes follow commands with a delay.
 
     A simulated robot whose description has no actuators executes commands at
-    once, and needs no predictor. A real robot whose axes have not been
-    identified gets cautious default delays.
+    once and needs no predictor. For a real robot whose axes have not been
+    identified, cautious default delays are assumed.
 
     Args:
         builder: The builder of the diagram.
@@ -79,7 +79,8 @@ def AddActuators(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        robot: The robot; without actuators it executes commands at once.
+        robot: The robot. If its description has no actuators, it executes
+            commands at once.
         executed: The output port of the command u that the station gets.
 
     Returns:

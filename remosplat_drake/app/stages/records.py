@@ -1,4 +1,4 @@
-"""Adds the stages that observe: the robot's state, and records of the run."""
+"""Adds the stages that describe the robot's state and record the run."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -41,7 +41,8 @@ def AddMotionStatus(
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that outputs the map.
         controller: The controller whose reports are described.
-        selector: The look-ahead beside the controller; None without one.
+        selector: The guidance selector beside the controller; None without
+            guidance.
         supervisor: The safety supervisor; None without one.
         movers: The output port of the `Movers` that the robot knows; None
             without movers.
@@ -89,13 +90,13 @@ def AddRecorder(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        robot: The robot, for the lengths of q and u.
+        robot: The robot, which determines the lengths of q and u.
         configuration: The output port of the measured q, n_q entries.
         controller: The controller whose ticks are kept.
         executed: The output port of the command u that the station gets.
         movers: The output port of the `Movers`; None without movers.
-        keep: Age at which ticks are forgotten, for runs without an end [s];
-            None keeps all.
+        keep: Age at which ticks are dropped, for runs without an end [s]; None
+            keeps all ticks.
     """
     return TrajectoryRecorder.AddToBuilder(
         builder,

@@ -40,7 +40,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
             )
         scene, objects = world.truth, ()
         if isinstance(scenario.station, DynamicStation):
-            # The fixed scene excludes the objects: in the station they are
+            # The fixed scene excludes the objects. In the station, they are
             # separate bodies, which may move.
             scene, objects = world.fixed_truth, world.objects
         return MakeSimulatedStation(
@@ -71,7 +71,7 @@ def AddLocalization(
         odometry: The output port of the measured q, n_q entries.
 
     Returns:
-        The system; None if the base is fixed or its odometry is used as it is.
+        The system; None if the base is fixed or its odometry is not corrected.
     """
     if not robot.n_base or not scenario.mapping.corrects_base:
         return None

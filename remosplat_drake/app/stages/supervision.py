@@ -1,4 +1,4 @@
-"""Adds the safety supervisor, and its stop button on the page."""
+"""Adds the safety supervisor, and the page's stop button."""
 
 import dataclasses as dc
 
@@ -30,7 +30,7 @@ def AddSupervisor(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        robot: The robot, for its limits.
+        robot: The robot, which has the limits.
         controller: The controller whose commands are supervised.
         station: The robot, simulated or real, as a system.
         velocity: The output port of the measured u, n_u entries.
@@ -43,8 +43,8 @@ def AddSupervisor(
         return None
     config, supervisor_config = scenario.controller, scenario.supervisor
     if isinstance(station, HardwareStation):
-        # With a slow arm driver, a status becomes older before the next one
-        # comes, so the permitted age is larger.
+        # With a slow arm driver, a status becomes older before the next status
+        # arrives, so the permitted age is larger.
         age = supervisor_config.max_status_age
         age += scenario.hardware.arm_status_period
         supervisor_config = dc.replace(supervisor_config, max_status_age=age)
@@ -85,7 +85,7 @@ def AddPanel(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        robot: The robot, for the length of u.
+        robot: The robot, which determines the length of u.
         page: The browser page; None has no button.
         hardware: Whether the robot is real; the page cannot release a real
             robot.

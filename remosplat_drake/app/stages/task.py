@@ -37,7 +37,7 @@ def AddTask(
     *,
     hardware: bool,
 ) -> TaskSystem:
-    """Adds the system that leads the robot through the tasks of a scenario.
+    """Adds the system that executes the tasks of a scenario.
 
     Args:
         builder: The builder of the diagram.
@@ -78,7 +78,7 @@ def AddTask(
 def job_maker(
     scenario: Scenario, world: World, law: ReactiveLaw, *, hardware: bool
 ) -> "JobMaker":
-    """Makes the object that makes jobs.
+    """Makes the `JobMaker`, which converts requests to jobs.
 
     Args:
         scenario: The scenario.
@@ -118,7 +118,7 @@ def task_map(scenario: Scenario, world: World) -> TaskMap:
 
 
 def task_port(targets: Targets, name: str) -> OutputPort | None:
-    """Returns a port that only some systems of targets have; None without it.
+    """Returns an optional port of a system of targets; None if it is missing.
 
     Args:
         targets: The system that outputs the targets of the end effectors.
@@ -137,7 +137,7 @@ def ConnectTask(
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> None:
-    """Connects a task with the stages that it reads, and that it changes.
+    """Connects a task with the stages that it reads or changes.
 
     Args:
         builder: The builder of the diagram.

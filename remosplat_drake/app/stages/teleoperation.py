@@ -52,11 +52,12 @@ class Teleoperation:
         mapping: The process that takes the pictures and makes the maps; None
             without a live map.
         initial: The scenario's own map.
-        reopened: The map of a session that is continued; None if it has none.
-        scenes: True scenes for a simulated camera, between which a person
-            switches.
-        operator: Another operator: a system with an output port `command` and
-            an optional one, `map_requests`; None for no other.
+        reopened: The map of a continued session; None if the session has no
+            map.
+        scenes: True scenes that a simulated camera can show; a person switches
+            between them.
+        operator: A further source of requests: a system with an output port
+            `command` and an optional output port `map_requests`; or None.
     """
 
     run: Path
@@ -68,7 +69,7 @@ class Teleoperation:
 
     @property
     def first_map(self) -> SceneMap:
-        """The first map that a page draws: the session's, or else `initial`."""
+        """The first map that a page draws: `reopened`, or else `initial`."""
         return self.reopened or self.initial
 
     def close(self) -> None:
@@ -88,7 +89,7 @@ def AddOperatorTarget(
     *,
     jobs: bool = False,
 ) -> tuple[OperatorTarget, OutputPort]:
-    """Adds all operators that may move the target, and the target.
+    """Adds the target, and all systems that may move it.
 
     Args:
         builder: The builder of the diagram.
@@ -194,15 +195,15 @@ def wrist_camera_mount(
         raise FieldError(
             scenario.source,
             error.field,
-            f"{error.problem}; if the robot has no camera, set mapping.enabled"
-            " to false",
+            f"{error.problem}; correct the frame, or, if the robot has no "
+            "camera, set mapping.enabled to false",
         ) from error
 
 
 def ConnectSupervision(
     builder: DiagramBuilder, loop: ControlLoop, target: OperatorTarget
 ) -> None:
-    """Connects the supervisor to the target, which stays at a stopped robot.
+    """Connects the supervisor to the target; a stopped robot keeps its target.
 
     A job ends if the supervisor stops the robot.
 
@@ -239,7 +240,7 @@ def AddLiveMap(
         teleoperation: The inputs of a teleoperated diagram.
         target: The target that the operator moves.
         hardware: Whether the robot is real. If so, other programs detect
-            movers, and receive the version of the map in use.
+            movers, and this program sends them the version of the map in use.
 
     Returns:
         The live map; None if mapping is disabled.
@@ -282,7 +283,7 @@ def AddLiveMap(
 def AddSettledRequests(
     builder: DiagramBuilder, loop: ControlLoop
 ) -> SettledRequests | None:
-    """Adds the system that requests the mapping of objects at rest.
+    """Adds the system that requests the mapping of movers that came to rest.
 
     Args:
         builder: The builder of the diagram.
