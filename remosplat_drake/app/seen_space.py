@@ -33,7 +33,7 @@ _STEP = 0.04
 
 @dc.dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """Space that the cameras of a capture saw, and the robot's space at start.
+    """The space that a capture's cameras saw, with the robot's space at start.
 
     Attributes:
         coverage: The voxels, in the splat's frame G.

@@ -68,7 +68,7 @@ class TargetConfig(PoseConfig):
             yield "free", problem
 
     def weighed(self) -> np.ndarray:
-        """Returns the weights of all directions, 0 if free, shape (6,)."""
+        """Returns the weights of the six directions, 0 for a free one, (6,)."""
         return np.array(
             [
                 0.0 if name in self.free else self.weights.get(name, 1.0)

@@ -125,7 +125,7 @@ def open_teleoperation(
         world: The content of the scenario's files.
         folder: Folder of the session; it may be new or empty, or contain a
             session to continue.
-        hardware: Whether the camera is the real robot's.
+        hardware: Whether the camera belongs to a real robot.
 
     Returns:
         The inputs of a teleoperated diagram; close it at the end.
@@ -224,7 +224,7 @@ def camera_maker(
     Args:
         scenario: The scenario.
         world: The content of the scenario's files.
-        hardware: Whether the camera is the real robot's.
+        hardware: Whether the camera belongs to a real robot.
     """
     config = scenario.camera or WristCameraConfig()
     if hardware:

@@ -1,1 +1,1 @@
-"""Grasps for parallel grippers: antipodal candidates on surfaces, ranked."""
+"""Plans grasps for parallel grippers: ranked antipodal pairs on surfaces."""

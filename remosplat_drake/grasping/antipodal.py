@@ -1,7 +1,7 @@
-"""Antipodal pairs: two points of a surface at which two fingers can grip.
+"""Finds antipodal pairs: two surface points at which two fingers can grip.
 
-The line through both is inside the friction cones of both, so that two soft
-fingers hold the object in every direction (Nguyen, "Constructing
+The line through both points is inside both points' friction cones, so that two
+soft fingers hold the object in every direction (Nguyen, "Constructing
 force-closure grasps", IJRR 1988).
 """
 
@@ -20,13 +20,13 @@ _BLOCK = 64  # Number of points whose partners are sought at once.
 
 @dc.dataclass(frozen=True, eq=False)
 class AntipodalPairs:
-    """k pairs of points, in an object's frame O.
+    """k antipodal pairs of points, in an object's frame O.
 
     Attributes:
         center: Middle of each pair, shape (k, 3) [m].
         axis: Unit vector from the first point to the second, along the mean of
             their normals, shape (k, 3).
-        width: Distance of the points along it, shape (k,) [m].
+        width: Distance of the two points along `axis`, shape (k,) [m].
         alignment: Cosine of the greater angle between the line through the
             points and a normal, shape (k,).
     """
@@ -49,16 +49,17 @@ def antipodal_pairs(
 ) -> AntipodalPairs:
     """Finds antipodal pairs of points on a surface.
 
-    Partners of a point are sought along the normal through the object: the
-    nearest and the farthest point for which the connecting line lies in both
-    friction cones. For a cup, the nearest partner is on the other side of the
-    wall, and the farthest one on the opposite wall.
+    The function searches partners of a point through the object, along the
+    point's normal. The partners are the nearest and the farthest point for
+    which the connecting line lies in both friction cones. For a cup, the
+    nearest partner is on the other side of the wall, and the farthest partner
+    is on the opposite wall.
 
     Args:
         surface: The surface.
         widest: Greatest distance of two points [m].
         friction: Coefficient of friction of fingers and object.
-        most: Largest number of points whose partners are sought.
+        most: Largest number of points whose partners are searched.
         rng: Source of randomness for the choice of these points.
     """
     first = np.arange(len(surface))
@@ -75,7 +76,7 @@ def antipodal_pairs(
 def _partners(
     surface: Surface, first: np.ndarray, widest: float, friction: float
 ) -> np.ndarray:
-    """Pairs of indices, shape (k, 2): some points, and their partners."""
+    """Returns pairs of indices, shape (k, 2): a point and its partner."""
     p, n = surface.points, surface.normals
     across = p[None] - p[first, None]  # (f, n, 3)
     depth = -np.einsum("fni,fi->fn", across, n[first])
@@ -92,7 +93,7 @@ def _partners(
         & (leaves >= cone)
     )
     has = fits.any(axis=1)
-    # Of several points of the same wall, the one nearest to the line is used.
+    # Of several points on the same wall, the point nearest to the line is used.
     near = np.where(fits, depth + aside, np.inf).argmin(axis=1)
     far = np.where(fits, depth - aside, -np.inf).argmax(axis=1)
     both = np.concatenate([[first, near], [first, far]], axis=1)

@@ -1,4 +1,4 @@
-"""`Grasp`: a pose of a hand around an object; candidates, ranked."""
+"""`Grasp`: a pose of a hand around an object; plans and ranks grasps."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator, Sequence
@@ -11,23 +11,24 @@ from remosplat_drake.grasping.kernels.hand_clearance import hand_clearances
 from remosplat_drake.grasping.surface import Surface
 
 FRICTION = 0.2
-"""Coefficient of friction for the choice of grasps. Grasped faces are then
-parallel to within 11 degrees, so that no hand slides off a bottle's shoulder.
+"""Coefficient of friction for the choice of grasps. With this value, grasped
+faces are parallel to within 11 degrees, so that a hand does not slide off a
+bottle's shoulder.
 """
 
 GRIPPING = 0.8
-"""Coefficient of friction for the force of the hand: two thirds of that between
-the pads and objects of the dynamic station."""
+"""Coefficient of friction for the force of the hand. It is two thirds of the
+coefficient between pads and objects in the dynamic station."""
 
 LEAST_FORCE = 10.0
 """Least force of a finger [N]."""
 
 OPENING = 0.01
-"""Distance that each finger moves between opening and grip [m]."""
+"""Distance by which each finger closes until it grips [m]."""
 
 LEAST_OPENING = 0.002
-"""Least distance that each finger moves between opening and grip, for objects
-almost as wide as the hand [m]."""
+"""Least distance by which each finger closes until it grips, for objects almost
+as wide as the hand [m]."""
 
 APPROACHES = 12
 """Number of directions from which each pair of points is approached."""
@@ -43,8 +44,8 @@ GIVE = 0.001
 """Compression of a pad under pressure [m]."""
 
 LEVER = 0.05
-"""Distance of the centre of mass from the closing axis [m]. At this distance or
-a greater one, `lever` adds nothing to the score."""
+"""Distance of the centre of mass from the closing axis [m] from which on
+`lever` adds nothing to the score."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -58,10 +59,10 @@ class Grasp:
         clearance: Distance of the open hand from the object and from the points
             around it, at most `ENOUGH` [m].
         alignment: Cosine of the greatest angle between normals and axis.
-        bearing: Share of a pad that presses on the object, 0 to 1: the smaller
-            one of both pads.
+        bearing: Fraction of a pad that presses on the object, 0 to 1: the
+            smaller value of the two pads.
         lever: Distance of the centre of mass from the closing axis [m].
-        score: Weighted quality, 0 to 1; a larger one is better.
+        score: Weighted quality, 0 to 1; larger is better.
     """
 
     X_OE: np.ndarray
@@ -106,7 +107,7 @@ class Weights:
         width: Weight of a narrow grasp, in which the fingers can close further.
         approach: Weight of the desired direction of approach.
         alignment: Weight of normals along the closing axis.
-        bearing: Weight of the share of the pads on the object.
+        bearing: Weight of the fraction of the pads that presses on the object.
         lever: Weight of a centre of mass near the closing axis.
     """
 
@@ -210,13 +211,13 @@ def grasp_poses(
 def bearing(
     surface: Surface, gripper: ParallelGripper, X_OE: np.ndarray, width: float
 ) -> float:
-    """Returns the share of a pad that presses on an object, 0 to 1.
+    """Returns the fraction of a pad that presses on an object, 0 to 1.
 
     A pad is divided into cells, one and a half times as large as the spacing of
-    the surface's points. Its share is the fraction of cells in which a point is
-    within `GIVE` of the pad's plane. The result is the smaller share of both
-    pads. A hand that holds an object with its fingertips only, or at an edge,
-    has a small share, and the object can rotate in it.
+    the surface's points. The fraction of a pad is the fraction of cells in
+    which a point is within `GIVE` of the pad's plane. The result is the smaller
+    fraction of the two pads. It is small if a hand holds an object only with
+    its fingertips or at an edge; the object can then rotate in the hand.
 
     Args:
         surface: The object's surface.
@@ -257,7 +258,7 @@ def reachable(
 ) -> Iterator[tuple[Grasp, np.ndarray]]:
     """Yields the grasps that the whole robot can reach, in their order.
 
-    Each is tried with the fingers exchanged, too.
+    The function tries each grasp also with the fingers exchanged.
 
     Args:
         grasps: The grasps, the best first.

@@ -23,8 +23,8 @@ GRAVITY = 9.81
 """Acceleration of free fall [m/s^2]."""
 
 PATCH = 0.005
-"""Radius of the patch on which a soft pad presses [m]: small, since objects are
-round and have edges."""
+"""Radius of the patch on which a soft pad presses [m]. It is small, since
+objects are round or have edges."""
 
 _FLAT = 0.001
 """Largest distance of a pad's vertices from the pad's plane [m]."""
@@ -40,7 +40,7 @@ class HandPieces(NamedTuple):
             a piece have a'x + b <= 0 for all of its planes.
         first: Row of the first plane of each piece, and the number of planes,
             shape (s + 1,).
-        box: Corners of the box around all of them, lower and upper, (2, 3)
+        box: Lower and upper corner of the box around all pieces, shape (2, 3)
             [m].
     """
 
@@ -106,8 +106,8 @@ class ParallelGripper:
         reach -= (reach @ close_E) * close_E
         if not np.linalg.norm(reach) > 1e-6:
             raise RemoSplatError(
-                "the end effector's frame is not between the fingertips; name"
-                " a frame that is"
+                "the end effector's frame is not between the fingertips; name "
+                "a frame between them in the robot description"
             )
         efforts = motors(plant)
         return ParallelGripper(
@@ -142,7 +142,7 @@ class ParallelGripper:
 
     @cached_property
     def _pieces_L(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
-        """Bodies of the hand's pieces, their vertices and half spaces."""
+        """The body, vertices and half spaces of each piece of the hand."""
         tree, hand = self.robot.tree, self.robot.description.hand
         assert hand is not None
         palm = int(tree.parent[self.robot.fingers[0]])
@@ -184,7 +184,7 @@ class ParallelGripper:
 
     @property
     def side_E(self) -> np.ndarray:
-        """Unit vector along the pads, across closing and approach, (3,)."""
+        """Unit vector along the pads, normal to closing and approach, (3,)."""
         return np.cross(self.close_E, self.approach_E)
 
     def force(
@@ -206,13 +206,14 @@ class ParallelGripper:
         Args:
             mass: Mass of the object [kg].
             friction: Coefficient of friction.
-            lever: Distance of its centre of mass from the closing axis [m].
+            lever: Distance of the object's centre of mass from the closing axis
+                [m].
             factor: Safety factor on the weight.
 
         Raises:
             RemoSplatError: The hand is too weak.
         """
-        # The torque of friction under uniform pressure on a round patch.
+        # This is the friction torque of a round patch under uniform pressure.
         turning = lever / (2.0 / 3.0 * PATCH)
         needed = factor * mass * GRAVITY / (2.0 * friction)
         needed *= float(np.hypot(1.0, turning))
@@ -225,7 +226,7 @@ class ParallelGripper:
 
 
 def _tool(robot: RobotModel) -> np.ndarray:
-    """Pose X_WE of the end effector that the fingers belong to, at home."""
+    """Pose X_WE of the fingers' end effector at the home configuration."""
     effector = robot.effector_that_moves(int(robot.fingers[0]))
     return robot.end_effector_pose(robot.q_home, effector or 0)
 

@@ -19,7 +19,7 @@ class Surface:
 
     Attributes:
         points: The points, shape (n, 3) [m].
-        normals: Outward unit normals there, shape (n, 3).
+        normals: Outward unit normals at the points, shape (n, 3).
         spacing: Distance of neighbouring points [m].
     """
 
@@ -73,8 +73,9 @@ def surface_of_mesh(
             continue
         longest = max(np.linalg.norm(x) for x in (b - a, c - b, a - c))
         n = int(np.ceil(longest / spacing))
-        # The triangle is divided into n^2 small ones; these are the centres of
-        # the upright ones, then those of the inverted ones.
+        # The triangle is divided into n^2 small triangles. These are the
+        # centres of the upright small triangles, then those of the inverted
+        # ones.
         i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
         lower = i + j < n
         upper = i + j < n - 1
@@ -88,10 +89,10 @@ def surface_of_mesh(
 
 
 def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
-    """Uses an object's splats as surface points, one from each cell of a grid.
+    """Makes surface points of an object's splats, one for each cell of a grid.
 
     A splat's normal is its shortest axis, and points away from the middle of
-    all splats. So it is wrong on the inner side of a cup.
+    all splats. The normal is therefore wrong on the inner side of a cup.
 
     Args:
         splat: The splats of the object, in O.
@@ -110,8 +111,8 @@ def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
 def _surface_of_cylinder(
     radius: float, half_height: float, spacing: float
 ) -> Surface:
-    # The number of points on each ring is even, so that each has an opposite
-    # one.
+    # The number of points on each ring is even, so that each point has an
+    # opposite point.
     n = 2 * int(np.ceil(np.pi * radius / spacing))
     angle = 2.0 * np.pi * np.arange(n) / n
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])

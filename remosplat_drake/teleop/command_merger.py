@@ -29,10 +29,10 @@ class CommandMerger(LeafSystem):
         - command
         - map_requests
 
-    Each operator i has the ports `command_i`, an `OperatorCommand`, and
-    `map_requests_i`, its `MapRequests`; the outputs are of the same types. The
+    For each operator i, `command_i` takes an `OperatorCommand`, and
+    `map_requests_i` takes `MapRequests`; the outputs have the same types. The
     outputs follow the inputs without delay. Once a period, the system stores
-    which operator has made the latest request and so leads.
+    the operator of the latest request (the leader).
 
     Args:
         count: Number of operators, at least one.

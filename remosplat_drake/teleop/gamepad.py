@@ -1,6 +1,6 @@
 """Turns a gamepad's sticks and buttons into a velocity of the target.
 
-https://w3c.github.io/gamepad/#remapping names buttons and axes.
+Buttons and axes have the numbers of https://w3c.github.io/gamepad/#remapping.
 """
 
 import dataclasses as dc
@@ -11,7 +11,7 @@ import numpy as np
 from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 SILENCE = 0.5
-"""A dead-man switch counts as released if no message comes for this time
+"""A dead-man switch counts as released if no message arrives for this time
 [s]."""
 
 OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
@@ -49,7 +49,8 @@ def gamepad_presses(
     Args:
         buttons: Values of the buttons from 0 to 1; missing ones are not
             pressed.
-        config: Number of the dead-man switch, which has no other effect.
+        config: Settings of the gamepad, with the number of the dead-man switch.
+            The dead-man switch has no other effect.
     """
     if _value(buttons, config.dead_man, 0.0) < _PRESSED:
         return frozenset()
@@ -71,7 +72,7 @@ def gamepad_velocity(
 
     Args:
         axes: Positions of the sticks from -1 to 1, right and towards the
-            operator positive; missing ones are centred.
+            operator positive; missing sticks count as centred.
         buttons: Values of the buttons from 0 to 1; missing ones are not
             pressed.
         config: Speeds, and the number of the dead-man switch.

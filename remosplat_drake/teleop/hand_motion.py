@@ -1,4 +1,4 @@
-"""Opening and closing of the hand by an operator's requests."""
+"""Opens and closes the hand by an operator's requests."""
 
 import dataclasses as dc
 
@@ -10,8 +10,8 @@ class HandLaw:
     """The two commands that an operator gives to a hand.
 
     Attributes:
-        width: Opening of the open hand, which is also its opening at the start
-            and in the collision geometry [m].
+        width: Opening of the open hand [m]. The hand has this opening at the
+            start and in the collision geometry.
         force: Force with which the hand closes [N].
     """
 
@@ -22,8 +22,8 @@ class HandLaw:
         """Returns the commanded width and force [m, N].
 
         Args:
-            is_open: Whether the hand shall be open; else it closes until it
-                touches an object.
+            is_open: Whether the hand shall be open; otherwise it closes until
+                it touches an object.
         """
         return (self.width if is_open else 0.0), self.force
 
@@ -33,7 +33,8 @@ def advance_hand(
 ) -> bool:
     """Returns whether the hand shall be open, after new requests.
 
-    If both buttons were pressed, the hand closes, so that it drops nothing.
+    If both buttons were pressed, the hand closes, so that it does not drop an
+    object.
 
     Args:
         known: The requests at the previous call.

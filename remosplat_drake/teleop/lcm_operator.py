@@ -27,14 +27,14 @@ class LcmOperator(LeafSystem):
         output_ports:
         - command
 
-    `command` carries an `OperatorCommand`. Ages of messages are measured by the
-    wall clock, even if the simulation is slower or faster.
+    `command` outputs an `OperatorCommand`. The wall clock determines the ages
+    of messages, even if the simulation is slower or faster than real time.
 
     Args:
         config: LCM URL, channels and expiry time of the messages.
         lcm: The LCM network; None opens the network at the URL in `config`.
         period: Time between two reads of the network [s].
-        clock: Returns the wall clock [s].
+        clock: Function that returns the wall clock's time [s].
     """
 
     def __init__(

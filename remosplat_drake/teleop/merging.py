@@ -1,4 +1,4 @@
-"""Merges the commands of several operators: the newest request counts."""
+"""Merges the commands of several operators: the newest request is used."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -28,7 +28,8 @@ _VALUES = {
     "takes": ("thing",),
     "places": ("support", "p_WNear"),
 }
-"""Counts of requests, each with the values that belong to its latest one."""
+"""Fields that count requests, each with the fields that contain the values of
+the latest request."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class MergedCommand:
 
     @staticmethod
     def silent(count: int) -> "MergedCommand":
-        """Returns operators without a request so far."""
+        """Returns the state of operators that have not made a request."""
         return MergedCommand((OperatorCommand(),) * count)
 
     def __deepcopy__(self, memo) -> "MergedCommand":

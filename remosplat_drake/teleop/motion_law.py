@@ -13,14 +13,15 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 
 @dc.dataclass(frozen=True, eq=False)
 class MotionLaw:
-    """Bounds and settings of the target's motion, fixed during a run.
+    """Bounds and settings of the target's motion, constant during a run.
 
     Attributes:
         config: Bounds of the motion, and the saved poses.
         X_WT_home: Pose of the target at home, shape (4, 4).
         dt: Time between two steps of the target [s].
         X_EC: Pose of the wrist camera (OpenCV axes) in the end effector's
-            frame, shape (4, 4); None if there is no camera, and so no scan.
+            frame, shape (4, 4); None if there is no camera, so that scans are
+            impossible.
         frames: Number of frames of a scan.
         effector: Index of the end effector that is teleoperated.
     """
@@ -42,11 +43,11 @@ class MotionLaw:
         frames: int = 8,
         effector: int = 0,
     ) -> "MotionLaw":
-        """Makes the law of a robot whose home is where it starts.
+        """Makes the law of a robot whose home pose is its start.
 
         Args:
             config: Bounds of the motion, and the saved poses.
-            robot: The robot, for its kinematics.
+            robot: The robot, which computes the kinematics.
             q0: Configuration to start from, shape (n_q,).
             dt: Time between two steps of the target [s].
             mount: Mount of the wrist camera, which must move with an end

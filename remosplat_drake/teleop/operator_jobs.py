@@ -1,10 +1,11 @@
-"""`advance_jobs`: an operator's jobs with objects, as a pure function.
+"""`advance_jobs`: advances an operator's jobs with objects by one tick.
 
-A request starts a job: it takes an object, places it, or lets it go. While the
-steps of a job are searched, the robot is held. They are those of a task
-(`task.advance_task`). A job ends when it is done, when it fails, when the
-operator holds the target, or when the robot is stopped. The robot then brakes,
-and when it is at rest the operator leads again.
+An operator's request starts a job: the robot takes an object, places it, or
+lets it go. While another function searches the steps of a job, the robot is
+held. The steps are executed like those of a task (`task.advance_task`). A job
+ends when its steps are finished, when it fails, when the operator holds the
+target, or when the robot is stopped. The robot then brakes. When it is at rest,
+the operator moves the target again.
 """
 
 import dataclasses as dc
@@ -35,7 +36,7 @@ from remosplat_drake.task.task import (
 )
 
 STOPPED, HELD = "the robot was stopped", "the operator ended the job"
-"""Reasons why a job ends before it is done."""
+"""Reasons why a job ends before its steps are finished."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class Wanted:
 
     Attributes:
         request: The job.
-        thing: Name of the object that it takes; empty if it takes none.
+        thing: Name of the object that the job takes; empty if it takes none.
     """
 
     request: JobRequest
@@ -53,15 +54,15 @@ class Wanted:
 
 @dc.dataclass(frozen=True, eq=False)
 class Jobs(Work):
-    """An operator's jobs; copying returns the object itself.
+    """The state of an operator's jobs; a deep copy is the object itself.
 
-    The blocks of `task` are those of the latest job.
+    The blocks of `task` are the steps of the latest job.
 
     Attributes:
         command: The operator's requests so far.
-        is_braking: Whether the latest job is over, and the robot not yet at
-            rest.
-        R_WO: Rotations with which objects stood when they were taken, by name,
+        is_braking: Whether the latest job has ended, but the robot is not yet
+            at rest.
+        R_WO: Rotations of the objects before they were taken, keyed by name,
             shape (3, 3).
         is_lost: Whether the carried object may have been lost.
         wanted: The job whose steps are being searched; None for none.
@@ -75,7 +76,7 @@ class Jobs(Work):
 
     @staticmethod
     def none(task: Task) -> "Jobs":
-        """Returns the jobs of an operator who has requested none.
+        """Returns the state before the first request of an operator.
 
         Args:
             task: The robot and the objects, without blocks.
@@ -89,12 +90,12 @@ class Jobs(Work):
 
     @property
     def leads(self) -> bool:
-        """Whether a job moves or holds the robot, and not the operator."""
+        """Whether a job, and not the operator, moves or holds the robot."""
         return self.runs or self.is_braking or self.wanted is not None
 
     @property
     def text(self) -> str:
-        """The state of the job in words; empty if the operator leads."""
+        """Description of the job's state; empty if the operator leads."""
         if not self.leads:
             return ""
         job, state = self.task.blocks[-1].text, self.state
@@ -121,7 +122,7 @@ def advance_jobs(
     """Advances the jobs by one tick.
 
     Args:
-        search: Searches the steps of a job.
+        search: Function that searches the steps of a job.
         jobs: The jobs at the previous tick.
         command: All requests of the operators so far.
         now: The measurements of the robot.
@@ -158,7 +159,7 @@ def advance_jobs(
 
 
 def _ended(jobs: Jobs, reason: str) -> Jobs:
-    """Ends a job before it is done."""
+    """Ends a job before its steps are finished."""
     failures = (*jobs.state.failures, reason)
     state = dc.replace(jobs.state, failures=failures, outcome=FAILED)
     return _over(dc.replace(jobs, wanted=None), state)
@@ -173,9 +174,9 @@ def _over(jobs: Jobs, state: TaskState) -> Jobs:
 def _cleared(jobs: Jobs, now: Observation) -> Jobs:
     """Ends the contacts of the latest job when the robot is at rest.
 
-    If the robot is too near to an object for that, they end later. A carried
-    object that has been lost becomes an obstacle, if the robot is not in the
-    way.
+    If the robot is too near to an object, these contacts end later. A carried
+    object that has been lost becomes an obstacle, unless the robot is in the
+    obstacle's space.
     """
     if not now.stands_still:
         return jobs
@@ -220,14 +221,14 @@ def _asked(jobs: Jobs, before: OperatorCommand, now: Observation) -> Jobs:
 
 
 def _searching(jobs: Jobs, text: str, wanted: Wanted) -> Jobs:
-    """Shows a job without steps, until they are found."""
+    """Shows a job without steps, until its steps are found."""
     empty = (Block(text, ((),)),)
     jobs = _with_job(jobs, empty, failures=(), outcome=RUNNING)
     return dc.replace(jobs, wanted=wanted)
 
 
 def _begun(jobs: Jobs, found: FoundJob, now: Observation) -> Jobs:
-    """Starts a job with the found steps, or reports why there are none."""
+    """Starts a job with the found steps, or reports why none were found."""
     wanted, jobs = jobs.wanted, dc.replace(jobs, wanted=None)
     assert wanted is not None
     if found.problem:
@@ -258,7 +259,7 @@ def _refused(jobs: Jobs, text: str, reason: str) -> Jobs:
 
 
 def _with_job(jobs: Jobs, blocks: tuple[Block, ...], **changes) -> Jobs:
-    """Replaces the job by another one, which is at its first step."""
+    """Replaces the job by another job, which is at its first step."""
     task = dc.replace(jobs.task, blocks=blocks)
     state = dc.replace(
         jobs.state, block=0, way=0, step=0, undoing=(), **changes

@@ -48,34 +48,35 @@ class OperatorTarget(LeafSystem):
         - map_requests
         - hand_command (optional)
 
-    It replaces a `TargetSequence`, and never ends. `configuration` takes the
-    measured q, `command` an `OperatorCommand`; `aim` outputs the `Aim`. For the
-    end effector that the operator moves, `target` outputs only the target's
-    pose X_WT, as a `RigidTransform`, and `state` the `TargetState`. The output
-    `map_requests` contains the input's requests and the frames that scans
-    request. `hand_command` is the hand's width and force [m, N]; a robot
-    without a hand has no such port.
+    The system replaces a `TargetSequence`, and never ends. `configuration`
+    takes the measured q, `command` an `OperatorCommand`; `aim` outputs the
+    `Aim`. For the end effector that the operator moves, `target` outputs only
+    the target's pose X_WT, as a `RigidTransform`, and `state` the
+    `TargetState`. The output `map_requests` contains the requests of the input,
+    and requests for the frames of scans. `hand_command` outputs the hand's
+    width and force [m, N]; without a hand, this port does not exist.
 
-    The command selects which of several end effectors moves. The others are
+    The command selects the end effector that moves. All other end effectors are
     held at the pose at which they were deselected, or at their start.
 
-    `supervision` takes a `SupervisorState`. While the robot is stopped the
-    target stays with it, so that a release does not send the robot to a target
-    that an operator moved meanwhile. This input affects the outputs only
-    through the periodic update. Otherwise there would be an algebraic loop,
-    since the supervisor's inputs depend on the target.
+    `supervision` takes a `SupervisorState`. While the robot is stopped, the
+    target stays at the end effector. After a release, the robot therefore does
+    not move to a target that an operator has moved in the meantime. This input
+    affects the outputs only through the periodic update. Otherwise there would
+    be an algebraic loop, since the supervisor's inputs depend on the target.
 
-    `job` takes the state of a job in words, such as "pick the can: lifts the
-    can", and is empty if there is none. During a job, which moves the robot
-    instead of the operator, the targets stay with the robot, and the hand is
-    considered open. This input, too, affects only the periodic update.
+    `job` takes the description of a job's state, such as "pick the can: lifts
+    the can", which is empty if there is no job. During a job, which moves the
+    robot instead of the operator, the targets stay at the end effectors, and
+    the hand is considered open. This input, too, affects only the periodic
+    update.
 
     Args:
-        robot: The robot, for its kinematics.
+        robot: The robot, which computes the kinematics.
         q0: Configuration to start from, shape (n_q,).
-        law: Bounds of the motion, or a sequence of them, one per end effector.
-            Their `dt` is the period [s].
-        hand: Commands to the hand; None for a robot without one.
+        law: Bounds of the target's motion, or a sequence of bounds, one per end
+            effector. Their `dt` is the period [s].
+        hand: Commands to the hand; None for a robot without a hand.
     """
 
     def __init__(
@@ -275,8 +276,8 @@ class OperatorTarget(LeafSystem):
             elif i == before.leading:
                 one = stand(one, command, X_WEs[i], "hold: another hand moves")
             else:
-                # The requests so far were meant for other end effectors. They
-                # are stored, so that they do not count as new later.
+                # The requests so far were for other end effectors. They are
+                # stored, so that they do not count as new requests later.
                 one = dc.replace(one, command=command)
             states.append(one)
         cell = int(self._hands_index)
@@ -291,10 +292,10 @@ class OperatorTarget(LeafSystem):
 
 @dc.dataclass(frozen=True, eq=False)
 class _Hands:
-    """The targets of all end effectors; copying returns the object itself.
+    """The targets of all end effectors; a deep copy is the object itself.
 
     Attributes:
-        states: Target of each end effector.
+        states: State of the target of each end effector.
         leading: Index of the end effector that the operator moves.
         is_open: Whether the robot's hand shall be open.
     """

@@ -28,7 +28,7 @@ from remosplat_drake.teleop.operator_target import OperatorTarget
 
 
 class OperatorTask(TaskSystem):
-    """Leads the robot through an operator's jobs, or else to the target.
+    """Outputs the targets of an operator's jobs, or else the operator's target.
 
     .. pydrake_system::
 
@@ -58,13 +58,14 @@ class OperatorTask(TaskSystem):
 
     `command` takes the `OperatorCommand`, `operator_aim` the `Aim` and
     `operator_hand` the hand command of an `OperatorTarget`, and `supervision`
-    the `SupervisorState`. While there is no job, `aim` and `hand_command` are
-    the operator's, except that a hand keeps an object that it carries. `job` is
-    the state of the job in words, and empty while there is none. The other
-    ports are those of a `TaskSystem`. `advance_jobs` computes the progress.
+    the `SupervisorState`. While there is no job, `aim` and `hand_command` equal
+    the operator's inputs, except that a hand keeps an object that it carries.
+    `job` outputs the description of the job's state, which is empty without a
+    job. All other ports are those of a `TaskSystem`. `advance_jobs` computes
+    the progress.
 
     `scene` takes the `DistanceField` of a live map, which does not contain the
-    objects and replaces that of `map`, and `surroundings` is a
+    objects. It replaces the distance field of `map`. `surroundings` outputs a
     `TaskSurroundings`.
 
     The outputs depend on `supervision` and `command` only through the periodic
@@ -72,10 +73,10 @@ class OperatorTask(TaskSystem):
     held.
 
     Args:
-        search: Searches the steps of a job.
+        search: Function that searches the steps of a job.
         task: The robot and the objects, without blocks.
         map: The map of the task.
-        widths: Opening of each hand at the start, by end effector [m].
+        widths: Opening of each hand at the start, keyed by end effector [m].
         period: Control period [s].
     """
 

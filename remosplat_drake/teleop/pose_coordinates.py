@@ -8,8 +8,8 @@ class PoseCoordinates:
     """A position in W, and roll, pitch and yaw relative to a reference.
 
     Angles are relative to the reference H, so that they are zero at the robot's
-    start, and far from the values at which they wrap around:
-    R_WT = R(roll, pitch, yaw) R_WH about W's axes.
+    start. They are then far from the values at which they wrap around: R_WT =
+    R(roll, pitch, yaw) R_WH about W's axes.
 
     Args:
         X_WH: Pose of the reference H, shape (4, 4).

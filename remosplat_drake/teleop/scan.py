@@ -1,4 +1,4 @@
-"""The poses of a scan, from which a wrist camera looks around."""
+"""Computes the poses of a scan, from which a wrist camera looks around."""
 
 import numpy as np
 from pydrake.math import RotationMatrix
@@ -11,10 +11,11 @@ def scan_poses(
 ) -> tuple[np.ndarray, ...]:
     """Computes poses of the end effector that turn a camera on the spot.
 
-    The camera's position does not change, and its image remains upright. It
-    looks ahead and down, first along a row of steep views, and then back along
-    a row of flatter views, so that consecutive views are near each other. With
-    up to three poses, there is only one row, at the mean pitch of the two rows.
+    The camera's position does not change, and its image remains upright. The
+    camera looks ahead and down. Its views form a row of steep views, and then,
+    in the opposite direction, a row of flatter views, so that consecutive views
+    are near each other. With up to three poses, there is only one row, at the
+    mean pitch of the two rows.
 
     Args:
         X_WE: Pose of the end effector where the scan begins, shape (4, 4).
@@ -75,5 +76,5 @@ def _directions(count: int, config: ScanConfig) -> list[tuple[float, float]]:
 
 
 def _spread(n: int, bound: float) -> np.ndarray:
-    """Returns n pan angles from left to right; a single one is 0."""
+    """Returns n pan angles from left to right; a single angle is 0."""
     return np.linspace(bound, -bound, n) if n > 1 else np.zeros(1)

@@ -1,4 +1,4 @@
-"""Motion to a goal with bounded speed and acceleration, without overshoot.
+"""Computes motion to a goal with bounded speed and acceleration.
 
 Time is discrete: a velocity is constant for dt, and the norm of its change is
 at most acceleration * dt.
@@ -91,10 +91,10 @@ def rotation_to_go(
 ) -> np.ndarray:
     """Returns the remaining rotation to a goal, as a rotation vector in W.
 
-    This is the shorter of the two possible rotations. Exception: if the target
-    already rotates, and reversal would take longer, the rotation continues in
-    its direction. So a goal that oscillates around half a turn does not reverse
-    the rotation again and again.
+    This is the shorter of the two possible rotations, with an exception: if the
+    target already rotates, and reversal would take longer, the rotation
+    continues in its direction. A goal that oscillates around half a turn
+    therefore does not reverse the rotation again and again.
 
     Args:
         R_WT: The target's present rotation, shape (3, 3).

@@ -1,4 +1,4 @@
-"""Motions of a target that an operator requests: hold, follow, go, scan."""
+"""Moves a target as an operator requests: hold, follow, go, scan."""
 
 import dataclasses as dc
 
@@ -33,9 +33,9 @@ def advance_target(
 ) -> TargetState:
     """Advances the target by one step of time.
 
-    First it applies new requests. Then it ends a motion if the dead-man switch
-    is released, if the source of requests reports trouble, or if a pose of a
-    scan is reached. At last it moves the target.
+    The function first applies new requests. Then it ends a motion if the
+    dead-man switch is released, if the source of requests reports a problem, or
+    if a pose of a scan is reached. Finally, it moves the target.
 
     Args:
         law: Bounds and settings of the motion.
@@ -59,7 +59,7 @@ def stand(
     X_WE: np.ndarray,
     text: str,
 ) -> TargetState:
-    """Keeps the target at the hand while something else moves or stops it.
+    """Keeps the target at the hand while a job or a stop has control.
 
     Requests in the meantime are ignored.
 
@@ -68,7 +68,7 @@ def stand(
         command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
-        text: Reason, in words for a person.
+        text: Reason, for a person.
     """
     now = dc.replace(state, command=command)
     return _break_off(state, hold(now, X_WE, text))
@@ -112,7 +112,7 @@ def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
         state: The previous target.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN if it is
             unknown. The target then keeps its own pose.
-        text: Reason, in words for a person.
+        text: Reason, for a person.
     """
     X_WT = X_WE if np.isfinite(X_WE).all() else state.X_WT
     return dc.replace(
@@ -138,11 +138,11 @@ def _begin_scan(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray
 ) -> TargetState:
     if law.X_EC is None:
-        return hold(state, X_WE, "no wrist camera to scan with")
+        return hold(state, X_WE, "no scan: the robot has no wrist camera")
     if not np.isfinite(X_WE).all():
         return hold(state, X_WE, "no scan: the robot's pose is unknown")
-    # A scan has no free directions. So the target begins at the hand's present
-    # pose in the directions that were free before.
+    # A scan has no free directions. In directions that were free before, the
+    # target therefore begins at the hand's present pose.
     target = law.target(state)
     if target.free:
         state = dc.replace(state, X_WT=target.nearest_pose(X_WE))
@@ -183,7 +183,7 @@ def _end(
     """Ends a finished motion, or sets its next goal."""
     command = state.command
     if state.mode == VELOCITY and command.V_W is None:
-        why = command.trouble or "the dead-man button was let go"
+        why = command.trouble or "the dead-man button was released"
         return hold(state, X_WE, f"hold: {why}")
     if state.mode == FOLLOW and command.trouble:
         return hold(state, X_WE, f"hold: {command.trouble}")

@@ -1,4 +1,4 @@
-"""One step of the target: towards its goal, or as a gamepad's stick says."""
+"""Moves the target by one step: to its goal, or as a gamepad requests."""
 
 import dataclasses as dc
 
@@ -38,8 +38,8 @@ def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
     X_WT[:3, :3] = rotated(before[:3, :3], w_WT * dt)
     # If the goal changes close to the edge of the workspace, the bounded
     # acceleration may be too small to brake before the edge. Then the workspace
-    # has priority. A target that began outside, where the end effector was, may
-    # only move inward.
+    # has priority. A target that began at an end effector outside the workspace
+    # may only move inward.
     p_WT = before[:3, 3]
     X_WT[:3, 3] = np.clip(
         p_WT + v_WT * dt,
@@ -80,7 +80,7 @@ def _wanted_velocity(
 def _limited(
     law: MotionLaw, X_WT: np.ndarray, X_WE: np.ndarray, v_W: np.ndarray
 ) -> np.ndarray:
-    """Bounds a velocity so that the target never leads by over `max_lead`."""
+    """Bounds a velocity so that the target is at most `max_lead` ahead."""
     config, lead = law.config, X_WT[:3, 3] - X_WE[:3, 3]
     length = float(np.linalg.norm(lead))
     if not length > 0.0:

@@ -1,4 +1,4 @@
-"""Streams of target poses and velocities from another program."""
+"""Receives streams of target poses and velocities from another program."""
 
 import dataclasses as dc
 import math
@@ -24,7 +24,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 
 
 class StreamKind(NamedTuple):
-    """A kind of stream.
+    """A kind of stream: poses or velocities.
 
     Attributes:
         source: Name of the stream, for messages to the operator.
@@ -40,10 +40,10 @@ class StreamKind(NamedTuple):
 
 @dc.dataclass(frozen=True, eq=False)
 class StreamState:
-    """State of a stream of messages; copying returns the object itself.
+    """State of a stream of messages; a deep copy is the object itself.
 
     Attributes:
-        command: The operator's command that results from all messages so far.
+        command: The operator's command, the result of all messages so far.
         utime: Stamp of the latest message that was used [us].
         received: Time at which that message arrived, by our wall clock [s].
         flows: Whether the stream has begun and has not ended.
@@ -76,8 +76,8 @@ def advance_stream(
         state: The previous state of the stream.
         packet: The newest packet since the previous call; None for none.
         now: Our wall clock [s].
-        expiry: The stream ends if there is no message for this time, or if a
-            message is older than this [s].
+        expiry: Longest time without a message, and greatest age of a message
+            [s]. Beyond it, the stream ends.
     """
     if packet is not None:
         try:
@@ -93,11 +93,11 @@ def advance_stream(
 def merged_command(streams: tuple[StreamState, StreamState]) -> OperatorCommand:
     """Merges the commands of a stream of poses and a stream of velocities.
 
-    The trouble of the merged command is that of the stream with the latest
-    message.
+    The problem (`trouble`) of the merged command is the problem of the stream
+    with the latest message.
 
     Args:
-        streams: The stream of poses, and that of velocities.
+        streams: The stream of poses, and the stream of velocities.
     """
     poses, velocities = streams
     latest = max(streams, key=lambda stream: stream.received).command
@@ -120,7 +120,7 @@ def decode_pose_target(data: bytes) -> tuple[int, np.ndarray]:
         The stamp [us] and the pose X_WT, shape (4, 4).
 
     Raises:
-        BrokenMessage: The packet holds no pose.
+        BrokenMessage: The packet contains no valid pose.
     """
     message = decode(pose_target, data)
     position = finite_vector("position", message.position, 3)
@@ -143,7 +143,7 @@ def decode_velocity_target(data: bytes) -> tuple[int, np.ndarray]:
         (6,) [rad/s, m/s].
 
     Raises:
-        BrokenMessage: The packet holds no velocity.
+        BrokenMessage: The packet contains no valid velocity.
     """
     message = decode(velocity_target, data)
     w_W = finite_vector("angular", message.angular, 3)

@@ -41,8 +41,8 @@ class SavedPose(Config):
 class GamepadConfig(Config):
     """The page's gamepad; buttons have the numbers of W3C's standard layout."""
 
-    # Number of the button that is the dead-man switch, without which nothing
-    # moves: 5 is the right shoulder.
+    # Number of the button that is the dead-man switch; the target moves only
+    # while it is held. 5 is the right shoulder button.
     dead_man: Annotated[int, Interval(ge=0, le=63)] = 5
     # Speed of the target with a stick fully pushed [m/s].
     speed: Annotated[float, Interval(gt=0, le=2)] = 0.15
@@ -51,8 +51,8 @@ class GamepadConfig(Config):
     # Dead zone: fraction of a stick's range around its centre that counts as
     # released.
     dead_zone: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # Greatest distance of the target from the end effector [m], so that the
-    # target does not run away from an end effector that an obstacle holds back.
+    # Greatest distance of the target from the end effector [m]. It limits how
+    # far the target moves away from an end effector that an obstacle holds.
     max_lead: Annotated[float, Interval(gt=0, le=2)] = 0.2
 
 
@@ -71,7 +71,7 @@ class PoseStreamConfig(Config):
     # Channel of the velocities, of type velocity_target. They move the target
     # as a gamepad does, within the gamepad's `max_lead`.
     velocity_channel: ChannelName = "VELOCITY_TARGET"
-    # Time without a message after which the target stops to follow the stream,
+    # Time without a message after which the target stops following the stream,
     # and greatest age of a message [s].
     expiry: Annotated[float, Interval(gt=0, le=10)] = 0.3
 
@@ -99,8 +99,9 @@ class ScanConfig(Config):
     flat_deg: Annotated[float, Interval(ge=0, le=90)] = 25.0
     # Time at a pose before its frame is taken [s].
     dwell: Annotated[float, Interval(ge=0, le=60)] = 0.3
-    # Longest wait for the robot after the target has arrived at a pose [s].
-    # Then the frame is taken from the robot's present pose.
+    # Longest time for which a scan waits for the robot after the target has
+    # arrived at a pose [s]. Then the camera takes the frame from the robot's
+    # present pose.
     timeout: Annotated[float, Interval(gt=0, le=60)] = 2.0
 
 
@@ -128,9 +129,9 @@ class TeleopConfig(Config):
     workspace_upper: Position = dc.field(
         default_factory=lambda: [5.0, 5.0, 2.0]
     )
-    # Directions in which the robot need not reach the target while the operator
-    # moves it, as in a scenario's `targets`: [rz] for a tool that may turn
-    # about its own axis. A target that is held or scans has no free directions.
+    # Free directions of the target while the operator moves it, as in a
+    # scenario's `targets`: [rz] for a tool that may turn about its own axis. A
+    # target that is held or that scans has no free directions.
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
@@ -142,10 +143,11 @@ class TeleopConfig(Config):
     gamepad: GamepadConfig = dc.field(default_factory=GamepadConfig)
     # The scan with the wrist camera.
     scan: ScanConfig = dc.field(default_factory=ScanConfig)
-    # Path of a YAML file of timed poses and presses of buttons, relative to
-    # the scenario's file; empty for none.
+    # Path of a YAML file of timed poses and presses of buttons, relative to the
+    # scenario's file; empty: no such file.
     trajectory: str = ""
-    # Targets from another program, by LCM; absent: none are read.
+    # Targets that another program sends by LCM; absent: no targets are
+    # received.
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""An operator's script: timed requests, in a YAML file.
+"""Reads an operator's script: timed requests, in a YAML file.
 
 steps:
 - {time: 1, translation: [1.1, 0, 0.7], rpy_deg: [180, 0, 0]}
@@ -46,7 +46,7 @@ _MAP_BUTTONS = {
 }
 
 SCENE = "scene"
-"""Button that puts an object into a simulated scene, or takes it away."""
+"""Button that switches a simulated camera to its next true scene."""
 
 BUTTONS = (*_TARGET_BUTTONS, *_MAP_BUTTONS, SCENE)
 """Names of the buttons that a step of a script can press."""
@@ -56,8 +56,8 @@ NO_OBJECTS = (
     "needs a simulation of a scenario that has `objects` and the setting"
     " `mapping: {enabled: false}`"
 )
-"""Error text of a step that takes or places an object where that is not
-possible."""
+"""Error text for a step that takes or places an object in a run that does not
+permit this."""
 
 
 @dc.dataclass
@@ -66,7 +66,7 @@ class OperatorStep(Config):
 
     # Time of the step, since the start of the run [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
-    # Position in the world frame W to which the target shall go [m]; absent:
+    # Position in the world frame W to which the target shall move [m]; absent:
     # the step requests no pose.
     translation: Position | None = None
     # Roll, pitch and yaw that the target shall have in W [deg]; absent: the
@@ -84,7 +84,8 @@ class OperatorStep(Config):
     take: str = ""
     # Name of an object on which to place the carried one; empty for none.
     put_on: str = ""
-    # Point x, y, z in W near which to place it; absent: below the hand [m].
+    # Point x, y, z in W near which to place the carried object [m]; absent:
+    # below the hand.
     near: Position | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -107,10 +108,10 @@ class TrajectoryFile(Config):
 
 @dc.dataclass(frozen=True, eq=False)
 class AccumulatedRequests:
-    """All requests of a script up to a time.
+    """All requests of a script until a time.
 
     Attributes:
-        time: Time of the request [s].
+        time: Time of the latest request [s].
         command: All requests to the target by then.
         map_requests: All requests to the live map by then.
     """
@@ -200,8 +201,8 @@ def _check_step(
         raise FieldError(
             where,
             field,
-            "asks for nothing: give translation, press, pick, effector, take"
-            " or put_on",
+            "requests nothing; give translation, press, pick, effector, take "
+            "or put_on",
         )
 
 
@@ -212,7 +213,8 @@ def accumulate_requests(
 
     Args:
         steps: The steps, in the order of time.
-        scenes: The scenes of a simulated camera, the first one at the start.
+        scenes: The scenes of a simulated camera, which shows the first scene at
+            the start.
 
     Returns:
         The requests up to each time: first an empty entry at -inf, then one

@@ -34,7 +34,8 @@ class TrajectoryOperator(LeafSystem):
 
     Args:
         steps: The steps of the script, in the order of time.
-        scenes: The scenes of a simulated camera, the first one at the start.
+        scenes: The scenes of a simulated camera, which shows the first scene at
+            the start.
     """
 
     def __init__(

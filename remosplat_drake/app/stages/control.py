@@ -80,7 +80,7 @@ def AddController(
 
 
 def arrival_of(scenario: Scenario) -> Callable[[PoseError], bool]:
-    """Returns the function that decides whether an error counts as arrival."""
+    """Returns the function that decides whether a pose error is an arrival."""
     return partial(has_arrived, config=scenario.arrival)
 
 
