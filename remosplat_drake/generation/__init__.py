@@ -1,1 +1,1 @@
-"""Random scenes, splats on their solids, and reachable goals."""
+"""Generates random scenes, splats on their solids, and reachable goals."""

@@ -1,4 +1,4 @@
-"""Random scenes of posts and beams around any robot."""
+"""Generates random scenes of posts and beams around any robot."""
 
 from collections.abc import Callable
 
@@ -12,14 +12,15 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 POSTS, BEAMS = 5, 3
-"""Number of posts, and of beams."""
+"""Largest number of posts, and largest number of beams."""
 
 _ROOM = 0.15
 """Least distance of a post or beam from the robot in its home configuration
 [m]."""
 
 _TRIES = 200
-"""Number of draws for each post or beam; if none fits, it is omitted."""
+"""Number of random draws for each post or beam. If no draw fits, the post or
+beam is omitted."""
 
 
 def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:

@@ -23,7 +23,8 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 FILTER_VERSION = 1
-"""Version of the filter, increased whenever its decisions may change."""
+"""Version of the filter. Increase it whenever the filter's decisions may
+change."""
 
 BASE_DISTANCE = (0.6, 1.0)
 """Smallest and largest distance of initial base positions from the target
@@ -31,22 +32,22 @@ BASE_DISTANCE = (0.6, 1.0)
 
 BEARING_SPREAD, BASE_TURN = 0.6, 0.8
 """Standard deviation of the bearing of initial base positions as seen from the
-target, and the largest angle by which the base turns away from the target
-[rad]."""
+target, and the largest angle between the base's heading and the direction to
+the target [rad]."""
 
 ARM_SPREAD = 0.8
 """Standard deviation of initial arm joints from the home configuration
 [rad]."""
 
 ARM_LENGTH = 0.3
-"""Length by which angles are multiplied when the arm's initial posture is found
-[m]."""
+"""Length by which angles are multiplied, to compare them with distances, when
+the arm's initial posture is searched [m]."""
 
 MARGIN = 0.5
 """The search aims at this fraction of the tolerances."""
 
 CLEARANCE_MARGIN = 5e-4
-"""Length by which the search aims to exceed the required clearance [m]."""
+"""Length by which the search tries to exceed the required clearance [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -132,7 +133,7 @@ def goal_configuration(
         robot: Model of a robot with a mobile base.
         scene: Scene with a target.
         criteria: Clearances, tolerances and extent of the search.
-        margin: The search aims at this fraction of the tolerances.
+        margin: Fraction of the tolerances that the search tries to reach.
 
     Returns:
         The configuration, shape (n_q,); None if none is found.
@@ -242,7 +243,7 @@ class _GoalSearch:
     def residuals(self, q: np.ndarray) -> np.ndarray:
         """Returns the excesses of the pose error, and the missing clearances.
 
-        Shape (2 + n,), each divided by its tolerance.
+        Each entry is divided by its tolerance; the shape is (2 + n,).
         """
         error = pose_error(self.robot.end_effector_pose(q), self.X_WT)
         n = len(self.robot.spheres)
@@ -273,7 +274,7 @@ class _GoalSearch:
         near = self.field.clearances(state.spheres, self._wanted)
         for sphere, n_W in zip(near.sphere, near.direction_W, strict=True):
             # The clearance decreases along n, so the missing clearance
-            # increases.
+            # increases along n.
             slope = n_W @ self._by_q(state.Jv_WS[sphere])
             J[2 + sphere] = slope / self.criteria.position
         return J

@@ -1,4 +1,4 @@
-"""The seeds of generated scenes that pass the feasibility filter.
+"""Finds the seeds of generated scenes that pass the feasibility filter.
 
 Results of the filter are stored in a file, since the search for a configuration
 at an unreachable goal takes seconds.
@@ -32,13 +32,13 @@ ROBOT = "frankie"
 """Robot that must reach the goals."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which the links near the floor ignore the scene [m], as in
-scenarios."""
+"""Height below which links that are close to the floor ignore the scene [m], as
+in scenarios."""
 
 
 @dc.dataclass(frozen=True)
 class _Question:
-    """Whether a generated scene passes the filter."""
+    """A generated scene, for which the filter must decide."""
 
     family: str
     seed: int
@@ -64,7 +64,7 @@ def feasible_seeds(
         criteria: Criteria of the filter.
         folder: Folder in which results are stored.
         jobs: Number of worker processes; 0: the calling process does the work.
-            The result does not depend on it.
+            The result does not depend on this number.
         on_found: Callback for the number of seeds found so far.
 
     Raises:

@@ -7,8 +7,8 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FAINTEST = 1 / 255
-"""Smallest opacity of floaters: training lowers it to the renderer's
-threshold."""
+"""Smallest opacity of floaters. It is the renderer's threshold, since training
+lowers the opacity of floaters down to it."""
 
 SCALE_MEDIAN, SCALE_SPREAD = 0.075, 0.45
 """Sizes of floaters are log-normal: their median [m], and the standard
@@ -22,7 +22,7 @@ LOG_OPACITY_MEAN = 1.5
 this value is exponentially distributed."""
 
 MIN_DISTANCE = 0.02
-"""Smallest distance of centres from the true surfaces [m]."""
+"""Smallest distance of a floater's centre from the true surfaces [m]."""
 
 
 def with_floaters(
@@ -35,10 +35,11 @@ def with_floaters(
 
     The box contains the splat's centres above the floor. The paper's experiment
     3 adds random points in such a box before training. Sizes and opacities of
-    floaters follow distributions that were fitted to 1,000 such points after
-    1,000 steps of training on a table: nine in ten faded to 1/255, and one in a
-    hundred kept an opacity above 0.1. They are large, with a median standard
-    deviation of 75 mm; discs on surfaces have about 10 mm.
+    the added floaters follow distributions that were fitted to 1,000 such
+    points after 1,000 steps of training on a table: nine in ten faded to 1/255,
+    and one in a hundred kept an opacity above 0.1. Floaters are large: their
+    median standard deviation is 75 mm, while discs on surfaces have about 10
+    mm.
 
     Args:
         splat_W: Splat of surfels, expressed in W.

@@ -1,4 +1,4 @@
-"""Random shelves, boxes and tables beside any robot, to reach into.
+"""Generates random shelves, boxes and tables beside any robot.
 
 Sizes are proportional to the robot's reach, so that each kind is equally narrow
 for small and for large arms.
@@ -35,7 +35,7 @@ class Furniture:
 
     Attributes:
         scene: The boards.
-        inside: Boxes that contain the hand's position at goals.
+        inside: Boxes, one of which contains the hand's position at a goal.
     """
 
     scene: PrimitiveScene
@@ -93,11 +93,14 @@ def furniture(robot: RobotModel, kind: str, seed: int) -> Furniture:
         room = SignedDistanceField(scene).clearances(home, 2 * _ROOM)
         if room.minimum() > _ROOM:
             return Furniture(scene, _placed(X_WF, inside))
-    raise RemoSplatError(f"{name} leaves no room for a {kind}")
+    raise RemoSplatError(
+        f"no free place for a {kind} was found beside {name}; use another "
+        "kind of scene"
+    )
 
 
 Boards = tuple[list[Box], list[Box]]
-"""Boards and the space for the hand. Their frame F is on the floor, at the
+"""Boards, and the space for the hand, in a frame F. F is on the floor at the
 middle of the front, and its x axis points inwards."""
 
 

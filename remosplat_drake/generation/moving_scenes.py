@@ -1,8 +1,8 @@
-"""Random movers for a scene with a reaching robot.
+"""Draws random moving obstacles (movers) for a scene with a reaching robot.
 
 Movers cross the paths of the hand and of the base, or reach for the robot's
 target. Their speeds are at most 1 m/s, except for the swinging limbs of walking
-people. All movers leave in the end, so that the robot can reach the target.
+people. At the end, all movers leave, so that the robot can reach the target.
 """
 
 import math
@@ -15,7 +15,7 @@ from remosplat_drake.scene.moving.person import Person
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 MOVING_VERSION = 1
-"""Version of the generator, increased whenever a seed gives other movers."""
+"""Version of the generator. Increase it whenever a seed gives other movers."""
 
 MOST_MOVERS = 5
 """Largest number of movers in a scene."""
@@ -25,8 +25,8 @@ SLOWEST, FASTEST = 0.3, 1.0
 or of a person's hand, is drawn [m/s]."""
 
 TOLD_SPEED, TOLD_ACCELERATION = 1.6, 4.0
-"""Limits of crossing movers, as reported to the robot: walking speed (ISO
-13855), and the acceleration of a hand [m/s, m/s^2]."""
+"""Limits of crossing movers that the robot is given: walking speed (ISO 13855)
+[m/s], and the acceleration of a hand [m/s^2]."""
 
 START_ROOM = 0.9
 """Least initial distance of movers from the middle of the robot [m]."""
@@ -35,7 +35,7 @@ END_ROOM = 1.2
 """Least final distance of movers from the base's path to the target [m]."""
 
 HAND = np.array([0.6, 0.0, 0.95])
-"""Position of the hand at the start, from the middle of the base [m]."""
+"""Position of the hand at the start, relative to the middle of the base [m]."""
 
 
 def draw_movers(scene: PrimitiveScene, seed: int) -> list[MoverConfig | Person]:
@@ -86,7 +86,8 @@ def crosser(
     """
     speed = rng.uniform(SLOWEST, FASTEST)
     duration = rng.uniform(3.0, 6.0)
-    # At rest at both ends, it is fastest half-way: 1.5 times the mean.
+    # The mover is at rest at both ends and fastest half-way, where its speed is
+    # 1.5 times the mean speed.
     way = speed * duration / 1.5
     start = rng.uniform(0.0, 3.0)
     while True:
@@ -100,7 +101,7 @@ def crosser(
             break
     stops = [(start, first), (start + duration, last)]
     if _distance_to_way(last, base, goal) < END_ROOM:
-        # It continues until it is out of the way.
+        # The mover continues until it is out of the robot's way.
         gone = _out_of_the_way(last, along, base, goal)
         leaving = 1.6 * np.linalg.norm(gone - last) / speed + 0.5
         stops.append((float(start + duration + leaving), gone))
@@ -111,7 +112,7 @@ def crosser(
         rng.uniform(0.05, 0.15, 3).tolist(),
     ][int(rng.integers(3))]
     angles = np.degrees(rng.uniform(-math.pi, math.pi, (len(stops), 3)))
-    # It turns slightly on the way.
+    # The mover turns slightly during the motion.
     angles[1:] = angles[0] + 0.1 * (angles[1:] - angles[0])
     return MoverConfig(
         name=name,
@@ -162,7 +163,7 @@ def forearm(
     """
     speed = rng.uniform(SLOWEST, FASTEST)
     half_length = 0.2
-    # From the far side, a little from above.
+    # The forearm comes from the far side, a little from above.
     heading = rng.uniform(-1.1, 1.1)
     along = np.array([-math.cos(heading), -math.sin(heading), -0.25])
     along /= np.linalg.norm(along)
@@ -172,7 +173,7 @@ def forearm(
     swing = 1.5 * 1.2 / speed
     start, stay = rng.uniform(0.0, 4.0), rng.uniform(0.5, 2.5)
     times = np.cumsum([start, swing, stay, swing])
-    # The capsule's axis z along the arm.
+    # The capsule's z axis is along the forearm.
     pitch = math.degrees(math.acos(along[2]))
     yaw = math.degrees(math.atan2(along[1], along[0]))
     return MoverConfig(

@@ -1,7 +1,7 @@
-"""Objects to grasp: cans, boxes and bottles, and meshes from a folder.
+"""Makes objects to grasp: cans, boxes and bottles, and meshes of a folder.
 
-PyBullet's wheel contains 1,000 random meshes. PyBullet itself is not needed:
-unpack the wheel, and use its folder `pybullet_data/random_urdfs`.
+For example, PyBullet's wheel contains 1,000 random meshes: unpack the wheel,
+and use its folder `pybullet_data/random_urdfs`. PyBullet need not be installed.
 """
 
 import dataclasses as dc
@@ -21,8 +21,8 @@ MASS = 0.05, 1.0
 """Least and greatest mass of an object [kg]."""
 
 DENSITY = 150.0, 900.0
-"""Least and greatest density: of a half-empty box, and of a full can
-[kg/m^3]."""
+"""Least and greatest density [kg/m^3], those of a half-empty box and of a full
+can."""
 
 _STEADY = 0.008
 """Least distance of the projected centre of mass from the edge of the base, for
@@ -37,7 +37,7 @@ class MeshLibrary:
 
     Attributes:
         hulls: Vertices of each hull in the mesh's frame, by name, (v, 3) [m].
-        refused: Problems of the other meshes, by name.
+        refused: Problems of the unusable meshes, keyed by name.
     """
 
     hulls: dict[str, np.ndarray]
@@ -75,14 +75,15 @@ def read_mesh_library(folder: Path) -> MeshLibrary:
 def standing(vertices: np.ndarray) -> np.ndarray | None:
     """Turns a hull so that it stands; moves its centre of mass to the origin.
 
-    It stands on the face for which the distance of the projected centre of mass
-    from the face's edge is largest.
+    The hull stands on the face for which the projected centre of mass is
+    farthest from the face's edge.
 
     Args:
         vertices: Vertices of the hull, shape (v, 3) [m].
 
     Returns:
-        The vertices, shape (v, 3) [m]; None if it is stable on no face.
+        The vertices, shape (v, 3) [m]; None if the hull is not stable on any
+        face.
     """
     hull = scipy.spatial.ConvexHull(vertices)
     p_cm = _centroid(vertices, hull)

@@ -1,4 +1,4 @@
-"""Random problems of picking and placing: furniture, objects and grasps."""
+"""Generates random problems of picking and placing objects."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -27,21 +27,22 @@ from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
-"""Names of the object to grasp, and of its supports before and after the
-task."""
+"""Names of the object to grasp (the target), and of its supports before and
+after the task."""
 
 LEAST_GAP = 0.09
-"""Least gap between two objects: room for a finger and its clearances [m]."""
+"""Least gap between two objects [m]. It has room for a finger and the finger's
+clearances."""
 
 GRASPS = 12
 """Number of grasps of a problem."""
 
 _LOOKS = 25
-"""Number of points of an object at which grasps are sought."""
+"""Number of points of an object at which grasps are searched."""
 
 _KEPT = 0.025
-"""Least distance of the hand's spheres from all objects except the target [m]:
-more than the controllers' stopping distance."""
+"""Least distance of the hand's spheres from all objects except the target [m].
+It is larger than the controllers' stopping distance."""
 
 _TRIES = 200
 """Number of random places that are tried for an object."""
@@ -59,8 +60,9 @@ class Spot:
 
     Attributes:
         support: Name of the solid that contains the rectangle.
-        lower: Its corner with the least x and y, and its height, (3,) [m].
-        upper: The opposite corner, shape (3,) [m].
+        lower: Corner with the least x and y; z is the rectangle's height, (3,)
+            [m].
+        upper: Opposite corner, shape (3,) [m].
         approach_W: Best direction of approach of a hand, shape (3,).
     """
 
@@ -72,7 +74,7 @@ class Spot:
 
 @dc.dataclass(frozen=True, eq=False)
 class PickAndPlace:
-    """A problem: take the target, and put it down elsewhere.
+    """A problem: the robot takes the target, and puts it down elsewhere.
 
     Attributes:
         name: Family and seed.
@@ -104,8 +106,8 @@ def pick_and_place(
 ) -> PickAndPlace:
     """Generates a problem of picking and placing.
 
-    - `table`: a Panda before a table, whose top is as high as the Panda's foot
-      or up to 0.15 m higher; the goal is another place on the table.
+    - `table`: a Panda in front of a table, whose top is 0 to 0.15 m above the
+      Panda's foot; the goal is another place on the table.
     - `shelf`: as `table`, but the goal is in a bay beside the robot.
     - `room`: Frankie drives through a doorway to a table (family `room` of the
       scenes), and puts the target elsewhere on it.
@@ -316,7 +318,7 @@ def _shelf(rng: np.random.Generator, name: str) -> Family:
 
 
 def _room(rng: np.random.Generator, name: str) -> Family:
-    """The family `room` without its cylinders."""
+    """Returns the family `room` without its cylinders."""
     scene = room(rng, name)
     tops = [i for i, each in enumerate(scene.boxes) if _is_table_top(each)]
     boxes = list(scene.boxes)

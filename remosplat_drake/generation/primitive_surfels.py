@@ -1,4 +1,4 @@
-"""Surfels sampled on true geometry, as a splat without training."""
+"""Samples surfels on true geometry, which form a splat without training."""
 
 import numpy as np
 
@@ -23,8 +23,8 @@ def surfel_splat(
 ) -> GaussianSplat:
     """Covers a scene's visible surfaces evenly and deterministically.
 
-    Surface points inside another primitive are omitted, since no camera sees
-    them.
+    Surface points inside another primitive are omitted, since a camera cannot
+    see them.
 
     Args:
         scene: Scene of boxes and cylinders.

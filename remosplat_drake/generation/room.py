@@ -1,8 +1,8 @@
 """The family `room`: two rooms, a doorway, and a table behind it.
 
-Its targets need long drives: at the start, the robot faces away from the goal,
-at a distance of five to eight metres, and the straight path leads through a
-wall.
+The targets require long drives: at the start, the robot faces away from the
+goal, at a distance of five to eight metres, and the straight path leads through
+a wall.
 """
 
 import numpy as np

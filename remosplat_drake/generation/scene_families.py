@@ -1,11 +1,11 @@
 """The families of random scenes, as functions of a random generator.
 
-`table` and `bookshelf` are those of the RMMI benchmark: clutter of upright
-cylinders in front of one fixed end-effector target, in the ranges of the 1,000
-published scenes. `table2`, `bookshelf2` and `posts` are our own, to test a
-controller outside the scenes with which it was tuned. They also vary the goal
-and the whole start pose. `room.py` has a family with long drives. All lengths
-are in metres, all angles in radians.
+`table` and `bookshelf` are the families of the RMMI benchmark: clutter of
+upright cylinders in front of one fixed end-effector target, in the ranges of
+the 1,000 published scenes. `table2`, `bookshelf2` and `posts` are our own
+families, which test a controller outside the scenes with which it was tuned.
+They also vary the goal and the whole start pose. `room.py` contains a family
+with long drives. All lengths are in metres, all angles in radians.
 """
 
 import numpy as np
@@ -15,8 +15,8 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 LOWER_SHELF_MAX_Z = 0.552
 MIDDLE_SHELF_MIN_Z = 0.953
-"""Smallest height of the middle shelf's centre [m]; no published scene with a
-lower shelf was feasible."""
+"""Smallest height of the middle shelf's centre [m]. Published scenes with a
+lower shelf were all infeasible."""
 
 _BOARD = 0.03
 """Half the thickness of table tops and shelves [m]."""

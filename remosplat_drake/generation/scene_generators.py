@@ -1,8 +1,8 @@
-"""Seeded random scenes: a family and a seed determine a scene.
+"""Generates random scenes: a family and a seed determine a scene.
 
-The families are in `scene_families` and `room`. Scenes are rejected by the rule
-of the published scenes. But random numbers are drawn differently, so no seed
-gives a published scene.
+The families are in `scene_families` and `room`. The rule that rejects scenes is
+that of the published scenes. Random numbers are drawn in another way, so no
+seed gives a published scene.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 GENERATOR_VERSION = 1
-"""Version of the generators, which is part of every scene's name. It is
-increased whenever a seed gives another scene."""
+"""Version of the generators, which is part of every scene's name. Increase it
+whenever a seed gives another scene."""
 
 TARGET_CLEARANCE = 0.025
 """Smallest distance of the target point to an obstacle [m]."""

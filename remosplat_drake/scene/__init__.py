@@ -1,1 +1,1 @@
-"""Scenes of known geometry: the ground truth of benchmarks and tests."""
+"""Scenes of known geometry, the ground truth of benchmarks and tests."""

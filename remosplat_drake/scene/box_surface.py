@@ -1,4 +1,4 @@
-"""Points on the faces of a box, evenly spread, with their normals."""
+"""Spreads points evenly over the faces of a box."""
 
 import numpy as np
 

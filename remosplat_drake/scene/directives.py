@@ -53,8 +53,7 @@ def read_directives(
     try:
         ProcessModelDirectives(found, parser)
         plant.Finalize()
-    # Drake's own assertions, about an invalid weld for example, raise
-    # SystemExit.
+    # Drake's assertions, for example about an invalid weld, raise SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise RemoSplatError(" ".join(str(error).split())) from error
     inspector = scene_graph.model_inspector()

@@ -1,8 +1,8 @@
 """`Movers`: moving objects, with pose, velocity and bounds on their motion.
 
-A person is a set of capsules, a door is a box. The future position of such an
-object is unknown, but bounded by its present velocity and its limits of speed
-and acceleration; see `kernels/mover_reach.py`.
+A mover is a moving obstacle: a person is a set of capsules, a door is a box.
+Its future position is unknown, but is bounded by its present velocity and its
+limits of speed and acceleration; see `kernels/mover_reach.py`.
 """
 
 import dataclasses as dc
@@ -31,22 +31,23 @@ MOST = 200
 class Mover:
     """A rounded box that moves: a sphere, a capsule, or a box.
 
-    Its core is a box around the origin of its frame M; sides of the box may
-    have length zero. The mover is the set of points within `radius` of the
-    core. A deep copy is the object itself.
+    The core of a mover is a box around the origin of the mover's frame M; sides
+    of the box may have length zero. The mover is the set of points within
+    `radius` of the core. A deep copy is the object itself.
 
     Attributes:
-        name: Its display name, "left arm" for example.
-        X_WM: Pose of its frame M in W, at the stamp of its `Movers`.
+        name: Display name of the mover, "left arm" for example.
+        X_WM: Pose of the mover's frame M in W, at the stamp of its `Movers`.
         half_extents: Half side lengths of the core along M's axes, (3,) [m].
         radius: Radius around the core [m].
         v_WM: Velocity of M's origin in W, shape (3,) [m/s].
         w_WM: Angular velocity of M in W, shape (3,) [rad/s].
-        max_speed: No point of its core ever moves faster than this [m/s].
-        max_acceleration: No point of its core ever accelerates more than this
-            [m/s^2].
-        velocity_error: Bound on the velocity error of points of its core [m/s].
-        position_error: Bound on the position error of such points [m].
+        max_speed: Upper bound on the speed of all points of the core, at any
+            time [m/s].
+        max_acceleration: Upper bound on the acceleration of all points of the
+            core, at any time [m/s^2].
+        velocity_error: Bound on the velocity error of points of the core [m/s].
+        position_error: Bound on the position error of points of the core [m].
 
     Raises:
         FieldError: A value is not finite, or negative, or has another shape.
@@ -90,16 +91,16 @@ class Mover:
 
     @property
     def speed(self) -> float:
-        """Bounds the present speed of all points of its core [m/s]."""
+        """Bound on the present speed of all points of the core [m/s]."""
         far = np.linalg.norm(self.half_extents)
         turning = np.linalg.norm(self.w_WM) * far
         return float(np.linalg.norm(self.v_WM) + turning)
 
     def after(self, time: float) -> RigidTransform:
-        """Predicts its pose in W for a constant twist.
+        """Predicts the mover's pose in W for a constant twist.
 
         Args:
-            time: Time since its stamp [s].
+            time: Time since the stamp of the mover's pose [s].
         """
         turn = float(np.linalg.norm(self.w_WM))
         R_WM = self.X_WM.rotation()
@@ -165,10 +166,10 @@ class Movers:
         stamp: Time of their poses [s].
         movers: The movers.
         cameras: The cameras that detected the movers, with the space that they
-            watch; empty if movers come from another source, which covers all
-            space.
-        problem: Reason why there is no newer information; empty if nothing is
-            wrong.
+            watch. Empty if another source provides the movers; that source then
+            covers all space.
+        problem: Reason why there is no newer information; empty if there is no
+            problem.
 
     Raises:
         FieldError: The stamp is not finite, or there are more than `MOST`.
@@ -211,7 +212,7 @@ class Movers:
 
         Args:
             time: The time [s]. If the stamp is later than this, the clocks
-                disagree, and the difference counts as age, too.
+                disagree; the difference then also counts as age.
         """
         return abs(float(time) - self.stamp)
 
@@ -271,4 +272,4 @@ def _arrays(movers: Sequence[Mover]) -> MoverArrays:
 
 
 STILL = Movers(0.0)
-"""No movers: nothing moves."""
+"""The value for a scene without movers."""

@@ -17,16 +17,16 @@ class MoverCamera:
     object itself.
 
     Attributes:
-        name: Its display name.
-        X_WC: Its pose in W.
+        name: Display name of the camera.
+        X_WC: Pose of the camera in W.
         least_tangent: Least x / z and y / z in its view, shape (2,).
         greatest_tangent: Greatest x / z and y / z in its view, shape (2,).
         near: Least depth z at which it can find a mover [m].
         far: Greatest depth z at which it can find a mover [m].
-        seen: Time of its latest usable image [s]. The information about space
-            that no other camera watches has this age.
-        problem: Reason why there is no newer usable image; empty if nothing is
-            wrong.
+        seen: Time of the camera's latest usable image [s]. It determines the
+            age of the information about space that no other camera watches.
+        problem: Reason why there is no newer usable image; empty if there is no
+            problem.
 
     Raises:
         FieldError: A value is not finite, or there is no space between the

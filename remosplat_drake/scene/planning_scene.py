@@ -1,9 +1,9 @@
 """Reads MoveIt's planning scenes from YAML, as published by MotionBenchMaker.
 
-`world.collision_objects` holds objects with an `id`, an optional `pose`,
-`primitives` and their `primitive_poses` in the object: a `box` of three side
-lengths, or a `cylinder` of height and radius. Orientations are quaternions x,
-y, z, w, which are normalised here.
+`world.collision_objects` lists objects. Each has an `id`, an optional `pose`,
+`primitives`, and their `primitive_poses` in the object's frame. A primitive is
+a `box` of three side lengths, or a `cylinder` of height and radius.
+Orientations are quaternions x, y, z, w, which are normalised here.
 """
 
 from pathlib import Path

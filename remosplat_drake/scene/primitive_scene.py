@@ -1,4 +1,4 @@
-"""`PrimitiveScene`: boxes and cylinders whose geometry is known exactly."""
+"""`PrimitiveScene`: a scene of boxes and cylinders, known exactly."""
 
 import dataclasses as dc
 import hashlib
@@ -107,7 +107,7 @@ class PrimitiveScene:
         return (*self.boxes, *self.cylinders)
 
     def name_of(self, i: int) -> str:
-        """Returns the name of a primitive in a sentence.
+        """Returns the name of a primitive, for use in a sentence.
 
         Args:
             i: Its index in `primitives`.

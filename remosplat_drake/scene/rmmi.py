@@ -1,9 +1,9 @@
-"""Scenes in the JSON format of the RMMI benchmark.
+"""Reads and writes scenes in the JSON format of the RMMI benchmark.
 
 `cubes` have a `position` and half-extents `scale`; `cylinders` are upright and
 have a `position`, a `radius` and a half-height, which the format spells
-`heigth`; `target` and `robot_base` are 4x4 poses in W, row by row. Here a solid
-may also have a display `name`. A file may hold `objects`, too, which
+`heigth`; `target` and `robot_base` are 4x4 poses in W, row by row. This package
+also permits a display `name` for a solid, and a list `objects`, which
 `scene/objects/object_file.py` reads.
 """
 
@@ -21,7 +21,7 @@ from remosplat_drake.base.strict_json import read_json_object, shown
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
-"""Largest coordinate or size in a scene; its square does not overflow [m].
+"""Largest coordinate or size in a scene [m]; its square does not overflow.
 """
 
 MAX_NAME = 60
@@ -123,8 +123,8 @@ def _position(primitive: Box | Cylinder) -> list[float]:
     axes = slice(0, 3) if isinstance(primitive, Box) else slice(2, 3)
     if not np.allclose(R_WP[:, axes], np.eye(3)[:, axes], atol=1e-12):
         raise RemoSplatError(
-            "RMMI scenes hold axis-aligned boxes and upright cylinders only;"
-            f" this one is rotated: {primitive}"
+            "RMMI scenes can contain only axis-aligned boxes and upright "
+            f"cylinders; this solid is rotated: {primitive}"
         )
     return primitive.X_WP.translation().tolist()
 

@@ -47,7 +47,7 @@ def gamepad_presses(
     """Returns the effects of pressed buttons if the dead-man switch is held.
 
     Args:
-        buttons: Values of the buttons from 0 to 1; missing ones are not
+        buttons: Values of the buttons from 0 to 1; missing buttons count as not
             pressed.
         config: Settings of the gamepad, with the number of the dead-man switch.
             The dead-man switch has no other effect.
@@ -73,7 +73,7 @@ def gamepad_velocity(
     Args:
         axes: Positions of the sticks from -1 to 1, right and towards the
             operator positive; missing sticks count as centred.
-        buttons: Values of the buttons from 0 to 1; missing ones are not
+        buttons: Values of the buttons from 0 to 1; missing buttons count as not
             pressed.
         config: Speeds, and the number of the dead-man switch.
 

@@ -34,7 +34,7 @@ the latest request."""
 
 @dc.dataclass(frozen=True, eq=False)
 class MergedCommand:
-    """Several operators together; copying returns the object itself.
+    """Merged commands of several operators; a deep copy is the object itself.
 
     Attributes:
         sources: The command of each operator.

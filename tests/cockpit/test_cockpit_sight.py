@@ -95,7 +95,7 @@ def reach(operator: CockpitTab):
         lead(operator, away, left, descends)
         error = error_of(operator)
     hold_button(operator, DEAD_MAN, 0)
-    operator.wait_for_text("the dead-man button was let go")
+    operator.wait_for_text("the dead-man button was released")
 
 
 def shift(operator: CockpitTab, away: float, left: float) -> np.ndarray:

@@ -125,7 +125,7 @@ def test_objects_are_taken_and_put_down(tmp_path):
         ("steps: [{time: 1, pick: self}]", "did you mean 'shelf'?"),
         ("steps: [{time: 1, translation: [1]}]", "expected 3 entries"),
         ("steps: [{time: 1, rpy_deg: [1, 2, 3]}]", "needs a translation"),
-        ("steps: [{time: 1}]", "asks for nothing"),
+        ("steps: [{time: 1}]", "requests nothing"),
         ("steps: [{time: 1, presses: home}]", "unknown field 'presses'"),
         ("steps: [{time: 1, press: scene}]", "truth_later"),
         ("steps: [{time: .nan, press: home}]", "must be finite"),

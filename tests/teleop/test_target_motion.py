@@ -362,7 +362,7 @@ class TestScan:
         state = hand.say(scans=1)
         assert (state.mode, state.text) == (
             HOLD,
-            "no wrist camera to scan with",
+            "no scan: the robot has no wrist camera",
         )
 
 

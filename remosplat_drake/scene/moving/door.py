@@ -30,10 +30,10 @@ class DoorAngle(Config):
 
 @dc.dataclass
 class SwingingDoor(Config):
-    """A door: a box that turns about an upright hinge at one of its edges.
+    """A door: a box that turns about a vertical hinge at one of its edges.
 
-    It is at rest at the first and the last angle, and swings smoothly through
-    the angles in between.
+    The door is at rest at the first and the last angle, and swings smoothly
+    through the angles between them.
     """
 
     # Its display name.

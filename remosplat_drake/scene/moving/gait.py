@@ -1,6 +1,7 @@
-"""Computes a person's walk and reaching motions: ends of limbs over time.
+"""Computes the walk and the reaching motions of a person.
 
-The proportions, as fractions of a person's height, are those of Winter,
+The result is the positions of the ends of a person's limbs over time. The
+proportions, as fractions of a person's height, are those of Winter,
 "Biomechanics and motor control of human movement". Legs swing as straight rods
 about the hips. Arms, with bent elbows, swing in antiphase. One period is a
 stride.
@@ -21,8 +22,7 @@ KNOT_PERIOD = 0.05
 """Time between two knots of a limb's curve [s]."""
 
 STRIDE = 0.8
-"""Distance between two steps of the same foot, as a fraction of the person's
-height."""
+"""Length of a stride (two steps), as a fraction of the person's height."""
 
 LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
 """Greatest angles of legs and arms from the vertical, at walking speed
@@ -61,7 +61,7 @@ Time = Annotated[float, Interval(ge=0, le=1e5)]
 
 @dc.dataclass
 class Step(Config):
-    """Position of a person on the floor at a time."""
+    """Position of a person on the floor at a given time."""
 
     # Time since the run began [s].
     time: Time = 0.0
@@ -84,7 +84,8 @@ class Reach(Config):
     duration: Annotated[float, Interval(ge=0, le=1000)] = 1.0
     # Duration of the motion to the point, and of the motion back [s].
     swing: Annotated[float, Interval(ge=0.2, le=100)] = 1.0
-    # The point in W; beyond arm's length, the hand stretches towards it [m].
+    # The point in W [m]. If it is farther than the arm's length, the hand
+    # stretches towards it.
     point: Position = dc.field(default_factory=lambda: [0.0] * 3)
 
     @property
@@ -143,7 +144,7 @@ def _walk(
     step = np.diff(times, prepend=times[0])
     phase = np.cumsum(2.0 * np.pi * speed * step / (STRIDE * height))
     heading = _smooth_steps(knots, np.unwrap(_headings(walk, p)), now)
-    # Limbs come to rest together with the person.
+    # The limbs come to rest at the same time as the person.
     share = speed**2 / (speed**2 + (0.5 * WALKING_SPEED) ** 2)
     return way(now), heading, phase, share
 
@@ -229,8 +230,8 @@ def _bent_arm(
     """Returns elbow and hand of a reaching arm, its elbow down and outward."""
     way = hand - shoulder
     far = float(np.linalg.norm(way))
-    # For a near point this is nearly the distance itself; it stays below the
-    # length of a straight arm.
+    # For a near point, this value is nearly the distance; for a far point, it
+    # stays below the length of a straight arm.
     most = 0.99 * (upper + lower)
     reached = far / (1.0 + (far / most) ** 8) ** (1.0 / 8.0)
     along = way / far

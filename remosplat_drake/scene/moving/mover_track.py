@@ -25,14 +25,14 @@ Size = Annotated[float, Interval(ge=0, le=100)]
 
 @dc.dataclass
 class WaypointConfig(Config):
-    """The pose of a mover at a time."""
+    """The pose of a mover at a given time."""
 
     # Time since the run began [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
     # Position x, y, z of the mover's origin in W [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw of the mover in W, as in Drake's `RollPitchYaw`;
-    # absent: not turned [deg].
+    # Roll, pitch and yaw of the mover in W, as in Drake's `RollPitchYaw` [deg];
+    # absent: zeros.
     rpy_deg: RollPitchYawDeg | None = None
 
     @property
@@ -48,14 +48,15 @@ class WaypointConfig(Config):
 class MoverConfig(Config):
     """A moving object: a rounded box, and its poses over time.
 
-    It is at rest at the first and the last waypoint, and passes smoothly
-    through the waypoints in between. Its rotation stops at each waypoint.
+    The object is at rest at the first and the last waypoint, and passes
+    smoothly through the waypoints between them. Its rotation stops at each
+    waypoint.
     """
 
     # Its display name.
     name: str = "mover"
-    # Half side lengths of the mover's core, a box [m]; three zeros make a
-    # sphere, two a capsule along the third axis.
+    # Half side lengths of the mover's core, which is a box [m]. Three zeros
+    # make a sphere; two zeros make a capsule along the third axis.
     half_extents: Annotated[list[Size], Len(3, 3)] = dc.field(
         default_factory=lambda: [0.0] * 3
     )
@@ -96,7 +97,7 @@ class MoverTrack:
     """Pose and velocity of a mover at any time.
 
     Args:
-        config: Its shape and its waypoints.
+        config: Shape and waypoints of the mover.
     """
 
     def __init__(self, config: MoverConfig):

@@ -18,7 +18,7 @@ class Person(Config):
     """A person made of capsules, whose legs and arms swing while walking.
 
     The person stands at the first and the last step, and walks smoothly through
-    those in between.
+    the steps between them.
     """
 
     # Display name of the person.

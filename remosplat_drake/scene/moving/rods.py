@@ -19,13 +19,13 @@ _STEP = 1e-4
 class Rods:
     """k rigid capsules that move smoothly through given positions.
 
-    Cubic splines through the knots give the centres and the directions of the
-    axes. So the motion is smooth, and reported velocities are exact
-    derivatives. Before the first knot and after the last one, the rods rest.
+    Cubic splines through the knots define the centres and the directions of the
+    axes. The motion is therefore smooth, and reported velocities are exact
+    derivatives. The rods rest before the first knot and after the last knot.
 
     Args:
-        names: Their k display names.
-        radius: Their k radii [m].
+        names: Display names of the k capsules.
+        radius: Radii of the k capsules [m].
         times: The times of n knots, ascending [s].
         ends: Positions of their ends at the knots in W, shape (n, k, 2, 3) [m].
         max_speed: Speed limit of all points of their axes, as reported to the
@@ -91,8 +91,8 @@ class Rods:
         center, axis = position[..., 0, :, :], position[..., 1, :, :]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)
         z = axis / length
-        # Only the part of the axis' rate perpendicular to the axis turns the
-        # capsule.
+        # Only the component of the axis' rate that is perpendicular to the axis
+        # turns the capsule.
         w = np.cross(z, rate[..., 1, :, :] / length)
         return center, z, rate[..., 0, :, :], w
 

@@ -8,7 +8,7 @@ from typing import Protocol
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLACK = 1.02
-"""Ratio of a reported limit to the largest sampled value."""
+"""Ratio of a reported limit to the largest sampled value, a safety factor."""
 
 
 class Track(Protocol):
@@ -42,7 +42,7 @@ def movers_at(tracks: Iterable[Track], time: float) -> Movers:
     """Returns all movers at a time.
 
     Args:
-        tracks: Their tracks.
+        tracks: Tracks of the movers.
         time: Time since the run began [s].
     """
     return Movers(time, list(chain(*(t.movers(time) for t in tracks))))

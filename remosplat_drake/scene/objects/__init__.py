@@ -1,1 +1,1 @@
-"""Objects: things of a scene that a hand may take, carry and put down."""
+"""Objects of a scene that a hand may take, carry and put down."""

@@ -73,7 +73,7 @@ def read_hull(path: Path, scale: float = 1.0) -> np.ndarray:
     """
     if path.suffix.lower() not in SUFFIXES:
         valid = ", ".join(SUFFIXES)
-        raise FileError(path, f"is no mesh that Drake reads; valid: {valid}")
+        raise FileError(path, f"is not a mesh that Drake reads; valid: {valid}")
     try:
         hull = Convex(path, scale).GetConvexHull()
     except (RuntimeError, ValueError) as error:

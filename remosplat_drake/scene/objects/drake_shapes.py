@@ -1,4 +1,4 @@
-"""Drake's shapes and inertias of objects."""
+"""Converts objects to Drake's shapes and inertias."""
 
 from pydrake.geometry import Box as DrakeBox
 from pydrake.geometry import Convex, Shape
@@ -23,7 +23,7 @@ def drake_shape(solid: Solid) -> Shape:
 
 
 def object_inertia(thing: SceneObject) -> SpatialInertia:
-    """Returns the inertia of an object of even density, about O in O.
+    """Returns the inertia of an object of uniform density, about O in O.
 
     Args:
         thing: The object; if its mass is unknown, 1 kg is assumed.

@@ -34,7 +34,8 @@ _CELL = 0.02
 """Side of the cells that a surface's points must fill [m]."""
 
 _FITS, _LEAST = 4, 8
-"""Number of fits of the plane, and the least number of points of a fit."""
+"""Number of times that the plane is fitted, and the least number of points of a
+fit."""
 
 
 def find_level_surface(
@@ -46,9 +47,9 @@ def find_level_surface(
 ) -> Box:
     """Finds the largest level rectangle of map points around a point.
 
-    A plane is fitted to the points around the given one. The points near the
-    plane fill cells of a grid, and the rectangle is the largest one that
-    contains the given point and only filled cells.
+    The function fits a plane to the points around the given point. The points
+    near the plane fill cells of a grid. The result is the largest rectangle
+    that contains the given point and only filled cells.
 
     Args:
         points: Points of surfaces in W, shape (n, 3) [m].
@@ -77,8 +78,8 @@ def find_level_surface(
     tilt = math.acos(min(abs(float(normal[2])), 1.0))
     if tilt > TILT:
         raise RemoSplatError(
-            f"the surface there is tilted by {math.degrees(tilt):.0f} deg, so"
-            " nothing stands on it"
+            f"the surface there is tilted by {math.degrees(tilt):.0f} deg, so "
+            "no object can stand on it"
         )
     on_it = np.abs((points - p_W) @ normal) < _BAND
     on_it &= np.abs(normals @ normal) > _ALIKE
@@ -147,5 +148,6 @@ def _rectangle(
         return near, np.zeros(2)
     first = lower + np.array([best[0], best[2]])
     last = lower + np.array([best[1], best[3]])
-    # From centre to centre of the outer cells: the rim may be half filled.
+    # The rectangle ends at the centres of its outer cells, since outer cells
+    # may be only half filled.
     return near + 0.5 * _CELL * (first + last), _CELL * (last - first)

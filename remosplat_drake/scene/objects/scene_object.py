@@ -1,4 +1,4 @@
-"""`SceneObject`: a named thing of a scene that a hand may take."""
+"""`SceneObject`: a named rigid object of a scene that a hand may take."""
 
 import dataclasses as dc
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""`SolidDistances`: true distances of a moved solid from others."""
+"""`SolidDistances`: distances of a moved solid from other solids."""
 
 from collections.abc import Sequence
 from typing import cast
@@ -19,7 +19,7 @@ from remosplat_drake.scene.objects.scene_object import Solid
 
 
 class SolidDistances:
-    """Computes with Drake the distances of a solid at any pose from others.
+    """Computes, with Drake, distances of a movable solid from other solids.
 
     Args:
         moved: The solid that is moved.
