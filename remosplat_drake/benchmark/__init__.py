@@ -1,1 +1,1 @@
-"""Compares controllers in many scenes: trials, metrics, tables."""
+"""Compares controllers in many scenes: runs trials, makes tables."""

@@ -1,4 +1,4 @@
-"""Makes the true distances of a real scene from the depth of its capture."""
+"""Makes the true distance field of a real scene from its capture's depth."""
 
 import hashlib
 from functools import lru_cache
@@ -29,7 +29,7 @@ def capture_field(
         folder: Folder of the capture.
         X_WG: Pose of the capture's world frame G in W: the upper 12 entries of
             the 4 x 4 matrix, row by row.
-        max_depth: Largest depth that counts; pixels beyond it are ignored [m].
+        max_depth: Largest depth that is used [m]; deeper pixels are ignored.
 
     Returns:
         The field of distances to the measured points, expressed in W.

@@ -1,4 +1,4 @@
-"""The table of problems whose object is carried back to the start's pose."""
+"""Makes the table of problems in which the robot carries an object back."""
 
 from collections.abc import Sequence
 
@@ -24,10 +24,11 @@ RULE = "text"
 
 
 def carrying_table(comparison: Comparison) -> Table:
-    """Makes the table, a row per method and family.
+    """Makes the table, with one row per method and family.
 
     Args:
-        comparison: The methods to show, whose trials carry the object back.
+        comparison: The methods to show. In their trials, the robot carries the
+            object back.
     """
     families = comparison.families()
     return Table(
@@ -48,13 +49,12 @@ def carrying_table(comparison: Comparison) -> Table:
             for row in comparison.rows
             for family in (*families, ALL)
         ),
-        "Carried back: number of reached problems in which the end effector"
-        " then returned to the start's pose with the object. The object may"
-        " touch its support until it is lifted off. Only the hand may touch"
-        " the object; any other contact of object or robot is a collision."
-        " Collisions are judged by the true shapes of object and scene, at"
-        " ticks and at four points between. Times begin when the object is"
-        " grasped.",
+        "Carried back: number of reached problems in which the end effector "
+        "then returned to the start's pose with the object. The object may "
+        "touch its support until it is lifted off. Only the hand may touch "
+        "the object; any other contact of object or robot is a collision. "
+        "Collisions are judged by the true shapes of object and scene, at "
+        "ticks and at four points between. Times are measured from the grasp.",
         texts=2,
     )
 
@@ -63,7 +63,7 @@ def carrying_document(row: Row) -> dict:
     """Gathers a method's numbers for `benchmark --json`.
 
     Args:
-        row: The trials of a method, which carry the object back.
+        row: The trials of a method, in which the robot carries the object back.
     """
     judged = [t.carrying for t in row.trials if t.carrying is not None]
     return {
@@ -74,7 +74,7 @@ def carrying_document(row: Row) -> dict:
 
 
 def _carried_back(trials: Sequence[TrialResult]) -> list[CarryingResult]:
-    """The ways back that succeeded, of targets that were reached."""
+    """Returns which reached problems were successfully carried back."""
     return [
         t.carrying
         for t in trials

@@ -1,4 +1,4 @@
-"""Formats the numbers in a report's cells, with counts and 95 % intervals."""
+"""Formats the numbers in a report's cells: rates, means and medians."""
 
 import numpy as np
 from scipy.stats import binomtest, norm, sem
@@ -7,8 +7,8 @@ from scipy.stats import binomtest, norm, sem
 def rate_interval(successes: int, count: int) -> tuple[float, float]:
     """Returns the 95 % interval of a rate (Wilson's score interval).
 
-    The interval lies in [0, 1], and is meaningful even if no trial or every
-    trial succeeded.
+    The interval lies in [0, 1], and is valid even if no trial or every trial
+    succeeded.
     """
     interval = binomtest(successes, count).proportion_ci(method="wilson")
     return interval.low, interval.high

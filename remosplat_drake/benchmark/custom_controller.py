@@ -1,4 +1,4 @@
-"""Runs a user's own controller, a function from q to u, in the benchmark.
+"""Runs a user's controller, a function from q to u, in the benchmark.
 
 The user's module contains a function that makes a controller:
 
@@ -11,9 +11,9 @@ The user's module contains a function that makes a controller:
 `robot` is a `RobotModel` (kinematics, limits, spheres), `field` the map as a
 `DistanceField`, `X_WT` the target pose (4, 4) and `dt` the control period [s];
 q is a configuration (n_q,) and u the command (n_u,) for the next dt. On the
-command line, the controller's name is MODULE:FUNCTION. MODULE:FUNCTION:METHOD
-takes oracle, control period and time limit from the shipped method METHOD
-instead of `sdf-hard`.
+command line, the controller's name is MODULE:FUNCTION. Oracle, control period
+and time limit are those of the shipped method `sdf-hard`, or of METHOD if the
+name is MODULE:FUNCTION:METHOD.
 """
 
 import hashlib
@@ -35,8 +35,8 @@ Control = Callable[[np.ndarray, np.ndarray], np.ndarray]
 MakeControl = Callable[[RobotModel, DistanceField, np.ndarray, float], Control]
 
 LIMIT_TOLERANCE = 1e-6
-"""Factor by which a command may exceed the velocity limits, for rounding
-errors."""
+"""Factor by which a command may exceed the velocity limits, to allow for
+rounding errors."""
 
 
 def load_controller(name: str) -> MakeControl:
@@ -79,7 +79,7 @@ def drive(
     ticks: int,
     until: Callable[[PoseError], bool],
 ) -> Trajectory:
-    """Runs the closed loop with an ideal robot, as the kinematic station does.
+    """Runs the closed loop with an ideal robot, like the kinematic station's.
 
     Args:
         control: The controller, a function from (q, u_previous) to u.
@@ -87,12 +87,12 @@ def drive(
         q0: Configuration at the start, shape (n_q,).
         X_WT: Target pose of the end effector in W, shape (4, 4).
         dt: Control period [s].
-        ticks: Largest number of control ticks.
-        until: Predicate on the pose error that ends the run; called before
-            every tick.
+        ticks: Largest number of control ticks of the run.
+        until: Function that is called with the pose error before every tick;
+            the run ends when it returns True.
 
     Returns:
-        The trajectory up to the end of the run.
+        The trajectory of the run.
 
     Raises:
         RemoSplatError: A command is not finite, too fast or of another shape.

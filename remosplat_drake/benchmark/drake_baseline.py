@@ -4,18 +4,18 @@ Drake's `DifferentialInverseKinematicsSystem` supports neither splats nor a base
 that cannot move sideways. This module adapts it as follows, so that the
 comparison is fair:
 
-- The baseline gets the scene's true solids, as the method `sdf-hard` does, so
-  the results of both are comparable. Both have the same spheres, stopping and
-  influence distances, velocity limits and joint-limit margins. The desired
-  twist is that of the paper's servo with the paper's gains.
+- The baseline gets the scene's true solids, like the method `sdf-hard`, so that
+  the results of these two methods are comparable. They have the same spheres,
+  stopping and influence distances, velocity limits and joint-limit margins. The
+  desired twist is that of the paper's servo with the paper's gains.
 - The plant's world frame is the robot's base frame B: the base's joints remain
   at zero, and the scene moves. Only the joints x and yaw of the base are
-  active. So sideways motion is excluded exactly.
-- Costs, constraints and the fallback to standing still are Drake's: least
-  squares on the twist, the home posture in the null space, and collision
-  constraints. These allow a distance to decrease to the stopping distance
-  within one tick. The paper's constraints allow only a tenth of the remaining
-  margin per tick.
+  active, which excludes sideways motion exactly.
+- Costs and constraints are Drake's: least squares on the twist, the home
+  posture in the null space, and collision constraints. If Drake finds no
+  solution, the robot stands still. Drake's collision constraints allow a
+  distance to decrease to the stopping distance within one tick. The paper's
+  constraints allow only a tenth of the remaining margin per tick.
 """
 
 import os
@@ -73,7 +73,8 @@ def make_control(
         A function from q (n_q,) and the previous u (n_u,) to the next u (n_u,).
 
     Raises:
-        RemoSplatError: The map is not of solids, or the base is fixed.
+        RemoSplatError: The map does not consist of solids, or the base is
+            fixed.
     """
     if not isinstance(field, SignedDistanceField):
         raise RemoSplatError(
@@ -115,7 +116,7 @@ def make_control(
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Suppresses output of the solver that no option of Drake suppresses."""
+    """Suppresses the solver's output, for which Drake has no option."""
     sys.stdout.flush()
     stdout, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)

@@ -1,8 +1,8 @@
 """Builds `drake_baseline`'s collision model: spheres in a moving scene.
 
-The plant's world frame is the robot's base frame B. So the base remains at
-zero, and a planar joint moves the scene. The plant is built from the robot's
-kinematic tree, since its model file would add further collision shapes, and a
+The plant's world frame is the robot's base frame B. The base therefore remains
+at zero, and a planar joint moves the scene. The plant is built from the robot's
+kinematic tree. The robot's model file would add further collision shapes, and a
 base that can move sideways.
 """
 
@@ -41,7 +41,7 @@ _INERTIA = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
 
 @dc.dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """A collision checker; its plant's first positions are in the order of u.
+    """A collision checker of Drake. Its first positions are in the order of u.
 
     Attributes:
         checker: Drake's checker, for the distances between robot links and the

@@ -1,4 +1,4 @@
-"""`LineFile`: a file of results, one per line, that survives a kill."""
+"""`LineFile`: a file of results, one per line; a killed run loses none."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Loads the methods that are compared: controllers and their settings."""
+"""Loads the methods of a comparison: controllers and their settings."""
 
 import dataclasses as dc
 import hashlib
@@ -33,7 +33,8 @@ METHODS_FILE = Path(__file__).with_suffix(".yaml")
 SHIPPED_CONTROLLERS = {
     "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
 }
-"""Short names of the controllers of other projects that this package adapts."""
+"""Short names for controllers of other projects that this package has
+adapted."""
 
 BASE_METHOD = "sdf-hard"
 """Method whose oracle, control period and time limit a custom controller has by
@@ -126,10 +127,10 @@ def load_methods(
             custom controller as MODULE:FUNCTION or MODULE:FUNCTION:METHOD.
         override: YAML that overrides fields of every method, e.g.
             "{time_limit: 5}".
-        spheres: Name of the sphere set that every method uses; None keeps the
-            method's own.
+        spheres: Name of the sphere set that every method uses; None keeps each
+            method's sphere set.
         robot: Name or file of the robot that every method drives; empty keeps
-            the method's own.
+            each method's robot.
 
     Raises:
         RemoSplatError: No method has such a name, or a file cannot be used.
@@ -172,8 +173,8 @@ def _with_controller(method: Method, controller: str) -> Method:
     load_controller(controller)
     if not isinstance(method.scenario.station, KinematicStation):
         raise RemoSplatError(
-            f"--methods: {controller}: a custom controller needs the "
-            "kinematic station"
+            f"--methods: {controller}: a custom controller runs only on the "
+            "kinematic station; name a method with that station"
         )
     aliases = {path: alias for alias, path in SHIPPED_CONTROLLERS.items()}
     name = aliases.get(controller, controller)
@@ -216,7 +217,7 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
             )
     check_scenario(scenario)
     # A measured map error is required only for stopping distances below the
-    # usual one, which the benchmark's maps do not have.
+    # usual value. The benchmark's maps do not have a measured error.
     errors = map_error_gates(scenario, find_map_error(scenario))
     open_gates(errors, (), hardware=False, where=where)
     return scenario
@@ -225,7 +226,7 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
 def _check_robot(scenario: Scenario, loaded: set[tuple]) -> None:
     """Raises an error, before any trial, if the robot cannot be loaded.
 
-    The result is cached, since many methods have the same robot.
+    The function caches its result, since many methods have the same robot.
     """
     model, spheres = robot_file(scenario), scenario.robot.spheres
     robot = model, spheres, scenario.scene.floor_height

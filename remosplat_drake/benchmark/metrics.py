@@ -1,4 +1,4 @@
-"""Computes metrics of motion: the paper's (section V), and further ones.
+"""Computes metrics of motion, some of which the paper defines (section V).
 
 The functions take a trajectory: configurations q, shape (T + 1, n_q), at the
 control ticks and at the end, and commands u, shape (T, n_u), between these.
@@ -81,9 +81,9 @@ def minimum_clearances(
 def self_distance(robot: RobotModel, q: np.ndarray) -> float | None:
     """Returns the smallest distance of the robot from itself, up to `FAR` [m].
 
-    It is the distance between the convex hulls of two links, over the pairs of
-    links that the robot keeps apart and that do not overlap in its home
-    posture.
+    It is the smallest distance between the convex hulls of two links. It
+    includes all pairs of links that the robot keeps apart and that do not
+    overlap in the home posture.
 
     Args:
         robot: The robot.
@@ -102,15 +102,15 @@ def self_distance(robot: RobotModel, q: np.ndarray) -> float | None:
 
 
 def between_ticks(q: np.ndarray, parts: int) -> np.ndarray:
-    """Returns the configurations that divide each tick into equal parts.
+    """Interpolates configurations that divide each tick into equal parts.
 
     Args:
         q: Configurations at the control ticks, shape (T + 1, n_q).
         parts: Number of equal parts of a tick.
 
     Returns:
-        Interpolated configurations without those at the ticks, shape
-        (T, parts - 1, n_q).
+        The interpolated configurations, without those at the ticks, shape (T,
+        parts - 1, n_q).
     """
     fractions = np.arange(1, parts)[:, None] / parts
     return q[:-1, None] + fractions * np.diff(q, axis=0)[:, None]
@@ -124,14 +124,14 @@ def end_effector_positions(robot: RobotModel, q: np.ndarray) -> np.ndarray:
 def mean_acceleration(
     robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
 ) -> float:
-    """Returns the paper's gracefulness, the mean of |a_EE| [m/s^2].
+    """Returns the paper's gracefulness: the end effector's mean |a| [m/s^2].
 
     a = J du/dt + dJ/dt u, where du/dt is the central difference of the commands
     at the control rate (one-sided at both ends). |a| is averaged over the ticks
     (paper section V, "Gracefulness"; as defined in the authors' code). This
-    metric has two defects: it does not count the acceleration at start and
+    metric has two defects: it does not include the acceleration at start and
     stop, and it grows with the control rate. `resampled_acceleration` has
-    neither.
+    neither defect.
 
     Args:
         robot: Model of the robot, for its Jacobians.
@@ -160,8 +160,8 @@ def mean_acceleration(
 def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
     """Returns the largest jerk, relative to the arm's limits.
 
-    The jerk is the second difference of the commands; before the first one, the
-    robot is at rest.
+    The jerk is the second difference of the commands, divided by dt^2; before
+    the first command, the robot is at rest.
 
     Args:
         robot: Model of the robot, for its limits.
@@ -225,7 +225,7 @@ def resampled_acceleration(
         The mean; 0 if the motion is shorter than one period.
     """
     end = (len(p_WE) - 1) * dt
-    # The small constant prevents that rounding omits the last sample.
+    # Because of the small constant, rounding does not omit the last sample.
     wanted = period * np.arange(np.floor(end / period + 1e-9) + 1)
     if len(wanted) < 2:
         return 0.0

@@ -1,4 +1,4 @@
-"""MotionBenchMaker's problems as a suite: scenes, starts and goals of an arm.
+"""Loads MotionBenchMaker's problems: scenes, starts and goals of an arm.
 
 A family of problems is a folder of pairs of files, `sceneNNNN.yaml` and
 `requestNNNN.yaml` (Chamzas et al., "MotionBenchMaker", RA-L 2022). The scene is
@@ -6,9 +6,10 @@ placed around the arm's mount. The request contains a goal configuration. The
 task here is to reach the pose of the end effector at that configuration, with
 any configuration.
 
-In many problems the hand encloses an object at the goal, to grasp it. This
-object is either left out of the scene, or only the hand may touch it. The robot
-may then carry it to the pose of the hand at the start.
+In many problems the hand encloses an object at the goal, to grasp it. In one
+suite, the scene does not contain this object. In a second suite, only the hand
+may touch it. In a third suite, the robot then carries it to the pose of the
+hand at the start.
 """
 
 import dataclasses as dc
@@ -34,16 +35,18 @@ from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SUITE = "MotionBenchMaker"
-"""Name of the suite. In titles, the name of the robot follows."""
+"""Name of the suite whose scenes do not contain the object to be grasped. In
+titles, the name of the robot follows."""
 
 GRASP_SUITE = f"{SUITE} with the object"
 """Name of the suite whose scenes contain the object to be grasped."""
 
 CARRY_SUITE = f"{SUITE} with the object, carried back"
-"""Name of the suite in which the object is carried to the start's pose."""
+"""Name of the suite in which the robot carries the object to the start's
+pose."""
 
 SUPPORT = "support"
-"""Name of the solid under an object that is carried."""
+"""Name of the solid under an object that the robot carries."""
 
 ROBOT = "panda"
 """Default robot of the problems."""
@@ -56,16 +59,16 @@ GRASP_SIZE = 0.3
 """Largest side length of an object that a hand grasps [m]."""
 
 GRASP_SPHERES = ("paper", "covering")
-"""Sphere sets for finding the grasped object; the first one that the robot has
-is used."""
+"""Sphere sets for finding the grasped object. The first of these sets that the
+robot has is used."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
 """Smallest clearance of a robot at a displaced base pose [m], and largest
-number of random poses that are tried."""
+number of random base poses that are tried."""
 
 FLOOR_HEIGHT = 0.03
-"""Links on the floor ignore the scene below this height, as in scenarios
-[m]."""
+"""Height below which links that are close to the floor ignore the scene [m], as
+in scenarios."""
 
 
 @dc.dataclass(frozen=True)
@@ -130,8 +133,8 @@ def motion_problems(
         robot: Name or file of the robot.
 
     Raises:
-        RemoSplatError: There is no such folder or robot, or the folder contains
-            no problems, or only archives of them.
+        RemoSplatError: There is no such folder or robot, or the folder does not
+            contain unpacked problems.
     """
     description = load_robot_description(robot)
     if not folder.is_dir():
@@ -284,8 +287,8 @@ def grasped_object(
 ) -> str | None:
     """Finds the object that the hand encloses.
 
-    It is the nearest object that is small enough and within `GRASP_DISTANCE` of
-    a sphere that moves with the arm's last joint.
+    It is the nearest object that is small enough, and is within
+    `GRASP_DISTANCE` of a sphere that moves with the arm's last joint.
 
     Args:
         robot: The robot, with its spheres.
@@ -318,10 +321,13 @@ def _objects(
 def _with_support(
     scene: PrimitiveScene, things: tuple[SceneObject, ...], file: Path
 ) -> tuple[PrimitiveScene, SceneObject]:
-    """Names the solid that is nearest to the object, and returns it, too."""
+    """Returns a scene that names the object's support, and this support."""
     solids = scene.primitives
     if len(things) != 1 or not solids:
-        problem = "the hand encloses no single solid above another at the goal"
+        problem = (
+            "at the goal, the hand does not enclose a single solid that "
+            "stands on another solid"
+        )
         raise FieldError(str(file), "world.collision_objects", problem)
     (thing,) = things
     distances = SolidDistances(thing.solid, solids).at(thing.X_WO)
@@ -361,7 +367,7 @@ def _placed(X_WS: RigidTransform, scene: PrimitiveScene) -> PrimitiveScene:
 def _displaced(
     robot: RobotModel, scene: PrimitiveScene, arm: np.ndarray, file: str
 ) -> tuple[float, float, float]:
-    """Draws a collision-free start pose; the scene's name is the seed."""
+    """Draws a collision-free start pose, with the scene's name as the seed."""
     digest = hashlib.sha256(scene.name.encode()).digest()
     rng = np.random.default_rng(list(digest[:8]))
     field = SignedDistanceField(scene)

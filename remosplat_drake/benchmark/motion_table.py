@@ -1,4 +1,4 @@
-"""Makes the table of MotionBenchMaker: one row per method and family."""
+"""Makes the table of MotionBenchMaker's problems."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ ALL = "all"
 
 
 def motion_table(comparison: Comparison, rule: str) -> Table:
-    """Makes the table of problems by family.
+    """Makes the table of problems, with one row per method and family.
 
     Args:
         comparison: The methods to show.
@@ -44,21 +44,21 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             for row in comparison.rows
             for family in (*families, ALL)
         ),
-        "Neither the map nor the true scene contains the object that the "
-        "hand encloses at the goal. In problems with the object, the hand "
-        "alone may touch it. Collisions are judged by the true geometry, at "
-        "ticks and at four points between. Motion times are computed over "
-        "the problems that the row itself reaches. Motion / joint path is "
-        "the ratio of the motion time to the time of a straight path in "
-        "joint space to the given goal configuration, at the velocity "
-        "limits and without regard to obstacles. Jerk is the second "
-        "difference of the commands. Torque is the torque that the commands "
-        "require with an empty hand. Both are relative to the limits in the "
-        "robot's description and model file. The columns of paths contain "
-        "the number of problems in which a path was found, the search time "
-        "until then, with other load on the computer, and the number of "
-        "configurations and motions that were checked. Errors are problems "
-        "that cannot be used; they count as not reached.",
+        "Neither the map nor the true scene contains the object that the hand "
+        "encloses at the goal. In problems with the object, only the hand may "
+        "touch it. Collisions are judged by the true geometry, at ticks and "
+        "at four points between them. Motion times are computed over the "
+        "problems that the row's method reaches. Motion / joint path is the "
+        "ratio of the motion time to the time of a straight path in joint "
+        "space to the given goal configuration, at the velocity limits and "
+        "without regard to obstacles. Jerk is the second difference of the "
+        "commands. Torque is the torque that the commands require with an "
+        "empty hand. Jerk and torque are relative to the limits in the "
+        "robot's description and model file. The columns on paths contain the "
+        "number of problems in which a path was found, the time of the search "
+        "(with other load on the computer), and the number of configurations "
+        "and motions that the search checked. Errors are problems that cannot "
+        "be used; they count as not reached.",
         texts=2,
     )
 

@@ -19,7 +19,7 @@ MOVING = "moving"
 
 @dc.dataclass(frozen=True)
 class MovingCase(SceneCase):
-    """A scene with random movers, which the scene's name determines."""
+    """A scene with random movers. The scene's name determines the movers."""
 
     @staticmethod
     def of(case: SceneCase) -> "MovingCase":

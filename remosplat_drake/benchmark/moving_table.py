@@ -20,21 +20,21 @@ RULE = "text"
 """The success rule of the table."""
 
 NOTES = (
-    "Numbers of scenes by the worst contact with a mover, at and between "
-    "ticks. Towards: the touching link moved towards the mover, so the robot "
-    "caused the contact. Out of unseen space: the link moved towards the "
-    "mover, but at some time after the mover came nearer than the protective "
-    "separation distance, no camera saw it. Retreating: the mover caught up "
-    "with a link that moved away or sideways. At rest: the link did not "
-    "move. Reached: the robot arrived without the first two kinds of "
-    "contact, and without a collision with the scene. Reachable: some method "
-    "of the table arrived, with or without contacts. Waited, time: medians "
-    "over the scenes that were reached."
+    "Numbers of scenes, by the worst contact between the robot and a mover, "
+    "at and between ticks. Towards: the touching link moved towards the "
+    "mover, so the robot caused the contact. Out of unseen space: the link "
+    "moved towards the mover, but at some time after the mover came nearer "
+    "than the protective separation distance, no camera saw it. Retreating: "
+    "the mover caught up with a link that moved away or sideways. At rest: "
+    "the link did not move. Reached: the robot arrived without the first two "
+    "kinds of contact, and without a collision with the scene. Reachable: at "
+    "least one method of the table arrived, with or without contacts. Waited, "
+    "time: medians over the scenes that were reached."
 )
 
 
 def moving_table(comparison: Comparison) -> Table:
-    """Makes the table, one row per method.
+    """Makes the table, with one row per method.
 
     Args:
         comparison: The methods to show, whose trials have movers.
@@ -74,7 +74,7 @@ def worst_contacts(row: Row) -> np.ndarray:
 
 
 def reachable(comparison: Comparison) -> np.ndarray:
-    """Returns the scenes in which any of the methods arrived."""
+    """Returns the scenes in which at least one method arrived."""
     arrived = [row.successes(RULE) for row in comparison.rows]
     return np.logical_or.reduce(arrived)
 

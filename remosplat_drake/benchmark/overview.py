@@ -27,7 +27,7 @@ RULE = RULES[0]
 
 
 def overview_table(comparison: Comparison) -> Table:
-    """Makes the table with the most important columns, one method a row.
+    """Makes the table of the most important columns, with one row per method.
 
     Args:
         comparison: The methods to show.

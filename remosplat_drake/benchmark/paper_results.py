@@ -1,4 +1,4 @@
-"""The results of the paper, which tables show beside our own."""
+"""The results of the paper, which tables show beside this package's results."""
 
 import dataclasses as dc
 
@@ -14,7 +14,7 @@ class PaperRow:
         label: Name of the method in the paper's table.
         successes: Number of successful trials out of `PAPER_TRIALS`.
         average_distance: Mean clearance over the trials that all methods of the
-            paper's table solve (marked by a star in the paper) [m].
+            paper's table solve (marked by a star in that table) [m].
         gracefulness: Mean acceleration of the end effector over these trials
             [m/s^2].
         path_length: Path length of the end effector over these trials [m].
@@ -81,7 +81,8 @@ PAPER_TABLE_I = {
         24.2,
     ),
 }
-"""The rows of the paper's Table I, by the name of our corresponding method."""
+"""The rows of the paper's Table I, keyed by the name of the corresponding
+method of this package."""
 
 SCAN, NOISY_SCAN = "scan", "noisy scan"
 """Names of the families of cases that repeat the paper's experiments 2 and
@@ -108,8 +109,8 @@ class PaperScanRow:
 
 
 PAPER_TARGETS = 7
-"""Number of targets in the paper's scanned scene. No method can reach one of
-them."""
+"""Number of targets in the paper's scanned scene. One of these targets is out
+of reach for all methods."""
 
 PAPER_SCANS = {
     SCAN: (
@@ -121,4 +122,5 @@ PAPER_SCANS = {
         PaperScanRow("depth rasterisation", 4, 0.281, 0),
     ),
 }
-"""The rows of the paper's Tables II and III, by the family of our cases."""
+"""The rows of the paper's Tables II and III, keyed by the family of the
+corresponding cases."""

@@ -8,11 +8,11 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.base.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
-"""Longest time that is waited for a cluster's answer [s]."""
+"""Longest time to wait for a cluster's answer [s]."""
 
 
 def on_ray(jobs: Iterable[Job], address: str) -> Results:
-    """Runs jobs on a cluster, and repeats the jobs of lost workers or nodes.
+    """Runs jobs on a cluster; repeats jobs whose worker or node was lost.
 
     Args:
         jobs: Jobs to run. Scene files must have the same path on all nodes, and
@@ -80,4 +80,7 @@ def _check_reachable(address: str) -> None:
 
 
 def _no_cluster(address: str) -> RemoSplatError:
-    return RemoSplatError(f"--ray: no cluster answers at {address!r}")
+    return RemoSplatError(
+        "--ray: no cluster answers; start one, or correct the address "
+        f"{address!r}"
+    )

@@ -20,7 +20,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
-"""Names in tables of the origins of a splat."""
+"""Names of the origins of a splat, for tables."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -33,20 +33,20 @@ class ReachingTask:
         content_hash: Digest of the true geometry.
         measure_truth: Function that makes the distance field for the detection
             of collisions.
-        solids: The true geometry as solids; None if it is not made of known
-            solids.
-        arm_start: Joint positions at which the arm starts [rad]; None takes its
+        solids: The true geometry as solids; None if it does not consist of
+            known solids.
+        arm_start: Joint positions at which the arm starts [rad]; None means its
             home posture.
         start_field: Name of the start in the scene's file, for errors.
-        arm_goal: Joint positions at the target, of an arm on a fixed base
-            [rad]; None if they are not given.
-        grasped: Solids of the object that the hand encloses at the target and
-            that only the hand may touch. Empty if there is no such object, or
-            if the scene does not contain it.
-        support: The solid under the object, one of `solids`, if the robot shall
-            carry the object to the start's pose; None otherwise.
-        further_targets: Target poses in W of the robot's other end effectors,
-            in order; empty if only the first one has a target.
+        arm_goal: Joint positions of an arm on a fixed base at the target [rad];
+            None if they are not given.
+        grasped: Solids of the object that the hand encloses at the target. Only
+            the hand may touch them. Empty if there is no such object, or if the
+            scene does not contain it.
+        support: If the robot must carry the object to the start's pose: the
+            solid under the object, one of `solids`. None otherwise.
+        further_targets: Target poses in W of the robot's further end effectors,
+            in order; empty if only the first end effector has a target.
     """
 
     X_WE_target: RigidTransform
@@ -69,7 +69,7 @@ class ReachingTask:
 
     @cached_property
     def truth_field(self) -> DistanceField:
-        """The field of true distances, made on first access."""
+        """The field of true distances, which is made on first access."""
         return self.measure_truth()
 
     def with_grasped(

@@ -22,7 +22,7 @@ from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 KINEMATIC = "kinematic"
-"""Name of the station that the dynamic station is compared with."""
+"""Name of the station with which the dynamic station is compared."""
 
 COMMON = (
     ("average_distance", 3),
@@ -32,11 +32,11 @@ COMMON = (
     ("duration", 2),
 )
 """Fields of `Judgement` that are averaged over the trials that all methods
-solve, with their number of decimals."""
+solve, with the number of decimals of each."""
 
 
 def report_tables(results: Sequence[TrialResult]) -> list[Table]:
-    """Makes all tables of some results, comparison by comparison."""
+    """Makes all tables of some results, in the order of the comparisons."""
     tables, comparisons = [], gather(results)
     for comparison in comparisons:
         if comparison.is_robots:
@@ -63,7 +63,7 @@ def report_tables(results: Sequence[TrialResult]) -> list[Table]:
 
 
 def to_markdown(tables: Sequence[Table], heading: str) -> str:
-    """Joins tables to one Markdown document under a heading."""
+    """Formats tables as one Markdown document with a heading."""
     parts = [f"# {heading}\n", *(table.to_markdown() for table in tables)]
     return "\n".join(parts)
 
@@ -72,7 +72,7 @@ def main_table(comparison: Comparison, rule: str) -> Table:
     """Makes a table like the paper's Table I; the paper's rows are included.
 
     Args:
-        comparison: The methods to show, one a row.
+        comparison: The methods to show, one method per row.
         rule: One of the success rules in `RULES`.
     """
     common = comparison.common(rule)
@@ -99,10 +99,11 @@ def main_table(comparison: Comparison, rule: str) -> Table:
             "QP [ms]",
         ),
         tuple(rows),
-        f"† mean ± 95 % over the {int(common.sum())} scenes that every method"
-        " of this table solves. Rates: solved/run with 95 % Wilson intervals."
-        " Collisions are judged by the true geometry, at ticks and at four"
-        " points between, and shown as count/run and upper 95 % bound."
+        f"† mean ± 95 % over the {int(common.sum())} scenes that every method "
+        "of this table solves. Rates: solved/run with 95 % Wilson intervals. "
+        "Collisions are judged by the true geometry, at ticks and at four "
+        "points between them, and shown as count/run with the upper 95 % "
+        "bound."
         + (
             f" The paper ran {PAPER_TRIALS} scenes." if comparison.paper else ""
         ),
@@ -172,7 +173,7 @@ def family_table(comparison: Comparison) -> Table:
 
 
 def outcome_table(comparison: Comparison) -> Table:
-    """Makes the table of failures and their reasons, under the paper's rule."""
+    """Makes the table of failures and their reasons, by the paper's rule."""
     outcomes = comparison.outcomes()
     return Table(
         f"{comparison.title}: outcomes, by the rule in the paper's text",
@@ -229,7 +230,7 @@ def timing_table(comparison: Comparison) -> Table:
 
 
 def paired_table(comparison: Comparison) -> Table:
-    """Makes the table that compares each method with the first, in pairs."""
+    """Makes the table of paired comparisons of each method with the first."""
     first, *others = comparison.rows
     rows = []
     for row in others:
@@ -246,7 +247,8 @@ def paired_table(comparison: Comparison) -> Table:
         f"{comparison.title}: paired with {first.method}",
         ("method", *header),
         tuple(rows),
-        "Scenes that only one of the two solves; p by McNemar's exact test.",
+        "Numbers of scenes that only one of the two solves; p by McNemar's "
+        "exact test.",
     )
 
 
@@ -291,7 +293,10 @@ def station_tables(comparisons: Sequence[Comparison]) -> list[Table]:
         "p",
         "collisions, dynamic",
     )
-    notes = "Scenes that only one of the two solves; p by McNemar's exact test."
+    notes = (
+        "Numbers of scenes that only one of the two solves; p by McNemar's "
+        "exact test."
+    )
     title = "Stations compared, success by the paper's text"
     return [Table(title, header, tuple(lines), notes)] if lines else []
 

@@ -79,7 +79,7 @@ def _figures(comparison: Comparison) -> str:
 
 
 def _success_plot(comparison: Comparison) -> str:
-    """Plots the success of each method, beside the paper's results."""
+    """Plots the success of each method and the paper's results."""
 
     def draw(axes):
         for place, row in enumerate(comparison.rows):
@@ -138,8 +138,8 @@ def _rate_plot(comparison: Comparison) -> str:
 def _draw_rate(axes, y: float, successes: int, count: int, color: str):
     low, high = rate_interval(successes, count)
     rate = successes / count
-    # At a rate of 0 or 1, a rounding error may put an end of the interval on
-    # the wrong side of the rate.
+    # At a rate of 0 or 1, a rounding error may exclude the rate from the
+    # interval.
     below, above = max(rate - low, 0.0), max(high - rate, 0.0)
     axes.errorbar(
         100 * rate,

@@ -27,10 +27,10 @@ OUTCOMES = (
 )
 """Outcomes of a trial: success, or the reason of its failure.
 
-`timeout`: the robot was still moving at the time limit. `local minimum`: it
-stood still at the time limit. `infeasible`: the last quadratic program had no
-solution. `error`: the scene cannot be used, because its file is invalid or the
-robot would start inside an obstacle. `crash`: an error in the software.
+`timeout`: the robot was still moving at the time limit. `local minimum`: the
+robot stood still at the time limit. `infeasible`: the last quadratic program
+had no solution. `error`: the scene cannot be used, because its file is invalid
+or the robot would start inside an obstacle. `crash`: an error in the software.
 """
 
 RULES = ("text", "authors")
@@ -44,7 +44,7 @@ RULE_TITLES = {
 
 @dc.dataclass(frozen=True)
 class Judgement:
-    """One trial judged by one success rule, up to its arrival.
+    """The judgement of a trial, up to the arrival, by one success rule.
 
     Attributes:
         outcome: One of `OUTCOMES`.
@@ -77,7 +77,7 @@ class Judgement:
 
     @property
     def success(self) -> bool:
-        """Whether the robot arrived and touched nothing."""
+        """Whether the robot arrived without a collision."""
         return self.outcome == SUCCESS
 
 
@@ -86,7 +86,8 @@ class MovingResult:
     """True contacts and distances between the robot and movers.
 
     Attributes:
-        movers: Number of movers; each moving part counts.
+        movers: Number of movers. Each part of a moving object counts as a
+            mover.
         contacts: Number of contacts of a link and a mover, by their kind
             (`recording.mover_contacts`).
         distance: Smallest distance of the robot from any mover [m].
@@ -110,14 +111,14 @@ class CarryingResult:
 
     Attributes:
         taken: Whether the robot grasped the object at the target.
-        outcome: `SUCCESS` if the end effector is at the start's pose with the
-            object, and there was no collision at or between ticks; `COLLISION`
-            if there was one; else `TIMEOUT`.
-        reason: Reason for which the run ended before the start's pose was
-            reached; empty if it was reached.
+        outcome: `COLLISION` if there was a collision at or between ticks;
+            `SUCCESS` if there was none and the end effector is at the start's
+            pose with the object; else `TIMEOUT`.
+        reason: Reason why the run ended before the start's pose was reached;
+            empty if it was reached.
         duration: Time from the grasp to the end of the run [s].
-        minimum_distance: Least true distance of robot and object from all that
-            they must not touch, over the whole run [m].
+        minimum_distance: Least true distance, over the whole run, of robot and
+            object from all solids and links that they must not touch [m].
     """
 
     taken: bool
@@ -139,8 +140,8 @@ class WallTimes:
         tick_p50: Median duration of a whole control tick [s].
         tick_p99: 99th percentile of the duration of a whole control tick [s].
         trial: Duration of the whole trial [s].
-        first_path: Search time until the first path was found [s]; None if none
-            was searched or found.
+        first_path: Search time until the first path was found [s]; None if no
+            path was searched or found.
     """
 
     solve_mean: float
@@ -162,7 +163,7 @@ class TrialResult:
         scene: Name of the scene.
         family: Family of the scene.
         spheres: Sphere set of the robot.
-        gains: Gain set that the method starts from.
+        gains: Name of the gain set on which the method's settings are based.
         oracle: Name of the distance oracle.
         splat: Origin of the splat: "none", "trained" or "surfel".
         splat_count: Number of splats in the map.
@@ -177,8 +178,8 @@ class TrialResult:
         times: Wall-clock times; None after a crash.
         suite: Name of the suite.
         error: Error text of a crash; empty otherwise.
-        problem: Reason why the scene cannot be used, in one line; empty if it
-            can.
+        problem: Reason, in one line, why the scene cannot be used; empty if it
+            can be used.
         joint_time: Time of a straight path in joint space to the given goal, at
             the velocity limits [s]; None if no goal configuration is given.
         first_checks: Number of configurations and motions that were checked for
@@ -277,10 +278,10 @@ def read_results(path: Path) -> list[TrialResult]:
     A last line without a line end is ignored: its writing was interrupted.
 
     Returns:
-        The results; none if the file does not exist.
+        The results; an empty list if the file does not exist.
 
     Raises:
-        FileError: The file cannot be read, or a line does not hold a result.
+        FileError: The file cannot be read, or a line does not contain a result.
     """
     try:
         text = path.read_text()

@@ -1,9 +1,10 @@
-"""A benchmark suite for any robot: random targets in several scenes.
+"""Makes a benchmark suite for any robot: random targets in several scenes.
 
 A target is the pose of a hand in a random configuration. In this configuration
 the robot keeps distances from the scene, from itself and from joint limits, and
-a hand is near the scene or inside a piece of furniture. So the robot can reach
-and hold every target. If the robot has several hands, each has its own target.
+the hand is near the scene or inside a piece of furniture. The robot can
+therefore reach and hold every target. If the robot has several hands, each has
+its own target.
 """
 
 import dataclasses as dc
@@ -49,7 +50,7 @@ GENERATED = "clutter"
 
 TRAINED_SCENES = {True: "table", False: "workbench"}
 """Names of the shipped scenes with a trained splat: for robots with a mobile
-base, and for robots without."""
+base, and for robots without a mobile base."""
 
 _SHIPPED = "trained"
 """Name that stands for the shipped scene that fits a robot."""
@@ -58,8 +59,8 @@ SCENES = (GENERATED, _SHIPPED, *KINDS)
 """Names of all scenes that a suite may contain."""
 
 FLOOR_HEIGHT = 0.03
-"""Links on the floor ignore the scene below this height, as in scenarios
-[m]."""
+"""Height below which links that are close to the floor ignore the scene [m], as
+in scenarios."""
 
 _SPARE = 0.009
 """Distance from obstacles that a goal keeps in addition to the controller's
@@ -81,8 +82,8 @@ _DRAWS = 20_000
 
 _DRAWS_INSIDE = 50_000
 """Largest number of random configurations that are tried with one piece of
-furniture; then another piece is drawn. The number is large, since in few
-configurations the hand is inside the furniture."""
+furniture, before another piece is drawn. The number is large, since the hand is
+rarely inside the furniture in a random configuration."""
 
 _PIECES = 40
 """Largest number of pieces of furniture that a search draws."""
@@ -163,7 +164,7 @@ class RobotCase:
 
 @dc.dataclass(frozen=True)
 class _Wish:
-    """Description of a target that will be drawn; see `RobotCase`."""
+    """Description of a target to draw; see `RobotCase`."""
 
     robot: str
     scene: str
@@ -230,7 +231,7 @@ def _draw(wish: _Wish) -> RobotCase:
         q = _held(robot, _scene(wish.robot, scene, 0), rng, _DRAWS)
         if q is None:
             raise RemoSplatError(
-                f"no goal found in {scene} that {name} can reach"
+                f"found no goal in {scene} that {name} can reach"
             )
         return RobotCase(wish.robot, scene, number, name, tuple(q.tolist()))
     for attempt in range(_PIECES):
@@ -240,7 +241,7 @@ def _draw(wish: _Wish) -> RobotCase:
         if q is not None:
             goal = tuple(q.tolist())
             return RobotCase(wish.robot, scene, number, name, goal, piece)
-    raise RemoSplatError(f"no goal found in a {scene} that {name} can reach")
+    raise RemoSplatError(f"found no goal in a {scene} that {name} can reach")
 
 
 @lru_cache(maxsize=16)
@@ -265,7 +266,7 @@ def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
 
 
 def _goal_space(robot: RobotModel, solids: PrimitiveScene) -> FreeSpace:
-    """Makes the check of a goal's distances, which exceed the controller's."""
+    """Makes the check of a goal's distances; they exceed the controller's."""
     law = ReactiveLaw.make(ReactiveControllerConfig(), robot, 0.01)
     planner = MotionPlanner(
         robot, law.self_clearance, ReactiveControllerConfig().guidance.planning
@@ -291,11 +292,12 @@ def _held(
 ) -> np.ndarray | None:
     """Draws a configuration that keeps all distances; None if none is found.
 
-    Its hand is inside the given piece of furniture, or else near the scene.
+    In it, the hand is inside the given piece of furniture, or else near the
+    scene.
     """
     space, start = _goal_space(robot, solids), _start(robot, solids)
-    # Angles beyond half a turn are equivalent to smaller ones, with a needless
-    # turn in between.
+    # Angles beyond half a turn are equivalent to smaller angles, and would
+    # require a needless turn.
     lower = np.maximum(robot.position_lower, -np.pi)
     upper = np.minimum(robot.position_upper, np.pi)
     spread = _INSIDE * (upper - lower)

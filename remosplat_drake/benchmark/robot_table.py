@@ -35,13 +35,13 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
             for row in comparison.rows
             for family in comparison.families()
         ),
-        "Targets are hand poses of random configurations. In these, the "
-        "robot is at least 30 mm from the scene, each joint is at least a "
-        "tenth of its range from its limits, and links keep the required "
-        "distances from each other. Collisions with the scene are "
-        "measured at ticks and at four points between, with spheres that "
-        "enclose all links. Distances between links are measured at ticks, "
-        "with convex hulls.",
+        "Targets are hand poses of random configurations. In these "
+        "configurations, the robot is at least 30 mm from the scene, each "
+        "joint is at least a tenth of its range from its limits, and links "
+        "keep the required distances from each other. Collisions with the "
+        "scene are measured at ticks and at four points between, with spheres "
+        "that enclose all links. Distances between links are measured at "
+        "ticks, with convex hulls.",
         texts=2,
     )
 

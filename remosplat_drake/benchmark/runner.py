@@ -1,8 +1,9 @@
 """Runs a benchmark: makes missing splats of scenes, then runs the trials.
 
-The result of a trial depends only on its description, and not on the order of
-trials or the number of parallel ones. When a trial ends, its result is written
-to a file as one line. Trials with a result in the file are not run again.
+The result of a trial depends only on the trial's description, and not on the
+order of trials or on the number of parallel trials. When a trial ends, its
+result is written to a file as one line. Trials with a result in the file do not
+run again.
 """
 
 import dataclasses as dc
@@ -35,7 +36,8 @@ from remosplat_drake.capture.rendering.synthetic import (
 from remosplat_drake.reconstruction.surfels.surfels import surfels_from_capture
 
 _WARM_UP = 2
-"""Number of control ticks in which a method uses all of its kernels."""
+"""Number of control ticks after which a method has called all of its
+kernels."""
 
 
 @dc.dataclass(frozen=True)
@@ -56,11 +58,11 @@ class SplatMaking:
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
     """Compiles the kernels of trials, so that workers need not compile them.
 
-    An error here is ignored: it occurs again in a worker, which records it.
+    Errors are ignored here: they occur again in a worker, which records them.
 
     Args:
-        trials: The trials; the first of each method is run for some ticks.
-            Custom controllers are left out.
+        trials: The trials. The first trial of each method runs for some ticks;
+            those of custom controllers do not run.
         renders: Whether kernels for rendering are compiled, too.
     """
     firsts = {trial.method.name: trial for trial in reversed(trials)}
@@ -116,7 +118,7 @@ def make_splats(
         making: Recipe, workers and GPUs.
         is_over: Function that is called before each splat. When it returns
             True, no further splat is started.
-        on_record: Callback for every new record.
+        on_record: Function that is called with every new record.
         function: Function that makes a splat; workers must be able to import
             it.
 
@@ -145,26 +147,27 @@ def run_trials(
     on_result: Callable[[TrialResult], None] = lambda result: None,
     function: Callable[[Trial], TrialResult] = run_trial,
 ) -> list[TrialResult]:
-    """Runs the trials that have no result in a file, or a crash as result.
+    """Runs the trials that have no result in a file, or that crashed.
 
     Args:
         trials: Trials to run, scene by scene.
         path: Path of the result file, which is created if it does not exist.
-        jobs: Number of worker processes; 0 runs everything in this one.
+        jobs: Number of worker processes; 0 runs all trials in this process.
         gpus: GPUs that the workers share.
         ray_address: Address of a Ray cluster that runs the trials: "auto" is
-            this machine's cluster, "local" a new one. None uses local
+            this machine's cluster, "local" a new cluster. None uses local
             processes.
         is_over: Function that is called before each scene. When it returns
             True, no further scene is started.
-        on_start: Called with the number of trials that will be run.
-        on_result: Callback for every new result.
+        on_start: Function that is called with the number of trials that will
+            run.
+        on_result: Function that is called with every new result.
         function: Function that runs a trial; workers must be able to import
             it.
 
     Returns:
-        The results of all trials, old and new, in the order of `trials`. Trials
-        that were not started are omitted.
+        The stored and the new results of all trials, in the order of `trials`.
+        Trials that were not started are omitted.
 
     Raises:
         FileError: The result file cannot be read or written.

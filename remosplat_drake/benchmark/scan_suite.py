@@ -1,4 +1,4 @@
-"""A suite of targets in scanned scenes, as the paper's experiments 2 and 3."""
+"""Loads targets in scanned scenes, as in the paper's experiments 2 and 3."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -39,7 +39,7 @@ class SolidsTruth(Config):
 
 @dc.dataclass
 class CaptureTruth(Config):
-    """Ground truth for unknown solids: the depth of the capture."""
+    """Ground truth in the form of a capture's depth, if solids are unknown."""
 
     # A capture in a format that `remosplat capture-info` reads.
     folder: str = ""
@@ -56,12 +56,12 @@ class MapConfig(Config):
     splat: str = ""
     # Pose of the splat's frame in W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Number of faint discs that are added in free space, and their seed; see
-    # `with_floaters`.
+    # Number of faint discs that are added in free space, and the seed of their
+    # positions; see `with_floaters`.
     floaters: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     seed: Seed = 0
-    # Whether results are compared with the paper's experiment 3 instead of 2;
-    # `floaters` implies it.
+    # Whether results are compared with the paper's experiment 3 instead of
+    # experiment 2. If there are `floaters`, they always are.
     noisy: bool = False
 
 
@@ -193,7 +193,7 @@ class ScanCase:
 
 
 def scan_cases(name: str) -> list[ScanCase]:
-    """Returns all cases of a suite, map by map.
+    """Returns all cases of a suite, in the order of the maps.
 
     Args:
         name: Name of a shipped suite, or path of a YAML file. A colon and the

@@ -17,7 +17,8 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
     """Makes a table like the paper's Tables II and III.
 
     Args:
-        comparison: The methods to show, one a row, above the paper's rows.
+        comparison: The methods to show, one method per row, above the paper's
+            rows.
         rule: One of the success rules in `RULES`.
     """
     rows = [_row(row, rule) for row in comparison.rows]
@@ -38,11 +39,11 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
             "not reached",
         ),
         tuple(rows),
-        "Accelerations: mean ± 95 % over the targets that the method of the "
-        "row reaches, as in the paper's Tables II and III. Collisions and "
-        "clearances are measured at ticks and at four points between, with "
-        "the true solids or, if these are unknown, with the capture's depth. "
-        "The paper used another scene and other targets.",
+        "Accelerations: mean ± 95 % over the targets that the row's method "
+        "reaches, as in the paper's Tables II and III. Collisions and "
+        "clearances are measured at ticks and at four points between them, "
+        "with the true solids or, if these are unknown, with the capture's "
+        "depth. The paper used another scene and other targets.",
         quoted=frozenset(range(ours, len(rows))),
     )
 
@@ -65,7 +66,7 @@ def _row(row: Row, rule: str) -> tuple[str, ...]:
 
 
 def _not_reached(row: Row, rule: str) -> str:
-    """Lists the targets that were not reached, for each reason."""
+    """Lists the targets that were not reached, grouped by reason."""
     targets = defaultdict(list)
     for trial in row.trials:
         if not trial.success(rule):

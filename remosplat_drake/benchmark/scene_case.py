@@ -90,7 +90,7 @@ class SceneCase:
     def splat(self) -> tuple[GaussianSplat, str]:
         """Returns the scene's splat in W, and its origin's name in tables.
 
-        If there is no trained splat, it consists of surfels on the true
+        If there is no trained splat, the splat consists of surfels on the true
         geometry.
         """
         truth = self.truth()

@@ -24,11 +24,11 @@ RECIPE_VERSION = 3
 other splats."""
 
 REFINED = "refined"
-"""Name in tables of the origin of a splat that was fitted on the CPU, without
+"""Origin, in tables, of a splat that was fitted on the CPU without
 gradients."""
 
 ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
-"""Names in tables of the origins of splats, by the device that makes them."""
+"""Origins of splats, in tables, keyed by the device that makes the splats."""
 
 
 @dc.dataclass
@@ -42,7 +42,7 @@ class SplatRecipe(Config):
     # Size of a view [pixels].
     width: Annotated[int, Interval(ge=1, le=8192)] = 480
     height: Annotated[int, Interval(ge=1, le=8192)] = 360
-    # Largest number of splats. They are smallest around the target.
+    # Largest number of splats. The splats are smallest around the target.
     count: Annotated[int, Interval(ge=1, le=100_000_000)] = 60_000
     # Number of optimisation steps of a training. Refinement has no fixed number
     # of steps.
@@ -52,7 +52,7 @@ class SplatRecipe(Config):
 
     @property
     def origin(self) -> str:
-        """Name in tables of the origin of the recipe's splats."""
+        """Origin, in tables, of the recipe's splats."""
         return ORIGINS[self.device]
 
     @property

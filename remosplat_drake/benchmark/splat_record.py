@@ -55,7 +55,7 @@ def read_record(splat_file: Path) -> SplatRecord | None:
     """Reads the record beside a splat; None if there is no record.
 
     Raises:
-        FileError: The file exists but does not hold a record.
+        FileError: The file exists but does not contain a record.
     """
     return next(iter(read_records(splat_file.with_suffix(".json"))), None)
 
@@ -74,7 +74,7 @@ def read_records(path: Path) -> list[SplatRecord]:
     """Reads the records that `write_records` wrote; empty without a file.
 
     Raises:
-        FileError: The file exists but does not hold records.
+        FileError: The file exists but does not contain records.
     """
     try:
         lines = path.read_text().splitlines()
@@ -83,7 +83,7 @@ def read_records(path: Path) -> list[SplatRecord]:
         return []
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise FileError(
-            path, f"does not hold records of splats ({error})"
+            path, f"does not contain records of splats ({error}); remove it"
         ) from error
 
 

@@ -52,11 +52,11 @@ def splat_table(records: Sequence[SplatRecord]) -> Table | None:
         ),
         rows,
         "Seconds and numbers of discs are medians over the scenes; several "
-        "splats were made at the same time. Errors are those of distances "
-        "from free points between 3 and 50 cm from the scene, around start "
-        "and target. Each scene has a median error and a 99th percentile; "
-        "the columns contain the medians of these over the scenes, and the "
-        "largest over- and underestimate of all.",
+        "splats were made at the same time. Errors are errors of distances "
+        "from free points around start and target, 3 to 50 cm from the scene. "
+        "Each scene has a median error and a 99th percentile. The columns "
+        "contain the medians of these two values over the scenes, and the "
+        "largest over- and underestimate in all scenes.",
         texts=3,
     )
 

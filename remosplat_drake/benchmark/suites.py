@@ -31,21 +31,21 @@ PUBLISHED_FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 
 
 METHODS = "paper,sdf-guided,ellipsoid-guided"
-"""Methods that are compared by default: the paper's, and guided control with
-true distances and with splats."""
+"""Methods that are compared by default: the paper's methods, and guided control
+with true distances and with splats."""
 
 ROBOTS_METHOD = "robots-guided"
 """Default method for random targets of any robot."""
 
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
-"""Default methods in scenes with movers: ours, and Drake's, which ignores
-movers."""
+"""Default methods in scenes with movers: this package's method, and Drake's
+method, which ignores movers."""
 
 MBM, MBM_GRASP, MBM_CARRY = "mbm", "mbm-grasp", "mbm-carry"
-"""Kinds of suites of MotionBenchMaker's problems. In the first, the scene lacks
-the object that the hand encloses at the goal. In the second, the scene contains
-this object, and only the hand may touch it. In the third, the robot then
-carries it to the start's pose."""
+"""Kinds of suites of MotionBenchMaker's problems. In the first kind, the scene
+does not contain the object that the hand encloses at the goal. In the second
+kind, the scene contains this object, and only the hand may touch it. In the
+third kind, the robot also carries the object to the start's pose."""
 
 _MBM = (MBM, MBM_GRASP, MBM_CARRY)
 
@@ -62,23 +62,23 @@ def default_methods(name: str) -> str:
 
 
 def suite_robots(name: str, robot: str = "") -> list[str]:
-    """Returns the robots that a suite drives, one after the other.
+    """Returns the names of the robots that a suite drives.
 
     Args:
         name: Name of the suite.
         robot: Names or files of robots, joined by commas; empty for the suite's
-            default robots. An empty name in the list stands for the robot of
-            each method.
+            default robots. An empty name in the result means the robot of each
+            method.
 
     Raises:
-        RemoSplatError: The suite takes one robot only.
+        RemoSplatError: The suite permits only one robot.
     """
     kind = name.partition(":")[0]
     if robot and (kind == ROBOTS or "," not in robot):
         return robot.split(",")
     if robot:
         raise RemoSplatError(
-            f"--robot: --suite {name} takes one robot, got {robot}"
+            f"--robot: --suite {name} permits only one robot, got {robot}"
         )
     if kind == ROBOTS:
         return shipped_robots()
@@ -89,10 +89,10 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
 def interleave_families(
     cases: Sequence[BenchmarkCase],
 ) -> list[BenchmarkCase]:
-    """Orders cases: the first of each family, then the second of each, ...
+    """Orders cases: first the first case of each family, then the second, etc.
 
-    With this order, the results of an interrupted run contain all families
-    equally.
+    With this order, an interrupted run has results for equally many scenes of
+    each family.
     """
     by_family = [
         list(group) for _, group in groupby(cases, key=lambda c: c.family)
@@ -125,9 +125,9 @@ def load_cases(
             since their suite names the splats.
         trained_only: Whether scenes without a trained splat are left out.
             MotionBenchMaker's problems ignore it.
-        robot: Name or file of the robot; empty for the methods' own.
-        jobs: Number of processes that draw scenes; 0: this one.
-        drawing: Callback for the number of scenes that are drawn.
+        robot: Name or file of the robot; empty for the robot of each method.
+        jobs: Number of processes that draw scenes; 0: this process.
+        drawing: Function that is called with the number of drawn scenes.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.
@@ -173,10 +173,10 @@ def load_suite(
             "generated:FAMILY,..." for chosen ones, or "published:DIR" with
             the folders of `PUBLISHED_FOLDERS` in DIR.
         count: Number of scenes of each family.
-        splat_folders: Folders in which trained splats are sought.
+        splat_folders: Folders in which trained splats are searched.
         trained_only: Whether scenes without a trained splat are left out.
-        jobs: Number of processes that draw scenes; 0: this one.
-        drawing: Callback for the number of scenes that are drawn.
+        jobs: Number of processes that draw scenes; 0: this process.
+        drawing: Function that is called with the number of drawn scenes.
 
     Raises:
         RemoSplatError: The suite does not exist, or it has no scenes.

@@ -1,4 +1,4 @@
-"""Sorts the results of many trials into comparable rows."""
+"""Groups the results of many trials into comparable rows."""
 
 import dataclasses as dc
 from collections import defaultdict
@@ -25,7 +25,7 @@ from remosplat_drake.benchmark.result import (
 
 @dc.dataclass(frozen=True, eq=False)
 class Row:
-    """All trials of one method with the same settings: one row of a table.
+    """One row of a table: all trials of a method with the same settings.
 
     Attributes:
         method: Name of the method.
@@ -176,7 +176,7 @@ class Comparison:
 
 
 def gather(results: Sequence[TrialResult]) -> list[Comparison]:
-    """Sorts results into rows, and rows into comparisons.
+    """Groups results into rows, and rows into comparisons.
 
     If a scene has several results with the same method, spheres and station,
     for example with different splats, the last one counts. The rows are in the

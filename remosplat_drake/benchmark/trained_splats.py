@@ -1,7 +1,7 @@
 """Makes the splats of scenes: renders views, fits discs, measures errors.
 
 A splat and its record are files in the recipe's folder. The splat is written
-last, so each splat there has a record.
+last, so each splat in the folder has a record.
 """
 
 import dataclasses as dc
@@ -55,7 +55,7 @@ ORACLES: dict[str, OracleConfig] = {
 
 QUALITY_POINTS = 4000
 """Number of random points, in the space around start and target, at which
-distances are measured. Only points near the scene count."""
+distances are measured. Errors are computed at those near the scene."""
 
 MARGIN, FLOOR_MARGIN, HEIGHT = 0.6, 0.05, 1.4
 """Extent of the space around start and target in which distance errors are
@@ -179,7 +179,7 @@ def _head(order: SplatOrder) -> SplatRecord:
 def _train(
     capture: Capture, surfels: Surfels, recipe: SplatRecipe
 ) -> GaussianSplat:
-    # Imported here, since the extra `gpu` need not be installed.
+    # Imported here, since the packages of the extra `gpu` may be missing.
     from remosplat_drake.reconstruction.training import training
 
     config = training.TrainingConfig(steps=recipe.steps, seed=recipe.seed)

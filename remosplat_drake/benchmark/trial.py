@@ -55,8 +55,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import has_arrived
 
 TRIAL_VERSION = 8
-"""Version of trials, a part of the key. Increase it whenever the results of
-equal trials change."""
+"""Version of trials, which is a part of their key. Increase it whenever the
+results of equal trials change."""
 
 
 @dc.dataclass(frozen=True)
@@ -237,8 +237,8 @@ def _make_world(
     splat_W: GaussianSplat | None,
 ) -> World:
     robot = load_scenario_robot(scenario)
-    # Ground truth that was measured has no solids, so its distance field is
-    # used as the map.
+    # Measured ground truth has no solids, so its distance field is used as the
+    # map.
     if task.solids is None and not method.needs_splat:
         field = task.truth_field
     else:
@@ -257,7 +257,7 @@ def _drive(
 ) -> tuple[Trajectory, SearchEffort, CarryingResult | None]:
     """Runs the closed loop until the robot has arrived by every rule.
 
-    If the object is carried back, the trajectory ends where it is taken.
+    If the robot carries an object back, the trajectory ends at the grasp.
     """
     if task.support is not None:
         result, carried = carry(task, scenario, world)
@@ -303,7 +303,7 @@ def _pose(X: RigidTransform, effector: str) -> TargetConfig:
 class _ArrivedByEveryRule:
     """Whether the robot has arrived by each success rule during the run.
 
-    One run is then judged by all rules.
+    All rules can then judge the same run.
     """
 
     def __init__(self, scenario: Scenario):

@@ -1,4 +1,4 @@
-"""Judges a benchmark's run: arrival, collisions, contacts with movers."""
+"""Judges a run of the benchmark: arrival, collisions, contacts with movers."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -31,8 +31,8 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.task.arrival import ArrivalConfig
 
 CHECKS_A_TICK = 5
-"""Number of collision checks per tick: at the tick and at four points between
-it and the next one."""
+"""Number of collision checks per tick: at the tick, and at four points between
+this tick and the next tick."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
 """Duration of the last part of a run [s], and length of the path in this part

@@ -1,9 +1,10 @@
 """`WatchedRun`: finds the causes of contacts if cameras detect the movers.
 
-A robot cannot avoid a mover that comes out of space that no camera sees. So if
-a link moves towards a mover and touches it, this is the robot's fault only if
-cameras have seen the mover for long enough: from a time at which its distance
-was at least the protective separation distance, or from the start.
+A robot cannot avoid a mover that comes out of space that no camera sees. If a
+link moves towards a mover and touches it, the robot has therefore caused the
+contact only if cameras have seen the mover for long enough. This means from a
+time at which its distance was at least the protective separation distance, or
+from the start.
 """
 
 import dataclasses as dc
@@ -29,7 +30,7 @@ from remosplat_drake.scene.mover import Movers
 
 @dc.dataclass(frozen=True, eq=False)
 class WatchedRun:
-    """A run, and the cameras that detected movers in it.
+    """A run, and the cameras that detected movers during the run.
 
     Attributes:
         robot: The robot.
@@ -99,9 +100,9 @@ class WatchedRun:
     def _is_apart(self, k: int, contact: Contact) -> bool:
         """Returns whether the robot may regard link and mover as S_p apart.
 
-        S_p is the protective separation distance. The mover's state is the true
-        one at the newest image that can have arrived by then, extrapolated with
-        the mover's motion and bounds.
+        S_p is the protective separation distance. The mover's state is its true
+        state at the time of the newest image that can have arrived by then. It
+        is extrapolated with the mover's motion and bounds.
         """
         time, u = float(self.trajectory.time[k]), self.trajectory.u[k]
         late = max(c.period + c.latency for c in self.cameras)

@@ -44,7 +44,7 @@ ARM_LENGTH = 0.3
 the arm's initial posture is searched [m]."""
 
 MARGIN = 0.5
-"""The search aims at this fraction of the tolerances."""
+"""Fraction of the tolerances that the search tries to reach."""
 
 CLEARANCE_MARGIN = 5e-4
 """Length by which the search tries to exceed the required clearance [m]."""
@@ -291,5 +291,5 @@ class _GoalSearch:
         return np.hstack([np.eye(3)[:, :2], self._from_yaw(Jv)])
 
     def _from_yaw(self, J: np.ndarray) -> np.ndarray:
-        """The columns of the yaw rate and of the arm."""
+        """The columns of a Jacobian for the yaw rate and the arm."""
         return J[:, self.robot.n_base - 1 :]

@@ -215,7 +215,7 @@ class TestDeadManButton:
         state = hand.say(V_W=None)
         assert (state.mode, state.text) == (
             HOLD,
-            "hold: the dead-man button was let go",
+            "hold: the dead-man button was released",
         )
         np.testing.assert_array_equal(state.V_WT, np.zeros(6))
         np.testing.assert_array_equal(hand.wait(1).X_WT, moving.X_WT)

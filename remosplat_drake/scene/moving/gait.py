@@ -150,7 +150,7 @@ def _walk(
 
 
 def _headings(walk: Sequence[Step], p: np.ndarray) -> np.ndarray:
-    """Returns headings at each step: as given, else the walking direction."""
+    """Returns the headings at the steps: given ones, or walking directions."""
     ways = np.diff(p, axis=0)
     ahead = np.arctan2(ways[:, 1], ways[:, 0])
     # A standing person keeps the heading.

@@ -54,5 +54,5 @@ def test_reads_the_hull_of_a_mesh(tmp_path):
     (tmp_path / "part.obj").write_text(TETRAHEDRON)
     vertices = read_hull(tmp_path / "part.obj", 0.1)
     assert np.ptp(vertices, axis=0) == pytest.approx(0.1)
-    with pytest.raises(RemoSplatError, match="is no mesh that Drake reads"):
+    with pytest.raises(RemoSplatError, match="is not a mesh that Drake reads"):
         read_hull(tmp_path / "part.stl")
