@@ -91,7 +91,7 @@ class MotionProblem(SceneCase):
     carried: bool = False
 
     def grasping(self, carried: bool = False) -> "MotionProblem":
-        """Returns the same problem in a scene with the object to be grasped.
+        """Returns the problem in the scene that contains the grasped object.
 
         Args:
             carried: Whether the robot then carries the object to the start's

@@ -75,7 +75,7 @@ class ReachingTask:
     def with_grasped(
         self, field: DistanceField, robot: RobotModel
     ) -> DistanceField:
-        """Adds the object to grasp to a field, for all links except the hand's.
+        """Adds the grasped object to a field, for all links except the hand's.
 
         Args:
             field: Distances to all other surfaces.

@@ -32,7 +32,7 @@ SCANS_DIR = Path(__file__).parent / "scans"
 
 @dc.dataclass
 class SolidsTruth(Config):
-    """Ground truth as known solids: an RMMI file, whose task is ignored."""
+    """Ground truth as solids: those of an RMMI file, whose task is ignored."""
 
     file: str = ""
 
@@ -89,7 +89,8 @@ class ScanCase:
         scene: Name of the scene in the suite.
         map: Name of the map of that scene.
         target: Name of the target in that scene.
-        data: Folder of the data files; empty for the one that the suite names.
+        data: Folder of the data files; empty for the folder that the suite
+            names.
     """
 
     file: str
@@ -238,7 +239,8 @@ def load_scan(path: Path, scene: str, data: str = "") -> ScannedScene:
     Args:
         path: Path of the suite's file.
         scene: Name of the scene in the suite.
-        data: Folder of the data files; empty for the one that the suite names.
+        data: Folder of the data files; empty for the folder that the suite
+            names.
 
     Raises:
         RemoSplatError: A field has an unusable value.

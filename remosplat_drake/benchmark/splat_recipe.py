@@ -91,5 +91,5 @@ def load_recipe(device: str, override: str = "") -> SplatRecipe:
 
 
 def default_folders() -> tuple[Path, ...]:
-    """Returns the default recipes' folders of splats, trained ones first."""
+    """Returns the default recipes' folders, those of trained splats first."""
     return tuple(SplatRecipe(device=device).folder for device in ORIGINS)

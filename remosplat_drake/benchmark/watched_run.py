@@ -68,7 +68,7 @@ class WatchedRun:
         return dc.replace(judgement, contacts=tuple(contacts))
 
     def was_seen(self, contact: Contact) -> bool:
-        """Returns whether cameras always saw a mover since it was S_p away.
+        """Returns whether cameras have seen a mover since it was S_p away.
 
         S_p is the protective separation distance. If the mover was never so far
         away, cameras must have seen it from the start.

@@ -1,8 +1,7 @@
-"""Tasks: sequences of targets, the rule of arrival, and jobs with objects.
+"""Tasks: sequences of targets, the arrival rule, and jobs with objects.
 
-The system `TargetSequence` outputs targets one after the other. `has_arrived`
-is the rule by which a target counts as reached. `TaskSystem` leads a robot
-through the steps of a `Task`, such as picking and placing objects.
-`suggest_task` finds a first target in an unknown scene, on the grid of
-`HandPlaces`.
+The system `TargetSequence` outputs targets in their order. `has_arrived`
+decides whether a target counts as reached. `TaskSystem` outputs the steps of a
+`Task`, such as picking and placing objects. `suggest_task` finds a first target
+in a new scene, on the grid of `HandPlaces`.
 """

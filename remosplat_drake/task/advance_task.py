@@ -4,8 +4,8 @@ A step lasts until its end effector is at the goal and its hand has the
 commanded width. Then the arm comes to a standstill, and the next step begins.
 Contact rules and payload change only at a standstill, and only if the distances
 there allow it. A step that takes too long fails: the robot executes the steps
-that undo it, and tries the next alternative of the block. If there is none, the
-task has failed.
+that undo it, and tries the next alternative of the block (a job of the task).
+If no alternative is left, the task has failed.
 """
 
 import dataclasses as dc
@@ -39,10 +39,11 @@ WIDTH = 0.001
 """Greatest difference between a hand's measured and commanded width [m]."""
 
 AT_REST = 0.02
-"""Measured speed of an axis below which the robot stands still [m/s, rad/s]."""
+"""Measured speed of an axis below which the axis counts as at rest [m/s,
+rad/s]."""
 
 _AROUND = 0.03
-"""Greatest distance from the end effector to an object that it holds [m]."""
+"""Greatest distance from the end effector to an object that it can hold [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -53,8 +54,8 @@ class Observation:
         time: Time of the tick [s].
         q: The measured configuration, shape (n_q,) [rad, m].
         v: The measured velocity of the axes, shape (n_u,) [rad/s, m/s].
-        u: The command that is being executed, shape (n_u,) [rad/s, m/s].
-        hands: The readings of its hands by end effector.
+        u: The command that the robot executes, shape (n_u,) [rad/s, m/s].
+        hands: The measurements of the robot's hands, keyed by end effector.
     """
 
     time: float
@@ -65,7 +66,7 @@ class Observation:
 
     @property
     def stands_still(self) -> bool:
-        """Whether the robot has the command zero, and is at rest."""
+        """Whether the command is zero, and the robot is at rest."""
         return not self.u.any() and bool(np.abs(self.v).max() < AT_REST)
 
 
@@ -93,7 +94,7 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     if _is_done(task, state, step, now):
         return _next(task, dc.replace(state, begun=False, since=now.time))
     if now.time - state.since > step.patience:
-        reason = f"{step.text}: not done within {step.patience:g} s"
+        reason = f"{step.text}: not finished within {step.patience:g} s"
         if step.goal is not None:
             error = error_to(task, state, step, now.q)
             reason += f", {1e3 * error.distance:.0f} mm and"
@@ -118,14 +119,14 @@ def error_to(
 
 
 def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
-    """Pose in W of the end effector or base that a step moves, (4, 4)."""
+    """Pose in W of the end effector or base that the step moves, (4, 4)."""
     if step.drives:
         return planar_pose.matrix(q[:3])
     return robot.end_effector_poses(q)[step.effector]
 
 
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
-    """Begins the present step, if the distances at q allow that."""
+    """Begins the present step if the distances at q allow it."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
     state = with_held_object(state, X_WE)
     changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
@@ -136,7 +137,7 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         changed = _attached(task, changed, step, now, X_WE)
     elif step.action == RELEASE:
         if not state.held or step.effector != state.holder:
-            reason = f"{step.text}: the hand holds nothing"
+            reason = f"{step.text}: the hand does not hold an object"
             return _failed(task, state, now, reason)
         changed = changed.emptied
     if changed.payload is not None:
@@ -186,8 +187,8 @@ def _attached(
         payload=payload,
         holder=step.effector,
         giver=state.holder if state.held else None,
-        # The pads are compliant: the measured width is the reference by which
-        # the task later detects that the object slips.
+        # The pads are compliant, so the measured width is the reference with
+        # which the task later detects that the object slips.
         grip=None if step.grip is None or hand is None else hand.width,
         X_OE=np.linalg.solve(X_WO, X_WE[step.effector]),
     )
@@ -252,7 +253,7 @@ def _arm_errors(
 
 
 def _next(task: Task, state: TaskState) -> TaskState:
-    """Continues with the next step, the next block or the next alternative."""
+    """Continues with the next step or the next block."""
     done = state.present(task)
     if done.goal is not None and done.effector == state.giver:
         state = dc.replace(state, giver=None)
@@ -284,7 +285,7 @@ def _failed(
 
 
 def _next_way(task: Task, state: TaskState) -> TaskState:
-    """Tries the next alternative, if the load is that at the block's start."""
+    """Tries the next alternative if the load is the same as when it began."""
     is_left = state.way + 1 < len(task.blocks[state.block].ways)
     if is_left and state.load == state.carried:
         return dc.replace(state, way=state.way + 1, step=0)
@@ -292,7 +293,7 @@ def _next_way(task: Task, state: TaskState) -> TaskState:
 
 
 def loss(state: TaskState, now: Observation) -> str:
-    """Returns why the carried object may be lost; empty if it is held.
+    """Returns the reason why the carried object may be lost; "" if it is held.
 
     Args:
         state: The state of the task.
@@ -324,13 +325,13 @@ def has_slipped(state: TaskState, now: Observation) -> bool:
 def _off_the_hand(
     state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
 ) -> str:
-    """Returns why an object is not in a hand; empty if it is."""
+    """Returns the reason why an object is not in a hand; "" if it is."""
     is_given = state.held == step.object and step.effector != state.holder
     if state.held and not is_given:
         return f"{step.text}: the hand holds the {state.held}"
     hand = now.hands.get(step.effector)
     if hand and step.grip is not None and hand.is_narrower(step.grip):
-        return f"{step.text}: the hand has closed on nothing"
+        return f"{step.text}: the hand has closed without an object"
     thing = state.named(step.object)
     p_OE = thing.X_WO.inverse().multiply(X_WE[step.effector, :3, 3])
     lower, upper = thing.corners

@@ -10,16 +10,17 @@ from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.robot.pose_error import PoseError
 
 RULES = ("text", "authors")
-"""Success rules: that of the paper's text, and that of its authors' code."""
+"""Success rules: the rule in the paper's text, and the rule in its authors'
+code."""
 
 
 @dc.dataclass
 class ArrivalConfig(Config):
     """Conditions for arrival at a target (paper section V, "Success Rate")."""
 
-    # Success rule. With `text`, as in the paper, distance and angle must be
-    # within their tolerances. With `authors`, as in the authors' code, only the
-    # L1 norm of the translation must be within its tolerance.
+    # Success rule. `text` is the rule in the paper: distance and angle must be
+    # within their tolerances. `authors` is the rule in the authors' code: only
+    # the L1 norm of the translation must be within its tolerance.
     rule: Annotated[str, OneOf(RULES, "rule")] = "text"
     # Greatest distance between end effector and target [m].
     position: Annotated[float, Interval(gt=0, le=1)] = 0.02

@@ -1,4 +1,4 @@
-"""Makes the payload of a carried object: mass, convex pieces, holding links."""
+"""Makes the payload of a carried object: mass, shape and holding links."""
 
 import numpy as np
 
@@ -37,9 +37,9 @@ def make_payload(
     Args:
         robot: The robot, without a payload.
         thing: The object.
-        spheres: Spheres around it, as `object_spheres.fit_object` fits them.
-        q: The configuration in which the hand takes it, shape (n_q,).
-        effector: Index of the end effector that takes it.
+        spheres: Spheres around the object, from `object_spheres.fit_object`.
+        q: The configuration at which the hand takes the object, shape (n_q,).
+        effector: Index of the end effector that takes the object.
     """
     body = int(robot.arrays.values.body_E[effector])
     X_WL, X_WO = robot.body_poses(q)[body], thing.X_WO.GetAsMatrix4()

@@ -1,4 +1,4 @@
-"""Finds places where an object stands level and free on top of another one."""
+"""Finds free places for an object on the level top of another object."""
 
 import dataclasses as dc
 
@@ -17,7 +17,7 @@ _STEP = 0.02
 """Distance of neighbouring places on a grid [m]."""
 
 _LEVEL = 0.001
-"""Greatest difference of the heights of a level top [m]."""
+"""Greatest difference between heights of a top that counts as level [m]."""
 
 _LEAST_AREA = 1e-4
 """Least area of a level top [m^2]."""
@@ -26,8 +26,8 @@ MOST = 8
 """Largest number of places that are returned."""
 
 APART = 0.05
-"""Least distance of two places that are returned [m]. If a robot cannot reach
-one, it can rarely reach one that is nearer to it."""
+"""Least distance of two places that are returned [m]. If a robot cannot reach a
+place, it can rarely reach a place that is nearer to this place."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Surroundings:
     """The parts of a scene from which an object must be free.
 
     Attributes:
-        field: The map, without the object and without what it stands on.
+        field: The map, without the object and without its support.
         stopping: Distance that the object's spheres keep from the map [m].
         p_WA: The arm's shoulder in W, shape (3,) [m]; None if the base moves.
         reach: Length of the arm [m].
@@ -61,13 +61,14 @@ def free_places(
     Args:
         thing: The object.
         spheres: Spheres around it, in its frame.
-        support: The object on whose level top the other shall stand.
+        support: The object on whose level top `thing` shall stand.
         around: The scene without both objects.
-        near: Point in W near which it shall stand, shape (3,) [m]; None for the
-            middle of the top.
+        near: Point in W near which `thing` shall stand, shape (3,) [m]; None
+            for the middle of the top.
 
     Returns:
-        Poses X_WO, the nearest first, `MOST` at most, `APART` from each other.
+        At most `MOST` poses X_WO, the nearest first. They are at least `APART`
+        from each other.
 
     Raises:
         RemoSplatError: The top is tilted or too small, there is no free place,
@@ -88,8 +89,8 @@ def free_places(
     p_WO = p_WO[_is_free(p_WO, R_WO, spheres, around)]
     if not len(p_WO):
         raise RemoSplatError(
-            f"the {support.name} is full: there is no free place for the"
-            f" {thing.name}"
+            f"the {support.name} has no free place for the {thing.name}; "
+            "clear a place on it"
         )
     if around.p_WA is not None:
         far = np.linalg.norm(p_WO - around.p_WA, axis=1)
@@ -105,7 +106,7 @@ def free_places(
 
 
 def _spread(p_WO: np.ndarray) -> np.ndarray:
-    """The first of the places that keep `APART` from those before."""
+    """Returns the first places that are at least `APART` from each other."""
     chosen: list[np.ndarray] = []
     for p in p_WO:
         if all(np.linalg.norm(p - other) >= APART for other in chosen):

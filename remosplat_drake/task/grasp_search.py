@@ -18,7 +18,7 @@ ENOUGH = 3
 """Number of grasps after which the search ends."""
 
 _LOOKS = 25
-"""Number of points of an object at which grasps are sought."""
+"""Number of points of an object at which grasps are searched."""
 
 _TESTED = 40
 """Largest number of grasps that are tested with the whole robot."""
@@ -27,7 +27,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 
 _SPACING, _ACROSS = 0.004, 60
 """Spacing of the points of a small object [m], and the least number of points
-across a large one."""
+across a large object."""
 
 Reaches = Callable[[np.ndarray], bool]
 """Function that returns whether the robot reaches a grasp, a pose X_OE of the
@@ -57,7 +57,8 @@ def find_grasps(
 ) -> list[FoundGrasp]:
     """Finds grasps of an object, the best first.
 
-    Grasps from the side on which the hand is, and from above, are preferred.
+    The function prefers grasps from above, and from the side on which the hand
+    is.
 
     Args:
         thing: The object, with a known mass.
@@ -65,14 +66,14 @@ def find_grasps(
         beside: The map without the object.
         stopping: Distance that the hand keeps from the map [m].
         p_WE: Position of the hand, shape (3,) [m].
-        reaches: Test with the whole robot.
+        reaches: Function that returns whether the robot reaches a grasp.
 
     Returns:
         At least one grasp, and `ENOUGH` at most.
 
     Raises:
-        RemoSplatError: There is none, or the hand is too weak; the text states
-            the reason.
+        RemoSplatError: There is no grasp, or the hand is too weak; the text
+            states the reason.
     """
     X_WO, name = thing.X_WO.GetAsMatrix4(), thing.name
     way_W = X_WO[:3, 3] - p_WE
@@ -90,15 +91,15 @@ def find_grasps(
     )
     if not grasps:
         raise RemoSplatError(
-            f"the hand, which opens to {1e3 * gripper.max_width:.0f} mm, finds"
-            f" no grasp of the {name}"
+            f"the hand, which opens to {1e3 * gripper.max_width:.0f} mm, "
+            f"cannot grasp the {name}"
         )
     hand = HandSpheres.of(gripper)
     grasps = [x for x in grasps if hand.keeps(beside, X_WO @ x.X_OE, stopping)]
     if not grasps:
         raise RemoSplatError(
-            f"the {name} stands too close to others: no grasp leaves the hand"
-            f" {1e3 * stopping:.0f} mm"
+            f"the {name} is too close to other objects: at no grasp the "
+            f"hand's clearance is {1e3 * stopping:.0f} mm"
         )
     found: list[FoundGrasp] = []
     weak = ""
@@ -117,7 +118,7 @@ def find_grasps(
     if not found:
         raise RemoSplatError(
             weak
-            or f"the robot reaches none of the grasps of the {name} with its"
-            " distances kept"
+            or f"the robot cannot reach any grasp of the {name} without "
+            "coming too near to itself or the scene"
         )
     return found

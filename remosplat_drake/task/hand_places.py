@@ -1,10 +1,10 @@
-"""Finds grid points where a hand is near a surface, central ones first.
+"""Finds grid points at which a hand is near a surface.
 
-A floor may be large, or seem so because of an outlier, and a grid over all of
-it would have too many points for a query of all distances. So the grid is
-divided into boxes. Boxes without a surface nearby are skipped, since distances
-are 1-Lipschitz. The other boxes are searched from the middle of the grid
-outwards, only as far as needed.
+A floor may be large, or seem large because of an outlier. A grid over the whole
+floor would then have too many points for a query of all distances. The grid is
+therefore divided into boxes. Boxes without a surface nearby are skipped, which
+is possible since distances are 1-Lipschitz. All other boxes are searched from
+the middle of the grid outwards, only as far as needed.
 """
 
 import dataclasses as dc
@@ -28,13 +28,13 @@ _ROUNDING = 1e-9
 """Bound on rounding errors of lengths, both relative and in metres."""
 
 _Box = tuple[tuple[int, int], ...]
-"""A box of grid points: along x, y and z, the first index and the one after the
-last."""
+"""A box of grid points: along x, y and z, the first index and the index after
+the last."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class HandPlaces:
-    """Grid points of a map at which a hand fits, close to a surface.
+    """Finds grid points of a map at which a hand fits, close to a surface.
 
     At such a point, called a place, the hand's clearance is between `near` and
     `far`.
@@ -72,7 +72,7 @@ class HandPlaces:
             radius: Distance from it beyond which places may be omitted [m].
 
         Yields:
-            The next places in W, shape (k, 3) [m]; there may be none.
+            The next places in W, shape (k, 3) [m]; k may be 0.
         """
         boxes = self._searched([self._whole()], p_W, radius)
         found = np.zeros((0, 3))

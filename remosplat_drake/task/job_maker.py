@@ -38,15 +38,16 @@ _SEEDS = 30
 """Number of configurations from which the search for each pose starts."""
 
 _ROOM = 0.008
-"""Distance that is kept at searched poses, beyond the stopping distance [m].
-The controller approaches poses slowly that are just possible."""
+"""Distance beyond the stopping distance that the robot keeps at searched poses
+[m]. The controller would only slowly approach poses that keep no more than the
+stopping distance."""
 
 _BRANCH = 0.7
-"""Largest change of a joint along a line of some centimetres [rad, m]. A larger
-one means that the arm would have to fold another way."""
+"""Largest change of a joint along a line of some centimetres [rad, m]. After a
+larger change, the arm would be folded in another way."""
 
 _CONTACT = 0.01
-"""Largest distance between an object and the one that it stands on [m]."""
+"""Largest distance between an object and the object on which it stands [m]."""
 
 
 class JobMaker:
@@ -54,7 +55,8 @@ class JobMaker:
 
     Args:
         law: The control law for the robot without a payload.
-        planner: Searches configurations of the robot without a payload.
+        planner: The planner, for the robot without a payload. It searches
+            configurations.
         scene: The map without the objects.
         stopping: Distance that the robot keeps from the map [m].
         q0: The configuration at the start, shape (n_q,) [rad, m].
@@ -62,11 +64,12 @@ class JobMaker:
         is_stopped: Whether an object between the fingers stops them.
         plans: Whether the controller plans paths.
         where: File and name of the scenario, for errors.
-        written: The scenario's own steps. The grasps and contacts of its
-            `!Pick` of an object replace the search of grasps.
+        written: The steps in the scenario. If they contain a `!Pick` of an
+            object, its grasps and contacts replace the search of grasps.
 
     Attributes:
-        spheres: Spheres around the objects that may be carried, by name.
+        spheres: Spheres around the objects that the robot may carry, keyed by
+            name.
         scene: The map without the objects, which may be replaced.
     """
 
@@ -149,7 +152,7 @@ class JobMaker:
     def take(
         self, name: str, state: TaskState, q: np.ndarray, effector: int
     ) -> tuple[Block, ...]:
-        """Makes the job that takes an object from where it stands.
+        """Makes the job that takes an object from its place.
 
         Args:
             name: The object's name.
@@ -164,13 +167,14 @@ class JobMaker:
         thing = state.named(name)
         _check_known(name, state)
         if state.held:
-            raise RemoSplatError(f"the hand holds the {state.held} already")
+            raise RemoSplatError(
+                f"the hand already holds the {state.held}; put it down first"
+            )
         called = self._robot.effectors[effector]
         pick = self._written(name, effector)
         if pick is None and thing.mass is None:
             raise RemoSplatError(
-                f"the mass of the {name} is unknown: only objects whose mass"
-                " the scenario states are taken"
+                f"the mass of the {name} is unknown; state it in the scenario"
             )
         self.fit(thing)
         if pick is None:
@@ -195,7 +199,7 @@ class JobMaker:
             q: The configuration, shape (n_q,) [rad, m].
             rotation: Rotation R_WO with which it stands level, shape (3, 3).
             near: Point in W near which it shall stand, shape (3,) [m]; None
-                for below the hand.
+                means below the hand.
 
         Raises:
             RemoSplatError: The hand is empty, or no free place is within
@@ -229,13 +233,13 @@ class JobMaker:
                 config.places.append(PoseConfig(**_pose(X_WP.GetAsMatrix4())))
         if not config.places:
             raise RemoSplatError(
-                f"the robot reaches none of {len(found)} free places on the"
-                f" {support} with its distances kept"
+                f"the robot cannot reach any of {len(found)} free places on "
+                f"the {support} without coming too near to itself or the scene"
             )
         return self._blocks([config], state)
 
     def release(self, state: TaskState) -> tuple[Block, ...]:
-        """Makes the jobs that leave the carried object where it is.
+        """Makes the jobs that release the carried object at its present place.
 
         Args:
             state: The state of the task, with a carried object.
@@ -263,7 +267,7 @@ class JobMaker:
             raise RemoSplatError(error.problem) from error
 
     def _written(self, name: str, effector: int) -> cfg.Pick | None:
-        """The scenario's own step that takes an object; None without one."""
+        """The scenario's step that takes an object; None if there is none."""
         names = self._robot.effectors
         for pick in self._picks:
             own = pick.effector or names[0]
@@ -330,7 +334,7 @@ class JobMaker:
         effector: int,
         payload: Payload | None = None,
     ) -> bool:
-        """Whether the robot reaches poses that are joined by short lines.
+        """Whether the robot reaches poses that short straight lines connect.
 
         Args:
             ways: The poses X_WE, shape (4, 4), each with the map there.
@@ -363,14 +367,14 @@ class JobMaker:
 
 
 def support_of(thing: SceneObject, objects: Sequence[SceneObject]) -> str:
-    """Returns the name of the object on which another one stands.
+    """Returns the name of the object on which another object stands.
 
     Args:
-        thing: The other one.
+        thing: The object that stands.
         objects: All objects.
 
     Returns:
-        The name; empty if it stands on none of them.
+        The name; empty if `thing` does not stand on an object.
     """
     vertices = np.concatenate(hull_pieces(thing.solid))
     bottom = thing.X_WO.multiply(vertices.T)[2].min()

@@ -11,10 +11,13 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.job_maker import JobMaker
 from remosplat_drake.task.job_search import FoundJob, JobRequest, search_job
 
-DIED = "the process that searches grasps and places has died; try again"
+DIED = (
+    "the process that searches grasps and places has ended; request the job "
+    "again"
+)
 
 _NICENESS = 10
-"""Nice value of the process, with which the control tick has precedence."""
+"""Nice value of the process. It gives the control tick precedence."""
 
 _log = logging.getLogger(__name__)
 
@@ -24,15 +27,16 @@ class JobProcess:
 
     A search takes seconds, so a real robot's ticks must not wait for it. The
     process receives each version of the map once. If the process dies, the
-    present search fails, and the next request starts a new process. It finishes
-    a cancelled search before it begins the next one.
+    present search fails, and the next request starts a new process. The process
+    finishes a cancelled search before it begins the next search.
 
     Args:
-        maker: Makes the steps. The process has a copy of it.
+        maker: The `JobMaker`, which makes the steps. The process has a copy of
+            it.
 
     Attributes:
-        close: Ends the process; called at the latest when this object is
-            deleted.
+        close: Function that ends the process. It is called, at the latest, when
+            this object is deleted.
     """
 
     def __init__(self, maker: JobMaker):

@@ -20,7 +20,7 @@ class FoundJob:
     Attributes:
         blocks: The steps of the job; empty if it cannot begin.
         spheres: Spheres around the objects that may be carried, by name.
-        problem: Why the job cannot begin; empty if it can.
+        problem: Reason why the job cannot begin; empty if it can begin.
     """
 
     blocks: tuple[Block, ...] = ()
@@ -29,10 +29,10 @@ class FoundJob:
 
 
 JobSearch = Callable[[JobRequest, DistanceField], FoundJob | None]
-"""Function of a request and the map without objects that returns the steps of
-the job, or None while they are being searched. It is called with the same
-request until it returns a result; a call with another request cancels the
-search for the previous one."""
+"""Function that returns the steps of a job, or None while it searches them. Its
+arguments are the request and the map without objects. It is called with the
+same request until it returns a result. A call with another request cancels the
+search for the previous request."""
 
 
 def search_job(
@@ -41,7 +41,7 @@ def search_job(
     """Searches the steps of a job, which takes up to some seconds.
 
     Args:
-        maker: Makes the steps.
+        maker: The `JobMaker`, which makes the steps.
         request: The job.
         scene: The map without the objects.
     """

@@ -1,4 +1,4 @@
-"""`lost_load`: an object that has slipped out of a hand becomes an obstacle."""
+"""`lost_load`: converts an object that has slipped out to an obstacle."""
 
 import dataclasses as dc
 
@@ -21,10 +21,11 @@ _FLOOR = 0.0
 def lost_load(robot: RobotModel, state: TaskState, q: np.ndarray) -> TaskState:
     """Returns the state of a task after its carried object has slipped out.
 
-    The object's place is then not known: it may stick between the fingers, or
-    stand or lie below. So an obstacle replaces it: the space from its latest
-    place in the hand down to the floor. The hand may touch this obstacle, so
-    that it can move away. An object that rolls farther is not in the map.
+    The object's place is then unknown: the object may stick between the
+    fingers, or stand or lie below. An obstacle therefore replaces the object:
+    the space from its latest place in the hand down to the floor. The hand may
+    touch this obstacle, so that it can move away. The map does not contain an
+    object that rolls farther away.
 
     Args:
         robot: The robot, without a payload.

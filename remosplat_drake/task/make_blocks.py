@@ -33,7 +33,7 @@ _ROUNDING = 0.001
 
 
 def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
-    """Returns the names of the objects that steps attach.
+    """Returns the names of the objects that the robot carries in some steps.
 
     Args:
         configs: The steps.
@@ -57,12 +57,14 @@ def make_blocks(
     Args:
         configs: The steps, as the scenario has them.
         shop: Properties of the robot and the objects, to check the steps.
-        held: Name of the object that is carried before; empty for none.
+        held: Name of the object that the robot carries before the first step;
+            empty for none.
         holder: Index of the end effector that carries it.
 
     Raises:
-        FieldError: A step names something that does not exist, exceeds the
-            opening of the hand, or puts down an object that is not carried.
+        FieldError: A step names a link, an object or an end effector that does
+            not exist, exceeds the opening of the hand, or puts down an object
+            that is not carried.
     """
     blocks = []
     for i, config in enumerate(configs):
@@ -145,7 +147,8 @@ class _Maker:
                 raise self._error(f"{field}.stopping", problem)
             named = frozenset(touch.links) or self._hand
             if touch.stopping is None:
-                # A carried object must not be pressed into what it may touch.
+                # A carried object must not be pressed into an object that it
+                # may touch.
                 loads = named & self._shop.overhang.keys()
                 rules += [self._contact(name, load) for load in sorted(loads)]
                 named -= loads
@@ -182,7 +185,7 @@ class _Maker:
         return [self._contact(self._object(support, "support"), thing)]
 
     def _contact(self, name: str, load: str) -> ContactRule:
-        """Lets a carried object touch another, with a slight overlap."""
+        """Lets a carried object touch another object, with a slight overlap."""
         overlap = self._shop.overhang[load] + _ROUNDING
         return ContactRule(name, frozenset({load}), -overlap)
 

@@ -1,4 +1,4 @@
-"""Fits spheres around objects, as `robot/fitting` does around links."""
+"""Fits spheres around objects, with the functions of `robot/fitting`."""
 
 from functools import lru_cache
 
@@ -21,8 +21,8 @@ BULGE = 0.005
 [m]."""
 
 MOST_SPHERES = 24
-"""Largest number of spheres of a carried object. If more would be needed, the
-spheres exceed its surface by more than `BULGE`."""
+"""Largest number of spheres of a carried object. If these do not suffice, the
+spheres exceed the object's surface by more than `BULGE`."""
 
 
 def fit_object(thing: SceneObject) -> LinkSpheres:

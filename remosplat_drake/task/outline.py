@@ -44,7 +44,7 @@ def _mark(i: int, present: int, state: TaskState) -> str:
 
 
 def _steps(task: Task, state: TaskState) -> list[OutlineLine]:
-    """Lists the steps of the present alternative, or those that undo one."""
+    """Lists the steps of the present alternative, or those that undo a step."""
     block = task.blocks[state.block]
     steps = block.ways[min(state.way, len(block.ways) - 1)]
     if len(steps) == 1 and steps[0].text == block.text:
@@ -82,7 +82,7 @@ def _permission(task: Task, rule: ContactRule) -> str:
 
 
 def _called(task: Task, links: frozenset[str]) -> str:
-    """Lists links in words; "the hand" replaces all links of a hand."""
+    """Lists the names of links; "the hand" replaces all links of a hand."""
     robot = task.robot
     words, left = [], set(links)
     for i, name in enumerate(robot.effectors):

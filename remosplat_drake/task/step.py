@@ -15,7 +15,7 @@ ATTACH, RELEASE = "attach", "release"
 """Changes of an object's state at the start of a step."""
 
 FORCE = 20.0
-"""Force of a hand that closes, if a step has none [N]."""
+"""Force with which a hand closes if a step states no force [N]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Step:
         goal: The goal of the end effector or the base; None if both stand
             still.
         speed: Speed along a straight line to the goal [m/s]; None if any path
-            will do.
+            is permitted.
         position: Distance to the goal that counts as arrival [m].
         angle: Angle to the goal that counts as arrival [rad].
         rules: Pairs of links and objects that may come nearer than usual during

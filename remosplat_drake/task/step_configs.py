@@ -1,4 +1,4 @@
-"""The steps of a task as settings, in a scenario's section `tasks`."""
+"""Settings of the steps of a task, in a scenario's section `tasks`."""
 
 import dataclasses as dc
 import math
@@ -32,7 +32,7 @@ class Touch(Config):
 
     # Name of the object.
     object: str = ""
-    # Names of the links; empty: those of the hand, fingers and palm.
+    # Names of the links; empty: the links of the hand (fingers and palm).
     links: Annotated[list[str], Len(0, 100)] = dc.field(default_factory=list)
     # Distance that the links keep from the object [m]; absent: they may touch
     # it.
@@ -196,13 +196,13 @@ class Grasping(StepConfig):
 
     # Name of the object.
     object: str = ""
-    # The grasps that are tried, one after the other.
+    # The grasps, in the order in which they are tried.
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # Amount by which the hand's commanded width is less than the grasp's, so
-    # that it presses on the object [m]. It has no effect on a kinematic
-    # station, where the object does not stop the fingers.
+    # Amount by which the hand's commanded width is less than the grasp's width,
+    # so that the hand presses on the object [m]. It has no effect on a
+    # kinematic station, where the object does not stop the fingers.
     squeeze: Width = 0.01
     # Force with which the hand holds the object [N].
     force: Force = 20.0
@@ -214,7 +214,7 @@ class Grasping(StepConfig):
 
 @dc.dataclass
 class Pick(Grasping):
-    """Picks an object: opens, reaches, approaches, closes, attaches, lifts."""
+    """Picks an object: opens the hand, reaches, closes it, lifts the object."""
 
     # Object on which the picked object stands; empty if it stands on none of
     # the task's objects.
@@ -233,18 +233,18 @@ class TakeOver(Grasping):
 
 @dc.dataclass
 class Place(StepConfig):
-    """Puts the carried object down: moves over, lowers, releases, retreats."""
+    """Puts the carried object down: lowers and releases it, then retreats."""
 
     # Object on which the carried object is put; empty if it is put on none of
     # the task's objects.
     support: str = ""
-    # The poses X_WO that are tried, one after the other; empty: free places on
-    # top of the support.
+    # The poses X_WO, in the order in which they are tried; empty: free places
+    # on top of the support.
     places: Annotated[list[PoseConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # Point x, y, z in W near which a free place is sought; absent: the middle
-    # of the support [m].
+    # Point x, y, z in W near which a free place is searched [m]; absent: the
+    # middle of the support.
     near: Position | None = None
     # Length of the straight motion by which the object is lowered [m].
     lower: Length = 0.1

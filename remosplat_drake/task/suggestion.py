@@ -1,4 +1,4 @@
-"""Suggests a start and a target in a scene that has none."""
+"""Suggests a start and a target in a scene without a task."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterable, Iterator
@@ -25,18 +25,19 @@ _ON_A_TABLE = 0.25
 which stands on its work surface [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
-"""Distances from the base to the target, in the order they are tried [m]."""
+"""Distances from the base to the target, in the order in which they are tried
+[m]."""
 
 _NEARER = (0.7, 0.5, 0.9)
 """Distances from a fixed base to the target, as fractions of the arm's reach,
-in the order they are tried."""
+in the order in which they are tried."""
 
 _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
 
 _STRETCHED = 0.7
-"""Greatest distance of suggested targets, as a fraction of the arm's reach:
-with the hand pointing down, an arm cannot be fully stretched."""
+"""Greatest distance of suggested targets, as a fraction of the arm's reach. An
+arm whose hand points down cannot be fully stretched."""
 
 _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
@@ -61,8 +62,8 @@ class Suggestion:
         base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad]; None
             for a robot without a mobile base, which stands at W's origin.
         X_WT: Target pose of the end effector, with the gripper down.
-        X_WG: Pose of the map's frame G, which was W during the search. The
-            identity, unless the map must be moved so that a robot without a
+        X_WG: Pose of the map's frame G, which was W during the search. It is
+            the identity, unless the map must be moved so that a robot without a
             mobile base stands in a free place.
     """
 
@@ -81,23 +82,23 @@ def suggest_task(
 ) -> Suggestion:
     """Finds a free place for the base and a target in front of it.
 
-    Near targets are preferred. The straight path from above the base to the
-    target is clear, so that no wall is between them; the whole robot may still
-    be unable to follow it. The search for targets begins in the middle of the
-    space and proceeds outwards, at each point of the floor from the lowest
-    height to the greatest, until a target is found. Of several starts, the
-    result is the one where most of the robot is in space that is known to be
-    free: space behind a wall is unknown.
+    The function prefers targets near the base. The straight path from above the
+    base to the target is free, so that no wall is between them; the whole robot
+    may still be unable to follow this path. The search for targets begins in
+    the middle of the space and proceeds outwards. At each point of the floor,
+    it proceeds from the lowest height to the greatest. Of several starts, the
+    function returns the start at which the largest part of the robot is in
+    space that is known to be free, since space behind a wall is unknown.
 
     Args:
         robot: The robot; without a mobile base, it stands at the origin.
         field: Distance field of the scene, 1-Lipschitz, with the floor at
             z = 0.
         lower: Lower corner of the seen space, in W, shape (3,) [m].
-        upper: Upper corner of that space, shape (3,) [m].
-        is_free: Returns which of n points in W, shape (n, 3) [m], are known to
-            be free, shape (n,): a splat does not distinguish a solid's inside
-            from its outside.
+        upper: Upper corner of the seen space, in W, shape (3,) [m].
+        is_free: Function that returns which of n points in W, shape (n, 3) [m],
+            are known to be free, shape (n,). It is needed, since a splat does
+            not distinguish a solid's inside from its outside.
         may_move_map: Whether the map may be moved if a robot without a mobile
             base has no room at the origin or reaches nothing from there.
 
@@ -132,7 +133,7 @@ def suggest_task(
 
 
 class _Kept:
-    """Arrays of an iterator, each computed once, on first use."""
+    """Arrays of an iterator, each of which is computed once, on first use."""
 
     def __init__(self, source: Iterator[np.ndarray]):
         self._source = source

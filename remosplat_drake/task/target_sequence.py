@@ -29,14 +29,14 @@ Wanted = Target | RigidTransform
 
 @dc.dataclass(frozen=True)
 class TargetProgress:
-    """Progress along a sequence of targets; copying returns the object itself.
+    """Progress along a sequence of targets; a deep copy is the object itself.
 
     Attributes:
-        index: Index of the present target; `count` when all are reached.
+        index: Index of the present target; `count` after the last target.
         count: Number of targets in the sequence.
-        doing: The robot's present action, in words; empty: it moves to the
-            target.
-        failed: Why the task has failed; empty if it has not.
+        doing: Description of the robot's present action; empty if the robot
+            moves to the target.
+        failed: Reason why the task has failed; empty if it has not failed.
         replaced: Number of targets that an operator has replaced.
     """
 

@@ -27,8 +27,8 @@ more options than a pose; it replaces `target`."""
 class Targets(Protocol):
     """A system that outputs targets of the end effector.
 
-    `TargetSequence` implements it, and any `LeafSystem` with the ports `PORTS`
-    and the methods `progress` and `error` may do so. The port `AIM` is
+    `TargetSequence` implements this interface. So can any `LeafSystem` with the
+    ports `PORTS` and the methods `progress` and `error`. The port `AIM` is
     optional. No output may depend on the controller's output in the same tick.
     """
 
@@ -99,7 +99,7 @@ def check_targets(targets: Any, name: str) -> None:
         name: Name of the system in errors.
 
     Raises:
-        RemoSplatError: It lacks a port or a method.
+        RemoSplatError: The system lacks a port or a method.
     """
     if not isinstance(targets, System):
         raise RemoSplatError(f"targets: {name}: expected a Drake system")

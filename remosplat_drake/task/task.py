@@ -20,9 +20,9 @@ RUNNING, DONE, FAILED = "running", "done", "failed"
 """Outcomes of a task."""
 
 Permission = Callable[["TaskState", "TaskState", np.ndarray], str]
-"""Function that checks a transition from one state of a task to another at the
-configuration q. It returns why the transition is not allowed; empty if it
-is."""
+"""Function that checks a transition from one state of a task to another state
+at the configuration q. It returns the reason why the transition is not allowed,
+or "" if it is allowed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -33,7 +33,8 @@ class Task:
         robot: The robot, without a payload.
         blocks: The jobs, in their order.
         objects: The objects, at their initial poses.
-        spheres: Spheres around the objects that are carried, by their names.
+        spheres: Spheres around the objects that the robot carries, keyed by the
+            objects' names.
         permission: Check before the payload or the contact rules change.
     """
 
@@ -46,20 +47,21 @@ class Task:
 
 @dc.dataclass(frozen=True, eq=False)
 class TaskState:
-    """Progress of a robot in a task; copying returns the object itself.
+    """Progress of a robot in a task; a deep copy is the object itself.
 
     Attributes:
-        objects: All objects; a carried one at the pose where it was taken.
+        objects: All objects. The pose of a carried object is that at which it
+            was taken.
         block: Index of the present block.
-        way: Index of the block's alternative that is tried.
+        way: Index of the block's alternative that the robot tries.
         step: Index of the present step of that alternative.
-        undoing: The remaining steps that undo a failed one; empty if none
-            failed.
+        undoing: The remaining steps that undo a failed step; empty without a
+            failed step.
         begun: Whether the present step has begun; if not, the arm first comes
             to a standstill.
         since: Time at which `begun` last changed [s].
-        X_WT: Goal of the end effector, or of the base if that drives, shape (4,
-            4); None before the first step.
+        X_WT: Goal of the end effector, or of the base if the base drives, shape
+            (4, 4); None before the first step.
         q_A: The configuration when the step began, shape (n_q,) [rad, m]; None
             before the first step.
         rules: The contact rules of the step that began last.
@@ -71,11 +73,12 @@ class TaskState:
             checked.
         X_OE: Pose of the end effector `holder` in the payload's frame O, shape
             (4, 4); None without a payload.
-        told: Commanded opening and force of each hand, by end effector [m, N].
+        told: Commanded opening and force of each hand, keyed by end effector
+            [m, N].
         carried: The value of `load` when the block began.
-        failures: Why steps have failed, in words.
+        failures: Reasons why steps have failed.
         lost: Names of the objects that have slipped out of a hand. Their places
-            are not known; see `lost_load`.
+            are unknown; see `lost_load`.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """
 
@@ -104,7 +107,7 @@ class TaskState:
         return self
 
     def present(self, task: Task) -> Step:
-        """Returns the present step; after the end of the task, the last one.
+        """Returns the present step; after the end of the task, the last step.
 
         Args:
             task: The task.
@@ -127,7 +130,7 @@ class TaskState:
 
     @property
     def load(self) -> tuple[str, int]:
-        """Name of the carried object, empty for none, and its end effector."""
+        """Name of the carried object ("" if none), and its end effector."""
         return (self.held, self.holder) if self.held else ("", 0)
 
     @property
@@ -159,7 +162,7 @@ class TaskState:
 
 @dc.dataclass(frozen=True, eq=False)
 class Work:
-    """A task and its progress; copying returns the object itself.
+    """A task and its progress; a deep copy is the object itself.
 
     Attributes:
         task: The task.

@@ -70,9 +70,9 @@ class TaskMap:
 
 @dc.dataclass(frozen=True, eq=False)
 class MapAround:
-    """The objects around a robot in a task; a `TaskSurroundings`.
+    """The map and the objects around a robot in a task; a `TaskSurroundings`.
 
-    A copy is the object itself.
+    A deep copy is the object itself.
 
     Attributes:
         map: The map of the task.
@@ -119,9 +119,9 @@ class MapAround:
 class StandingRule:
     """Checks the distances of a robot at rest before a step begins.
 
-    A step may begin if, with its payload and contact rules, all distances are
+    A step may begin if all distances, with its payload and contact rules, are
     at least the stopping distance, or at least as large as before the step. If
-    the step takes or puts down an object, the distances only need to be
+    the step takes or puts down an object, it suffices that the distances are
     positive, since the object stands on a surface.
 
     Args:
@@ -135,7 +135,7 @@ class StandingRule:
     def __call__(
         self, before: TaskState, after: TaskState, q: np.ndarray
     ) -> str:
-        """Returns why a step must not begin at q; empty if it may.
+        """Returns the reason why a step must not begin at q; "" if it may.
 
         Args:
             before: The state of the task before the step.

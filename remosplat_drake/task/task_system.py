@@ -1,4 +1,4 @@
-"""`TaskSystem`: leads a robot through a task, as a Drake system."""
+"""`TaskSystem`: a Drake system that executes the steps of a task."""
 
 from collections.abc import Mapping
 
@@ -55,16 +55,16 @@ class TaskSystem(LeafSystem):
         - outline
 
     `advance_task` computes the progress once a period. `aim`, `target` and
-    `progress` are like those of a `TargetSequence`, except that `progress`
-    counts blocks instead of targets. `distance_field` is the map with the
-    objects that are not carried and the contact rules of the present step,
-    `payload` the carried object, and `objects` all objects at their poses.
-    `hold` is true if the arm must stand still: map and payload change only
-    then. `hand_command` is the width and force of each hand [m, N],
-    `hand_state` the width, rate and force of each, and `outline` the
-    `TaskOutline` for display.
+    `progress` are like the ports of a `TargetSequence`, except that `progress`
+    counts blocks instead of targets. `distance_field` outputs the map, with the
+    objects that are not carried and the contact rules of the present step.
+    `payload` outputs the carried object, and `objects` all objects at their
+    poses. `hold` is true if the arm must stand still; map and payload change
+    only then. `hand_command` outputs the width and force of each hand [m, N],
+    and `hand_state` takes the width, rate and force of each hand. `outline`
+    outputs the `TaskOutline` for display.
 
-    A subclass may change the task during the run, by `_advanced`.
+    A subclass may change the task during the run, by overriding `_advanced`.
 
     Args:
         work: The task, and its state at the start.
@@ -217,7 +217,7 @@ class TaskSystem(LeafSystem):
         output.SetFromVector(np.ravel(list(commands)))
 
     def _hands(self, context: Context) -> dict[int, tuple[float, float]]:
-        """Commanded opening and force of each hand [m, N]."""
+        """The commanded opening and force of each hand [m, N]."""
         told = self.state(context).told
         return {
             i: told.get(i, (width, FORCE)) for i, width in self._widths.items()

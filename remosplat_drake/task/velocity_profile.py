@@ -1,4 +1,4 @@
-"""`VelocityProfile`: outputs given velocities of the axes, one row a period."""
+"""`VelocityProfile`: outputs given velocities of the axes, row by row."""
 
 import dataclasses as dc
 import math
@@ -22,10 +22,10 @@ _ROUNDING = 1e-6
 
 @dc.dataclass(frozen=True, eq=False)
 class _Playing:
-    """The present motion; copying returns the object itself.
+    """The present motion; a deep copy is the object itself.
 
     Attributes:
-        start: Start of its first row [s]; NaN before the first profile.
+        start: Start time of the first row [s]; NaN before the first profile.
         u: The rows, shape (k, n_u) [m/s, rad/s].
     """
 
@@ -79,7 +79,7 @@ class VelocityProfile(LeafSystem):
         Args:
             context: The system's own context, between two steps of a
                 simulation.
-            u: Velocities, one row a period, shape (k, n_u) [m/s, rad/s].
+            u: Velocities, one row per period, shape (k, n_u) [m/s, rad/s].
         """
         value = context.get_mutable_abstract_state(self._cell)
         value.set_value(_Playing(context.get_time(), np.array(u, float)))
@@ -128,7 +128,7 @@ class VelocityProfile(LeafSystem):
 
 @dc.dataclass
 class ProfileMaker(Config):
-    """Makes the targets of a run that plays profiles; see `TargetsMaker`."""
+    """Settings that make a `VelocityProfile`; see `TargetsMaker`."""
 
     def make(
         self, robot: RobotModel, arrival: ArrivalConfig, period: float

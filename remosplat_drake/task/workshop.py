@@ -1,4 +1,4 @@
-"""`Workshop`: properties of robot and objects, to make a task's steps."""
+"""`Workshop`: properties of robot and objects, for making a task's steps."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping, Sequence
@@ -16,17 +16,17 @@ class Workshop:
     Attributes:
         robot: The robot.
         objects: Names of the objects.
-        overhang: Distances by which the spheres of carried objects exceed them,
-            by the objects' names [m].
+        overhang: Distances by which the spheres of carried objects exceed the
+            objects' surfaces, keyed by the objects' names [m].
         max_widths: Greatest openings of the hands by end effector [m].
-        is_stopped: Whether an object between the fingers stops them; false on a
-            kinematic station.
+        is_stopped: Whether an object between the fingers stops the fingers;
+            false on a kinematic station.
         where: File and name of the scenario, for errors.
         plans: Whether the controller plans paths.
         places: Function that returns free poses X_WO of an object on its
             support, the best first, or raises a `RemoSplatError`. Its arguments
-            are the names of both, a point in W near which the object shall
-            stand (or None), and the index of the end effector.
+            are the names of the object and the support, a point in W near which
+            the object shall stand (or None), and the index of the end effector.
     """
 
     robot: RobotModel
@@ -48,7 +48,7 @@ class Workshop:
         """Returns the name of an object, after a check that it exists.
 
         Raises:
-            FieldError: There is none.
+            FieldError: There is no object of this name.
         """
         if name not in self.objects:
             raise self.error(field, unknown_name("object", name, self.objects))

@@ -104,7 +104,7 @@ def test_the_suite_drives_what_is_shipped_or_asked_for():
     assert suite_robots("robots", "ur5e,a/b.yaml") == ["ur5e", "a/b.yaml"]
     assert suite_robots("generated") == [""]
     assert suite_robots("mbm:folder") == ["panda"]
-    with pytest.raises(RemoSplatError, match="takes one robot"):
+    with pytest.raises(RemoSplatError, match="permits only one robot"):
         suite_robots("generated", "ur5e,panda")
 
 
