@@ -253,7 +253,7 @@ def _arm_errors(
 
 
 def _next(task: Task, state: TaskState) -> TaskState:
-    """Continues with the next step or the next block."""
+    """Continues with the next step, the next block or the next alternative."""
     done = state.present(task)
     if done.goal is not None and done.effector == state.giver:
         state = dc.replace(state, giver=None)

@@ -68,7 +68,7 @@ class ReachTo(StepConfig, PoseConfig):
 class Approach(StepConfig):
     """Moves the end effector straight along a direction in its own frame."""
 
-    # The direction in the end effector's frame; its length does not count.
+    # The direction in the end effector's frame; its length is ignored.
     along: Annotated[
         list[Annotated[float, Unbounded("a direction")]], Len(3, 3)
     ] = dc.field(default_factory=lambda: [0.0, 0.0, 1.0])
@@ -92,7 +92,7 @@ class Approach(StepConfig):
 class Retreat(Approach):
     """Moves the end effector straight back, against its z axis by default."""
 
-    # The direction in the end effector's frame; its length does not count.
+    # The direction in the end effector's frame; its length is ignored.
     along: Annotated[
         list[Annotated[float, Unbounded("a direction")]], Len(3, 3)
     ] = dc.field(default_factory=lambda: [0.0, 0.0, -1.0])
