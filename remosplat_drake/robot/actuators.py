@@ -1,4 +1,4 @@
-"""Models of how the axes (base and joints) follow velocity commands.
+"""Models of the axes' response (base and joints) to velocity commands.
 
 A command acts after a pure dead time. The axis then approaches the commanded
 velocity with a first-order lag, or on a ramp of bounded acceleration. The same
@@ -114,8 +114,8 @@ class ActuatorModel:
         """Computes the motion of the axes under a sequence of commands.
 
         Args:
-            sent: When the commands were sent, ascending, shape (h,) [s]; each
-                holds until the next one.
+            sent: Times at which the commands were sent, ascending, shape (h,)
+                [s]. Each command holds until the next command.
             u: The commands, shape (h, n_u) [rad/s, m/s].
             start: Time at which the motion of each axis starts, shape (n_u,)
                 [s].
@@ -131,10 +131,10 @@ class ActuatorModel:
 
 
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
-    """Returns the assumed models of axes that could not be identified.
+    """Returns the assumed models of axes that have not been identified.
 
     The tubes (error bounds) are wide enough for axes without delay, for a base
-    with 80 ms of delay, and for an arm with 20 ms.
+    with a delay of 80 ms, and for an arm with a delay of 20 ms.
 
     Args:
         n_base: Number of base commands, 0, 2 or 3.

@@ -1,4 +1,4 @@
-"""`ArmDynamics`: the joint torques of a motion, and the motors' limits."""
+"""`ArmDynamics`: computes the arm's joint torques; has the motors' limits."""
 
 import dataclasses as dc
 
@@ -19,7 +19,7 @@ from remosplat_drake.robot.payload import Payload
 class ArmDynamics:
     """Inverse dynamics of a robot, with the masses of its model file.
 
-    Forces of the base's motors are not computed.
+    The class does not compute forces of the base's motors.
 
     Attributes:
         tree: The robot's tree.
@@ -76,9 +76,10 @@ class ArmDynamics:
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
-            v: Rates dq/dt of m motions through each, shape (k, m, n_q) [rad/s,
-                m/s].
-            a: Their second derivatives, shape (k, m, n_q) [rad/s^2, m/s^2].
+            v: Rates dq/dt of m motions through each configuration, shape (k, m,
+                n_q) [rad/s, m/s].
+            a: Second derivatives of q for these motions, shape (k, m, n_q)
+                [rad/s^2, m/s^2].
         """
         found = inverse_dynamics(self.tree.arrays, self.masses, q, v, a)
         return found[:, :, q.shape[1] - len(self.limit) :]

@@ -10,7 +10,7 @@ from remosplat_drake.robot.robot_description import RobotDescription
 
 
 class JointLimits(NamedTuple):
-    """The limits of a robot's configuration and command.
+    """The limits of a robot's configuration q and command u.
 
     Attributes:
         velocity: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].

@@ -1,4 +1,4 @@
-"""Tables by link, in YAML files that may include those of another robot.
+"""Reads tables by link from YAML files, which may include further tables.
 
 For example, Frankie carries a Panda arm, and its tables include the Panda's
 tables with the data of the arm's links.

@@ -1,4 +1,4 @@
-"""Visual meshes of the robot, from the package rtb-data, converted for Drake.
+"""Converts visual meshes of the package rtb-data for Drake.
 
 Drake draws .gltf and .obj files; the meshes of the Robotics Toolbox are .dae
 and .stl files of up to 16 MB. The first use converts them into the user's cache
@@ -35,8 +35,8 @@ _MAX_FACES = 32_000
 _SMOOTHING_ANGLE = np.deg2rad(30)
 # Pure white would show no shading.
 _WHITE = 0.93
-# Rounding steps finer than visible details: of positions [m], and of unit
-# vectors.
+# Rounding steps of positions [m] and of unit vectors, finer than visible
+# details.
 _POSITION_STEP, _NORMAL_STEP = 2.0**-16, 2.0**-8
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "PIL")
 

@@ -1,4 +1,4 @@
-"""Parsing of a robot's model file (URDF, SDF, *.dmd.yaml) into a plant."""
+"""Parses a robot's model file (URDF, SDF, *.dmd.yaml) into a plant."""
 
 import re
 
@@ -18,7 +18,7 @@ from remosplat_drake.robot.robot_description import RobotDescription
 def add_robot_model(
     description: RobotDescription, plant: MultibodyPlant
 ) -> list[ModelInstanceIndex]:
-    """Parses the robot's model file into a plant, its roots welded to W.
+    """Parses the robot's model file into a plant; welds its roots to W.
 
     Args:
         description: The robot, whose `model` names the file.

@@ -13,7 +13,7 @@ from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 class Payload:
     """An object as a further link of a robot, welded to the link L.
 
-    Payloads of equal content are equal, also in different processes.
+    Payloads of equal content compare equal, also in different processes.
 
     Attributes:
         name: Name of the object, and of the link that represents it.
@@ -22,11 +22,11 @@ class Payload:
         spheres: Spheres in O that enclose the object.
         pieces: Vertices of convex pieces in O whose union encloses it, shape
             (v, 3) each [m].
-        mass: Its mass [kg]; 0 if it is not known.
+        mass: Mass of the object [kg]; 0 if it is unknown.
         p_OOcm: Its centre of mass in O, shape (3,) [m].
         I_OOcm: Its rotational inertia about the centre of mass, in O, shape (3,
             3) [kg m^2].
-        holders: Names of the links that hold it and may touch it.
+        holders: Names of the links that hold the object and may touch it.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Operations on planar poses (x, y, yaw), of a base for example."""
+"""Operations on planar poses (x, y, yaw), for example of a base."""
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def stepped(
 def largest_error(
     covariance: np.ndarray, sigmas: float, X_WB: np.ndarray, told: np.ndarray
 ) -> np.ndarray:
-    """Bounds the distance of a reported pose from the true one.
+    """Bounds the distance of a reported pose from the true pose.
 
     Args:
         covariance: Covariance of the pose X_WB along W's axes, shape (3, 3).

@@ -1,4 +1,4 @@
-"""The reach of a robot's arm from its shoulder."""
+"""Computes the reach of a robot's arm from its shoulder."""
 
 import numpy as np
 
@@ -74,8 +74,8 @@ def beyond_reach(
     """Returns a lower bound on a point's distance beyond the reach [m].
 
     If the robot has a base that drives, only the height of the arm's first
-    joint counts, since the base can drive to any x and y. A result of zero does
-    not prove that the point is within reach.
+    joint matters, since the base can drive to any x and y. A result of zero
+    does not prove that the point is within reach.
 
     Args:
         robot: The robot.

@@ -1,4 +1,4 @@
-"""Bounds the motion of one link of the robot as seen from another."""
+"""Bounds the motion of one link of the robot relative to another link."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
     """Bounds the distances of B's origin from the joints between A and B.
 
     Relative to A, a revolute joint between the two carries B around its axis.
-    Its largest lever is the length of the links between the axis and B, laid
-    out straight. Joints that move both links together are not counted.
+    The largest lever is the length of the links between the axis and B, if they
+    are stretched out. Joints that move both links together do not count.
 
     Args:
         robot: The robot.
         link_A: Name of the reference link.
-        link_B: Name of the link that is seen moving.
+        link_B: Name of the link whose motion is bounded.
 
     Returns:
         One length for each command, shape (n_u,) [m]: the bound for revolute

@@ -69,8 +69,8 @@ class RobotDescription(Config):
     arm: Arm = dc.field(default_factory=Arm)
     # The gripper; absent for an arm without one.
     hand: Hand | None = None
-    # The grippers of several end effectors by the names of these, in place of
-    # `hand`; each gripper has a name of its own.
+    # The grippers of several end effectors, keyed by the end effectors' names,
+    # in place of `hand`; each gripper has its own name.
     hands: dict[str, Hand] = dc.field(default_factory=dict)
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
@@ -92,8 +92,8 @@ class RobotDescription(Config):
     jerk_limits: list[Annotated[float, Interval(gt=0, le=1e6)]] = dc.field(
         default_factory=list
     )
-    # How each axis follows its velocity command, in the order of u; empty if
-    # not measured. `remosplat identify` writes it.
+    # Model of each axis' response to its velocity command, in the order of u;
+    # empty if not measured. `remosplat identify` writes it.
     actuators: list[Actuator] = dc.field(default_factory=list)
     # Arm configuration to start from [rad, m for prismatic joints].
     home: list[JointPosition] = dc.field(default_factory=list)
@@ -107,8 +107,8 @@ class RobotDescription(Config):
     allowed_collisions: list[Annotated[list[str], Len(2, 2)]] = dc.field(
         default_factory=list
     )
-    # SRDF file whose disabled collisions are allowed, too, relative to this
-    # file; empty for none.
+    # SRDF file, relative to this file, whose disabled collisions are also
+    # allowed; empty: no SRDF.
     srdf: str = ""
     # Display names of links, such as elbow or wrist, by the links' names. Other
     # links are displayed with their names.
@@ -139,11 +139,11 @@ class RobotDescription(Config):
                 yield joined("hands", name), problem
         names = [hand.name for hand in self.hands.values()]
         if len(set(names)) < len(names):
-            yield "hands", f"each needs a name of its own, got {names}"
+            yield "hands", f"each gripper needs its own name, got {names}"
 
     @property
     def effector_frames(self) -> dict[str, str]:
-        """Frames of the end effectors by name; the only one's name is ""."""
+        """Frames of the end effectors by name; a single one has the name ""."""
         return self.end_effectors or {"": self.end_effector_frame}
 
     @property
@@ -220,7 +220,10 @@ def unknown_effector(name: str, effectors: Iterable[str]) -> str:
     """
     if any(effectors):
         return unknown_name("end effector", name, effectors)
-    return "the robot has one end effector, without a name; leave this out"
+    return (
+        "the robot has one end effector, which has no name; leave this field "
+        "out"
+    )
 
 
 def shipped_robots() -> list[str]:
@@ -240,8 +243,8 @@ def _is_a_model(path: Path) -> str:
     """Returns the error text for a file that is a model, not a description."""
     made = path.name.partition(".")[0]
     return (
-        f"is a model, not a robot description; `remosplat import-robot {path}`"
-        f" makes one: name {made}/NAME.yaml in its place"
+        "is a model, not a robot description; run `remosplat import-robot "
+        f"{path}`, and name {made}/NAME.yaml in its place"
     )
 
 

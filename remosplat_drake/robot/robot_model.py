@@ -47,21 +47,21 @@ ROUNDING = 1e-3
 """Excess over a joint limit that counts as rounding [rad, m]."""
 
 _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
-"""Largest excess of a joint over its limits at the start, for revolute [rad]
-and for prismatic joints [m]."""
+"""Largest excess of a joint over its limits at the start, for revolute joints
+[rad] and for prismatic joints [m]."""
 
 
 class RobotModel:
     """Kinematics, limits and collision spheres of one robot.
 
-    The object never changes after its creation; copying returns the object
+    The object never changes after its creation; a deep copy is the object
     itself.
 
     Attributes:
-        description: The robot description that it was made from.
+        description: The robot description from which the model was made.
         spheres: The sphere model in use.
-        payload: The object that its hand carries, which is also a body of
-            `tree`; None for nothing.
+        payload: The object that the robot's hand carries, which is also a body
+            of `tree`; None if it carries no object.
         tree: The kinematic tree, body 0 being the world.
         dynamics: The inverse dynamics.
         n_q: Number of configuration variables (10 for Frankie).
@@ -151,7 +151,8 @@ class RobotModel:
         same object.
 
         Args:
-            payload: The object that it carries; None for nothing.
+            payload: The object that the robot carries; None if it carries no
+                object.
 
         Raises:
             RemoSplatError: A link of the robot already has the payload's name,
@@ -256,7 +257,7 @@ class RobotModel:
     def assumed_actuators(self) -> list[Actuator]:
         """The assumed models of a real robot's axes, one for each command.
 
-        They are those of the description or, if not measured, cautious
+        They are the models in the description or, if not measured, cautious
         defaults.
         """
         return list(self.description.actuators) or default_actuators(
@@ -319,9 +320,10 @@ class RobotModel:
 
     @cached_property
     def hands(self) -> np.ndarray:
-        """Which spheres move with the last joint of each arm, (e, n), bool.
+        """Whether each sphere moves with each arm's last joint, (e, n), bool.
 
-        A single arm's last joint is the robot's last, with or without a hand.
+        The last joint of a single arm is the robot's last joint, with or
+        without a hand.
         """
         last = self._last_bodies
         spheres = [self.tree.chain(body) for body in self._body_S]
@@ -354,12 +356,12 @@ class RobotModel:
 
     @property
     def leading_spheres(self) -> np.ndarray:
-        """Which spheres move with the arms' last joints, shape (n,), bool."""
+        """Whether each sphere moves with an arm's last joint, (n,), bool."""
         return np.logical_or.reduce(self.hands)
 
     @cached_property
     def moved_by_arm(self) -> np.ndarray:
-        """Which spheres a joint of the arm moves, shape (n,), bool."""
+        """Whether a joint of the arm moves each sphere, shape (n,), bool."""
         moving = [
             any(self.tree.position[link] >= self._base_q for link in chain)
             for chain in map(self.tree.chain, range(len(self.tree.names)))
@@ -368,7 +370,7 @@ class RobotModel:
 
     @cached_property
     def arm_turns(self) -> np.ndarray:
-        """Which of the arm's joints are revolute, shape (n_arm,), bool."""
+        """Whether each of the arm's joints is revolute, (n_arm,), bool."""
         kinds = dict(zip(self.tree.position, self.tree.kind, strict=True))
         arm = range(self._base_q, self.n_q)
         return np.array([kinds[i] == kin.REVOLUTE for i in arm], bool)
@@ -415,7 +417,7 @@ class RobotModel:
         return np.maximum(np.maximum(lower - q, q - upper), 0.0)
 
     def beyond_limits(self, q: np.ndarray) -> str:
-        """Describes the joint farthest beyond its limits; empty if none is.
+        """Describes the joint farthest beyond its limits; "" if there is none.
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
@@ -527,7 +529,7 @@ class RobotModel:
     def place_spheres(
         self, states: np.ndarray, state: np.ndarray, sphere: np.ndarray
     ) -> Spheres:
-        """Places some spheres at some of several configurations.
+        """Places chosen spheres, each at one of several configurations.
 
         Args:
             states: Configurations, shape (k, n_q).
@@ -551,7 +553,7 @@ class RobotModel:
             states: Configurations, shape (k, n_q).
 
         Returns:
-            k n spheres, those of the first configuration first.
+            k n spheres, beginning with those of the first configuration.
         """
         k, n = len(states), len(self.spheres)
         return self.place_spheres(
@@ -611,7 +613,7 @@ class RobotModel:
 
     @cached_property
     def chains(self) -> tuple[SerialChain, ...]:
-        """The joints that move each end effector, one after the other."""
+        """The serial chain of joints that move each end effector."""
         return tuple(
             SerialChain.make(self.tree, body, X_LE)
             for body, X_LE in zip(self._body_E, self._X_LE, strict=True)
@@ -653,7 +655,7 @@ class RobotModel:
 
     @cached_property
     def sphere_tree(self) -> Packed[SphereTree]:
-        """Balls around the spheres, and the spheres."""
+        """The tree of balls around the robot's spheres."""
         screws = self.screw_body, self.screw_turns
 
         def bend(body: np.ndarray, p_LS: np.ndarray) -> np.ndarray:

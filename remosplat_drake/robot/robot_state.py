@@ -63,7 +63,7 @@ class RobotState:
 
     @property
     def X_WE(self) -> np.ndarray:
-        """Pose of the first or only end effector, a 4x4 matrix."""
+        """Pose of the first end effector, a 4x4 matrix."""
         return self.arrays.X_WE[0]
 
     @property

@@ -1,4 +1,4 @@
-"""Random configurations of a robot, and the ranges of their positions."""
+"""Draws random configurations of a robot, within ranges of positions."""
 
 import numpy as np
 

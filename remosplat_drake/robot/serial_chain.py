@@ -1,8 +1,8 @@
 """`SerialChain`: the joints from the world to an end effector.
 
-Inverse kinematics evaluates only the end effector, thousands of times. So fixed
-transforms between two joints are merged, and other branches of the tree are
-omitted.
+Inverse kinematics evaluates only the end effector, thousands of times. For
+speed, fixed transforms between two joints are merged, and other branches of the
+tree are omitted.
 """
 
 from typing import NamedTuple

@@ -74,8 +74,9 @@ class Spheres:
         ignore_below: Height z in W below which each sphere ignores the scene,
             shape (n,) [m]; -inf for none. Without such a height, a mobile base,
             which always touches the floor, could not move.
-        index: Index of each among the robot's spheres, shape (n,); -1 for a
-            sphere that is not one of these. By default all are -1.
+        index: Index of each sphere among the robot's spheres, shape (n,); -1
+            for a sphere that does not belong to the robot. The default is -1
+            for all.
     """
 
     p_WS: np.ndarray
@@ -154,7 +155,7 @@ def load_sphere_model(path: Path) -> SphereModel:
     """Reads the spheres of a robot from a YAML file, a `SphereFile`.
 
     Raises:
-        FileError: The file cannot be read, or holds no spheres.
+        FileError: The file cannot be read, or contains no spheres.
         FieldError: A sphere is not four finite numbers with radius > 0, or
             `include` names a file that is missing or invalid.
     """

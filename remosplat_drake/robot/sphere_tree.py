@@ -1,4 +1,4 @@
-"""`SphereTree`: balls around the spheres of a link, for fewer distance queries.
+"""`SphereTree`: balls around spheres of a link, for fewer distance queries.
 
 A lower bound on the distance from a ball holds for all spheres inside it. A
 ball moves with its link like a sphere, so the same bounds on motion apply.
@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _LARGEST = 0.2
-"""Radius above which a ball is split, if it holds several spheres [m]."""
+"""Radius above which a ball with several spheres is split [m]."""
 
 _STEPS = 100
 """Number of steps towards the centre of the smallest enclosing ball."""
@@ -103,7 +103,7 @@ def _groups(spheres: SphereModel) -> list[np.ndarray]:
 def enclosing_ball(
     centers: np.ndarray, radius: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Finds a ball around balls, not much larger than the smallest one.
+    """Finds a ball around balls, hardly larger than the smallest such ball.
 
     The centre moves towards the farthest ball in ever smaller steps (Badoiu and
     Clarkson 2003).

@@ -12,8 +12,8 @@ def read_disabled_collisions(path: Path) -> list[tuple[str, str]]:
     """Reads the pairs of links whose collisions an SRDF file disables.
 
     Args:
-        path: The file, which holds elements such as
-            `<disable_collisions link1="a" link2="b" reason="Never"/>`.
+        path: The file, which contains elements such as `<disable_collisions
+            link1="a" link2="b" reason="Never"/>`.
 
     Raises:
         FileError: The file cannot be read, is not an SRDF, or an element

@@ -1,8 +1,8 @@
-"""Compares a URDF that a robot publishes with our model of that robot.
+"""Compares a URDF that a robot publishes with this package's model of it.
 
 Two correct models may have different link frames, but not different joint axes.
-So the axes are compared as lines in space: the angle between two lines, and
-their moment about each other, do not depend on frames.
+The axes are therefore compared as lines in space: the angle between two lines,
+and their moment about each other, do not depend on frames.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -21,13 +21,14 @@ _COSINE = 0.02
 larger than the differences that a factory calibration causes."""
 
 _DISTANCE = 0.005
-"""Permitted difference of an axis' moment about another one [m]."""
+"""Permitted difference of an axis' moment about another axis [m]."""
 
 _LIMIT = 0.01
-"""Permitted difference of limits [rad, m; share of speeds]."""
+"""Permitted difference of position limits [rad, m], and permitted relative
+difference of speed limits."""
 
 _BEND = 0.4
-"""Joint positions at which axes are compared, besides home [rad, m]."""
+"""Joint positions, in addition to home, at which axes are compared [rad, m]."""
 
 _LEFT_OUT = ("visual", "collision", "transmission", "ros2_control", "gazebo")
 

@@ -1,1 +1,1 @@
-"""Spheres and convex pieces that enclose a robot's meshes."""
+"""Fits spheres and convex pieces that enclose a robot's meshes."""

@@ -1,10 +1,10 @@
-"""Cutting a link's mesh into convex collision shapes.
+"""Cuts a link's mesh into convex collision shapes.
 
-Contact simulation needs few convex shapes with few corners, and none of them
-may protrude from the spheres that the controller uses. So the mesh is cut along
-the planes in which spheres intersect. Each part between these planes lies in
-one sphere, and so does its convex hull. Then hulls are joined as long as the
-spheres still enclose the result.
+Contact simulation needs few convex shapes with few corners. These shapes must
+not protrude from the spheres that the controller uses. The mesh is therefore
+cut along the planes in which spheres intersect. Each part between these planes
+lies in one sphere; its convex hull lies in the same sphere. Then hulls are
+joined as long as the spheres still enclose the result.
 """
 
 import dataclasses as dc
@@ -61,7 +61,7 @@ def convex_pieces(
         surface: Triangles in the link frame, shape (t, 3, 3) [m].
         spheres: The spheres of that link, which enclose the surface.
         tolerance: Distance by which the surface may protrude from the pieces
-            [m]; a larger one needs fewer corners.
+            [m]. With a larger tolerance, pieces have fewer corners.
         filling: Two pieces are joined if their common hull adds at most this
             fraction to their volume.
 
@@ -116,8 +116,8 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
     height = part @ normal - offset
     crossing = (height > 0).any(axis=1)
     pieces = [part[~crossing]]
-    # Each triangle's corners are rotated so that the one alone on its side of
-    # the plane comes first.
+    # Each triangle's corners are rotated so that the first corner is alone on
+    # its side of the plane.
     for side, count in ((-1, 1), (1, 2)):
         alone = crossing & ((height < 0).sum(axis=1) == count)
         rows = np.arange(alone.sum())[:, None]
@@ -191,7 +191,7 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
         p: Points, shape (n, 3) [m].
 
     Returns:
-        Shape (m, 3) [m]; all of them if they are flat.
+        The corners, shape (m, 3) [m]; all points if they are flat.
     """
     hull = _hull(p)
     return p if hull is None else p[hull.vertices]
@@ -200,7 +200,7 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
 def convex_piece(
     p: np.ndarray, tolerance: float, enough: float = np.inf
 ) -> ConvexPiece:
-    """Makes a hull of few of the points, which leaves no point far outside.
+    """Makes a hull of a few of the points; no point is far outside of it.
 
     It starts with the outermost points along the axes and the diagonals. Each
     iteration then adds the farthest point outside each face.
@@ -209,8 +209,8 @@ def convex_piece(
         p: Points, shape (n, 3) [m].
         tolerance: Greatest distance of a point outside the hull [m]; 0 keeps
             all corners.
-        enough: Number of corners above which none are added, although points
-            may be farther outside.
+        enough: Number of corners after which no corner is added, even if points
+            are farther outside.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -226,7 +226,7 @@ def convex_piece(
     while True:
         hull = _hull(p[chosen])
         if hull is None:
-            # The body is so thin that the few chosen points span no volume.
+            # The body is so thin that the chosen points span no volume.
             return _oriented(whole)
         planes = hull.equations
         heights = p @ planes[:, :3].T + planes[:, 3]
@@ -234,7 +234,7 @@ def convex_piece(
         far = above > max(tolerance, 0.5 * above.max())
         order = np.argsort(-above)
         order = order[far[order]]
-        # The first point of each face is the farthest above it.
+        # The first point of each face is the point farthest above the face.
         new = order[np.unique(face[order], return_index=True)[1]]
         new = np.setdiff1d(new, chosen)
         if not len(new) or len(np.unique(hull.simplices)) > enough:

@@ -1,4 +1,4 @@
-"""`Covering`: the spheres of a robot's links, fitted, checked and written."""
+"""`Covering`: fits, checks and writes the spheres of a robot's links."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -48,7 +48,8 @@ class Covering:
         """
         lines = [
             *(f"# {line}" for line in comments),
-            "# How far they protrude from each link, mean and largest [mm]:",
+            "# Distances by which they protrude from each link, mean and "
+            "largest [mm]:",
             *(
                 f"#   {link}: {1e3 * bulge.mean:.1f}, {1e3 * bulge.max:.1f}"
                 for link, bulge in self.bulges.items()
@@ -80,9 +81,10 @@ def fit_covering(
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
         options: Selection of the surfaces to enclose.
-        count: Total number of spheres; None if the tolerance determines it.
-        tolerance: Distance by which the spheres may protrude from a link [m];
-            only without a count.
+        count: Total number of spheres; None if the tolerance determines this
+            number.
+        tolerance: Distance by which the spheres may protrude from a link [m].
+            Give it only if `count` is None.
         most: With a tolerance: largest number of spheres of a link.
         seed: Seed of all random choices.
         on_progress: Called with the name of the present step, the number of

@@ -1,4 +1,4 @@
-"""One convex piece with few corners around a part of a mesh."""
+"""Makes a convex piece with few corners around a part of a mesh."""
 
 import dataclasses as dc
 from itertools import product
@@ -19,7 +19,8 @@ _MOST_CORNERS = 200
 """Largest number of corners of a piece; a tick may visit all of them."""
 
 _MORE = 1.5
-"""Factor by which the slack grows until the corners suffice."""
+"""Factor by which the slack is increased, until a piece has few enough
+corners."""
 
 _SPARE = 6e-5
 """Least depth of the surface inside the pieces [m]: files are rounded to
@@ -75,7 +76,7 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
 
 
 def _axes(p: np.ndarray) -> np.ndarray:
-    """Returns the link's or the principal axes, whichever have a smaller box.
+    """Returns the axes of the smaller box: the link's or the principal axes.
 
     The box encloses the points p. A box that is thickened along its own axes
     remains a box.

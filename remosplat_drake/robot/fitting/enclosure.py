@@ -1,12 +1,13 @@
 """Proves that spheres enclose a link.
 
 A sphere model *encloses* a robot if every point on the surface of every
-collision shape and of every visual mesh of each link lies inside or on a
-sphere of that same link. There is no tolerance, and spheres of neighbouring
-links do not count. So the property holds at every joint angle; joints that the
-controller does not move (a gripper's fingers) are at their locked positions. No
-collision shape is then nearer to an obstacle than the spheres are: a distance
-that the controller keeps for the spheres holds for the whole robot.
+collision shape and of every visual mesh of each link lies inside or on a sphere
+of that same link. There is no tolerance, and spheres of neighbouring links do
+not count. The property therefore holds at every joint angle. Joints that the
+controller does not move, such as those of a gripper's fingers, are at their
+locked positions. No collision shape is then nearer to an obstacle than the
+spheres, so a distance that the controller keeps for the spheres holds for the
+whole robot.
 """
 
 from typing import Protocol

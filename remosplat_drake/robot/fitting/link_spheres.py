@@ -1,4 +1,4 @@
-"""`LinkSpheres`: spheres on one link, and their distance from its surface."""
+"""`LinkSpheres`: spheres on one link, and their protrusion from the link."""
 
 import dataclasses as dc
 
@@ -11,7 +11,7 @@ from remosplat_drake.robot.fitting.solid_grid import SolidGrid
 
 @dc.dataclass(frozen=True, eq=False)
 class LinkSpheres:
-    """k spheres fitted to one link.
+    """k spheres that were fitted to one link.
 
     Attributes:
         p_LS: Centres in the link frame, shape (k, 3) [m].

@@ -1,4 +1,4 @@
-"""Points on the surfaces of a robot's links.
+"""Samples points on the surfaces of a robot's links.
 
 Collision shapes are sampled exactly, meshes triangle by triangle. A mesh that
 is a collision shape in the model file counts as its convex hull, as in Drake's
@@ -137,7 +137,7 @@ def _sample_round(
     else:
         n = _count(2 * np.pi * r**2, spacing)
         angle = rng.uniform(0, 2 * np.pi, n)
-        # The rim is an edge: every fourth point lies on it.
+        # Every fourth point lies on the rim, since the rim is an edge.
         rho = r * np.where(np.arange(n) % 4, np.sqrt(rng.random(n)), 1.0)
         up = rng.choice([-1e-12, 1e-12], n)
         ends = np.column_stack([rho * np.cos(angle), rho * np.sin(angle), up])

@@ -1,17 +1,17 @@
-"""Differences between distances of convex pieces and of the meshes.
+"""Measures errors of distances between convex pieces that replace meshes.
 
-Pieces enclose their mesh. So the distance between two links, computed from
-pieces, is never too large, but it is too small where the pieces protrude. This
-error matters in postures in which pieces come near each other. First, random
-postures are tried. Few of them bring two given links near each other, and they
-may miss all postures with large errors. So an evolution strategy searches for
-larger errors: starting from postures with large errors, it changes the joints
-between the two links at random, keeps the postures with the largest errors, and
-repeats this with smaller changes.
+Pieces enclose their mesh. The distance between two links, computed from pieces,
+is therefore never too large, but it is too small where the pieces protrude.
+This error matters in postures in which pieces come near each other. First,
+random postures are tried. Few of them bring two given links near each other,
+and they may miss all postures with large errors. An evolution strategy
+therefore searches for larger errors. It starts from postures with large errors,
+changes the joints between the two links at random, and keeps the postures with
+the largest errors. It repeats this with smaller changes.
 
 A robot cannot take all of these postures: to bring a hand into a closed shell,
-for example, the forearm has to pass through the wall. So an error does not
-count if links on the way between the two links touch each other.
+for example, the forearm has to pass through the shell. An error therefore does
+not count if links between the two links in the tree touch each other.
 """
 
 import dataclasses as dc
@@ -56,11 +56,11 @@ _RISING = 5e-4
 
 _PARENTS, _CHILDREN = 12, 8
 """Number of postures that a generation of the search keeps, and number of
-random ones around each."""
+random postures around each of them."""
 
 _STEP, _GENERATIONS = 0.05, 4
 """Initial size of the random changes, as a fraction of the joints' ranges, and
-number of generations; the size halves with each one."""
+number of generations; the size halves with each generation."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -74,7 +74,8 @@ class PairError:
         shapes: Indices of the two nearest shapes among those given.
         points: The nearest point of each shape, in its link's frame, shape (3,)
             [m].
-        blame: Distance of each point from the surface of its link [m].
+        blame: Distance by which each point protrudes from the surface of its
+            link [m].
     """
 
     links: LinkPair
@@ -345,9 +346,9 @@ class MeshTruth:
         """Measures distances of meshes until the largest errors are known.
 
         The points' distances from the surfaces bound the error. Postures are
-        measured in the order of this bound, until none of the others can have
-        one of the largest errors. A measurement ends when the error of its
-        posture cannot be one of the largest.
+        measured in the order of this bound, until no further posture can have
+        one of the largest errors. A measurement ends early when the error of
+        its posture cannot be one of the largest.
 
         Args:
             looks: Nearest points in n postures; measured distances are added.

@@ -1,4 +1,4 @@
-"""Surfaces of the links of a model file, to be covered with spheres."""
+"""Samples the surfaces of a model file's links, to cover them with spheres."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -47,10 +47,11 @@ class SurfaceOptions:
         links: Names of the links; empty means all that have geometry.
         visuals: A `visuals.yaml` whose meshes replace the collision shapes of
             the links it names, or None.
-        with_collision: Links that keep their collision shapes nevertheless.
+        with_collision: Links that keep their collision shapes in addition to
+            the meshes.
         floor_links: Links that stand on the floor, the plane z = 0.
-        weights: Weight of each link (default 1); with a larger one, its spheres
-            protrude less.
+        weights: Weight of each link (default 1). With a larger weight, the
+            link's spheres protrude less.
     """
 
     links: tuple[str, ...] = ()

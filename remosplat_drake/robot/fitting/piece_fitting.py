@@ -3,8 +3,8 @@
 All links begin with one piece for each mesh. If the pieces' distance of two
 links is too small in a posture, the piece that protrudes more there is cut in
 two by a plane. This is repeated until the distances are accurate or the largest
-number of pieces is reached. Links that never come near others keep their hulls,
-which keeps ticks fast.
+number of pieces is reached. Links that never come near other links keep their
+hulls, so that ticks are fast.
 """
 
 import dataclasses as dc
@@ -33,10 +33,10 @@ postures keep `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
 """A piece is not cut at points that protrude from the surface by less than this
-[m]: sampled points of the surface are about as far from each other."""
+[m], about the distance between sampled points of the surface."""
 
 _SEARCHES = 3
-"""Number of searches for larger errors. After the first, a search covers only
+"""Number of searches for larger errors. Each search after the first covers only
 pairs of links that had errors before, since cuts never increase an error."""
 
 MOST_PIECES = 40
@@ -45,7 +45,7 @@ MOST_PIECES = 40
 
 @dc.dataclass(eq=False)
 class _Part:
-    """A part of a mesh, and the convex piece that represents it.
+    """A part of a mesh, with the convex piece that represents it.
 
     Attributes:
         of: Surface and piece.
@@ -101,7 +101,7 @@ class FittedPieces:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Blame:
-    """An error, and the parts whose pieces are nearest in its posture."""
+    """An error, with the parts whose pieces are nearest in its posture."""
 
     error: PairError
     parts: tuple[_Part | None, ...]
@@ -109,8 +109,8 @@ class _Blame:
     def suspect(self) -> tuple[_Part, np.ndarray, float] | None:
         """Returns the part to cut, a point of its piece, and its protrusion.
 
-        Of the two parts, it is the one whose piece protrudes more, if it can be
-        cut.
+        Of the two parts that can be cut, it is the part whose piece protrudes
+        more.
         """
         ranked = sorted(
             zip(self.error.blame, self.parts, self.error.points, strict=True),
@@ -123,10 +123,10 @@ class _Blame:
 
 
 class _Wrong(NamedTuple):
-    """The largest errors of two links, and all postures that may have some.
+    """The largest errors of two links, and all postures that may have errors.
 
-    Cuts never increase an error, apart from the slack of the pieces. So only
-    these postures are examined again after a cut.
+    Cuts never increase an error, apart from the slack of the pieces. After a
+    cut, only these postures are therefore examined again.
     """
 
     blames: list[_Blame]
@@ -205,7 +205,7 @@ def _errors(
 def _shapes(
     meshes: list[_Mesh], primitives: CollisionShapes
 ) -> tuple[CollisionShapes, list[_Part | None]]:
-    """Returns all shapes, and the part that each represents, None without."""
+    """Returns all shapes, and the part that each represents (None if none)."""
     parts: list[_Part | None] = [None] * len(primitives)
     links, shapes = list(primitives.links), list(primitives.shapes)
     for mesh in meshes:

@@ -21,22 +21,23 @@ _NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)
 """Normals of the candidate planes through a point: axes and diagonals."""
 
 _THROUGH = 4
-"""Number of points through which planes are tried, the farthest out first."""
+"""Number of points through which planes are tried. The points that protrude
+most are used."""
 
 _FACES = 8
-"""Number of triangles nearest to a protruding point whose planes are tried: a
-cut along one side of a pocket frees the whole pocket."""
+"""Number of triangles nearest to a protruding point whose planes are tried. A
+cut along one side of a concave pocket frees the whole pocket."""
 
 _SAME = 4e-3
-"""Edge of the cells of a grid in each of which one protruding point, the
-farthest out, is used to compare planes [m]."""
+"""Edge of the cells of a grid [m]. In each cell, the point that protrudes most
+is used to compare planes."""
 
 _MOST_TRIANGLES = 1500
 """Largest number of a part's triangles that are used to compare planes."""
 
 _LEAST = 5e-4
-"""Least increase of a point's distance from the hulls at which a cut counts as
-freeing the point [m]."""
+"""Least increase of a point's distance from the hulls by which a cut is
+considered to free the point [m]."""
 
 
 def cut_in_two(

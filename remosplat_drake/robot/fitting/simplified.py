@@ -24,8 +24,8 @@ def welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def clustered(surface: np.ndarray, edge: float) -> np.ndarray:
     """Moves all corners in a cell of a grid to one point.
 
-    A closed surface stays closed. It winds around the same points, except for
-    points nearer to it than a cell's diagonal.
+    A closed surface stays closed. It winds around the same points as before,
+    except for points nearer to it than a cell's diagonal.
 
     Args:
         surface: Triangles, shape (t, 3, 3) [m].

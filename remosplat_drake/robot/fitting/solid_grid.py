@@ -19,7 +19,8 @@ class SolidGrid:
 
     Attributes:
         origin: Centre of the first voxel, shape (3,) [m].
-        pitch: Edge length of a voxel [m]; depths are good to about half of it.
+        pitch: Edge length of a voxel [m]. The error of depths is about half of
+            it.
         depth: Distance of each voxel to the surface, positive inside and
             negative outside, shape (nx, ny, nz) [m].
     """
@@ -68,10 +69,10 @@ def make_solid_grid(
 ) -> SolidGrid:
     """Computes the solid body that surface points enclose.
 
-    Meshes of robots are rarely watertight: a link is open where the next one is
-    attached. So a voxel counts as inside if a ray from it meets the surface in
-    at least four of the six axis directions. Points in a tube with open ends
-    are inside; points in the hollow of an L or a U are not.
+    Meshes of robots are rarely watertight: a link is open where the next link
+    is attached. A voxel therefore counts as inside if rays from it meet the
+    surface in at least four of the six axis directions. Points in a tube with
+    open ends are inside; points in the hollow of an L or a U are not.
 
     Args:
         surface: Points denser than `pitch`, shape (n, 3) [m].
@@ -134,7 +135,7 @@ def join_solids(
             p_N = (p_L - X_LN[:3, 3]) @ X_LN[:3, :3]
             hidden = hidden[neighbour.contains(p_N)]
         inside[tuple(hidden.T)] = True
-    # Closes gaps of joints, which are a millimetre or two wide.
+    # Closes gaps at joints, which are one or two millimetres wide.
     inside = scipy.ndimage.binary_closing(inside, iterations=2)
     core = scipy.ndimage.binary_erosion(inside)
     return SolidGrid(origin, solid.pitch, _depth(inside, core, solid.pitch))

@@ -35,8 +35,8 @@ _FINEST, _COARSEST = 0.001, 0.005
 _ROUNDS = 30
 
 POINTS_PER_VOXEL = 2.5
-"""Number of surface points along a voxel's edge, so dense that none of the
-surface's voxels is missed."""
+"""Number of surface points along a voxel's edge. With this density, the points
+lie in all of the surface's voxels."""
 
 MOST_SPHERES = 16
 """Default of the largest number of spheres of a link, if a tolerance is
@@ -52,7 +52,8 @@ class LinkSurface:
         solid: The body that the points enclose, joined with the parts of
             neighbours inside it.
         thickness: Largest depth of the body alone [m].
-        weight: The spheres of a link with a larger weight protrude less.
+        weight: Weight of the link. With a larger weight, the link's spheres
+            protrude less.
         floor: Whether the link stands on the plane z = 0; then no centre goes
             below it.
     """
@@ -67,9 +68,9 @@ class LinkSurface:
 def voxel_pitch(extent: np.ndarray) -> float:
     """Returns the voxel edge for a link [m].
 
-    A larger link has more voxels, within limits. Voxels of less than a
-    millimetre are used only for links of less than 20 of these: fingers have
-    many small links, which need no finer spheres than others.
+    A larger link has more voxels, within limits. Voxels below a millimetre are
+    used only for links shorter than 20 mm. Hands with many small finger links
+    do not need finer spheres than other robots.
 
     Args:
         extent: Edges of the link's bounding box, shape (3,) [m].
@@ -87,8 +88,8 @@ def make_link_surface(
     Args:
         points: Points on the surface, `POINTS_PER_VOXEL` along a voxel's edge,
             shape (n, 3) [m].
-        weight: Weight of the link; with a larger one, its spheres protrude
-            less.
+        weight: Weight of the link. With a larger weight, the link's spheres
+            protrude less.
         floor: Whether the link stands on the plane z = 0, see
             `make_solid_grid`.
 
@@ -126,8 +127,8 @@ def fit_spheres(
             link; the best result is kept.
         on_progress: Called after each finished link with its name and its
             number of spheres.
-        tolerance: Without a count: largest bulge of a link of weight 1 [m]; it
-            is divided by the link's weight.
+        tolerance: If `count` is None: largest bulge of a link of weight 1 [m].
+            The bulge of another link is divided by the link's weight.
         most: With a tolerance: largest number of spheres of a link. If these do
             not suffice, the bulge exceeds the tolerance.
 
@@ -152,7 +153,7 @@ def fit_spheres(
             on_progress(link, len(result[link].radius))
         return result
     assert tolerance is not None
-    # A problem is large, so there is only one at a time.
+    # A problem takes much memory, so only one exists at a time.
     for link, surface in surfaces.items():
         cover = problem(link)
         start = cover.within(tolerance / surface.weight, most)
@@ -173,7 +174,8 @@ class _CoverProblem:
         self._lowest = 0.0 if surface.floor else -np.inf
         self._solid = surface.solid
         self._thickness = surface.thickness
-        # A link that is four times as thick may bulge twice as much.
+        # The spheres of a link that is four times as thick may bulge twice as
+        # much.
         self.scale = np.sqrt(self._thickness) / surface.weight
         self._points = _thin(surface.points, _MAX_POINTS, rng)
         centres = _candidates(self._solid, rng)

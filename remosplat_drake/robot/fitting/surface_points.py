@@ -42,7 +42,7 @@ class SurfacePoints:
         corners = surface.reshape(-1, 3)
         triangles = np.arange(len(corners)).reshape(-1, 3)
         p = sample_triangles(corners, triangles, SPACING, rng)
-        # Keeps one point for each crowded cell, and all extreme points.
+        # Keeps one point of each cell with many points, and all extreme points.
         one = np.unique(grid_cells(p, 0.5 * SPACING), return_index=True)[1]
         self.tree = KDTree(np.vstack([p[one], convex_corners(corners)]))
         self.surface = clustered(surface, TOUCHING)

@@ -1,1 +1,1 @@
-"""Conversion of a robot's own files into a robot description."""
+"""Converts a robot's files (URDF, SDFormat, MJCF) to a robot description."""

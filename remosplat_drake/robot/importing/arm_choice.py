@@ -1,4 +1,4 @@
-"""Choice of the arm's joints and end effectors, as stated or guessed."""
+"""Chooses the arm's joints and end effectors, as stated or guessed."""
 
 import dataclasses as dc
 import math
@@ -20,7 +20,7 @@ from remosplat_drake.robot.importing.urdf import (
 
 @dc.dataclass(frozen=True)
 class ArmChoice:
-    """The driven part of a robot.
+    """The part of a robot that the controller drives.
 
     Attributes:
         end_effectors: Names of the links whose frames are driven to targets,
@@ -38,7 +38,7 @@ class ArmChoice:
 def choose_arm(
     urdf: Urdf, srdf: Srdf, wanted: Mapping[str, str], findings: Findings
 ) -> ArmChoice:
-    """Chooses the end effectors, and so the joints of the arms.
+    """Chooses the end effectors, which determine the joints of the arms.
 
     Args:
         urdf: The robot.
@@ -61,8 +61,8 @@ def choose_arm(
         if not moving:
             raise urdf.fail(
                 f"link {tip!r}",
-                f"is moved by no joint: it is fixed to {urdf.base!r}; name"
-                " another one with --end-effector",
+                f"is not moved by any joint: it is fixed to {urdf.base!r}; "
+                "name another one with --end-effector",
             )
         joints |= {joint.name: joint for joint in moving}
     arm = tuple(joints.values())
@@ -148,8 +148,8 @@ def _locked(
 ) -> dict[str, float]:
     """Returns the constant positions of all joints that are not the arm's.
 
-    They are those of the likeliest named state, or else zero; prismatic fingers
-    are open.
+    They are the positions of the likeliest named state, or else zero. Prismatic
+    fingers are open.
     """
     locked: dict[str, float] = {}
     opened, named = [], []

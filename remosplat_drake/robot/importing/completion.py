@@ -55,8 +55,8 @@ def complete_limits(
 ) -> list[JointLimits]:
     """Reads the limits of joints, and guesses the missing ones.
 
-    Revolute joints without limits get one turn each way. The joints' elements
-    in the document are changed accordingly.
+    Revolute joints without limits get one turn in each direction. The function
+    changes the joints' elements in the document accordingly.
 
     Args:
         urdf: The robot.
@@ -148,10 +148,11 @@ def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
 
 
 def complete_inertias(urdf: Urdf, findings: Findings) -> None:
-    """Gives a mass to links without one, or with an unphysical one.
+    """Gives a mass to links without a valid mass.
 
     Links that are fixed to each other are one body, which needs only one mass.
-    So frames, and links fixed to a link with a mass, get none.
+    Frames, and links that are fixed to a link with a mass, therefore get no
+    mass.
 
     Args:
         urdf: The robot; its links' elements are changed.
@@ -176,13 +177,13 @@ def complete_inertias(urdf: Urdf, findings: Findings) -> None:
     if missing:
         findings.guess(
             "mass",
-            f"1 kg, as a small ball, for {listed(missing)}; the model has no"
-            " valid mass there",
+            f"1 kg, as a small ball, for {listed(missing)}, which have no "
+            "valid mass in the model",
         )
 
 
 def _is_last(urdf: Urdf, links: list[str]) -> bool:
-    """Whether links form a moving body that carries no other."""
+    """Whether links form a moving body that carries no other body."""
     outboard = [joint for link in links for joint in urdf.outboard(link)]
     is_moved = any(link in urdf.inboard for link in links)
     return is_moved and all(joint.kind == FIXED for joint in outboard)

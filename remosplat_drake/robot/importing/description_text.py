@@ -1,4 +1,4 @@
-"""The text of a robot description's file, with guesses in comments."""
+"""Writes the text of a robot description file, with guesses in comments."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ from remosplat_drake.robot.robot_description import (
 def description_text(
     description: RobotDescription, made_by: str, findings: Findings
 ) -> str:
-    """Writes a description with guesses and doubts in comments.
+    """Returns a description's text, with guesses and doubts in comments.
 
     Args:
         description: The description; empty fields are omitted.

@@ -1,4 +1,4 @@
-"""File formats of robots, and texts about each for errors."""
+"""File formats of robots, with texts about each format for errors."""
 
 import dataclasses as dc
 
@@ -14,7 +14,7 @@ class Dialect:
         limits: Advice on how to write a joint's limits.
         fixed: Element that fixes a joint.
         weld: Element that fixes one link to another.
-        mimic: Element that makes a joint follow another one.
+        mimic: Element that makes a joint follow another joint.
     """
 
     title: str

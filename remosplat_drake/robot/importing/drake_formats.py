@@ -102,7 +102,7 @@ def _parsed(
     tuple[MultibodyPlant, SceneGraph, list[ModelInstanceIndex], list[str]]
     | None
 ):
-    """Returns the plant of a copy, with Drake's warnings.
+    """Returns the plant of a copy, and Drake's warnings.
 
     Drake rejects elements that SDFormat does not have. If that happens, they
     are removed from the copy and None is returned; the caller tries again.

@@ -1,4 +1,4 @@
-"""`Findings`: facts, guesses and doubts of an import."""
+"""`Findings`: the found, guessed and doubted values of an import."""
 
 import dataclasses as dc
 
@@ -11,7 +11,8 @@ class Findings:
         found: Values from the robot's files.
         guessed: Guesses of values that the files do not contain; a person
             should check them.
-        doubted: Values from the files that were used, but are probably wrong.
+        doubted: Values from the files that the import uses although they are
+            probably wrong.
     """
 
     found: list[tuple[str, str]] = dc.field(default_factory=list)
@@ -47,7 +48,7 @@ class Findings:
 
 
 def listed(names: list[str], most: int = 6) -> str:
-    """Formats a list of names; of a long list, the rest as a number.
+    """Formats a list of names; replaces the end of a long list by a number.
 
     Args:
         names: The names.

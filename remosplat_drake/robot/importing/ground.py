@@ -1,4 +1,4 @@
-"""The lowest points of a robot's links with all joints at zero."""
+"""Finds the lowest points of a robot's links with all joints at zero."""
 
 from pathlib import Path
 

@@ -21,17 +21,19 @@ _WITHIN = 0.15
 """Least distance from both joint limits, as a fraction of the range."""
 
 _TWISTED = 0.05
-"""Cost of a joint that is half a turn from zero, in units of manipulability."""
+"""Amount by which a joint at half a turn from zero reduces the score, in units
+of manipulability."""
 
 
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     """Draws arm configurations, and returns the best one as home.
 
     The score of a configuration is the manipulability of the arms (Yoshikawa
-    1985). It is higher if the hands are in front of the robot and the joints
-    near zero, and lower if links extend below the height of the arm's first
-    joint. For the configurations with the best scores, the distances between
-    links that are two or more joints apart are added.
+    1985). The score is higher if the hands are in front of the robot and the
+    joints are near zero. It is lower if links extend below the height of the
+    arm's first joint. For the configurations with the best scores, the
+    distances between links that are two or more joints apart are added to the
+    score.
 
     Args:
         robot: The robot; a mobile base does not move.
@@ -117,7 +119,7 @@ def _clearness(
     q_arm: np.ndarray,
     pairs: np.ndarray,
 ) -> float:
-    """Returns the sum of the links' distances, each up to `_CLEAR` [m]."""
+    """Returns the sum of the links' distances, each at most `_CLEAR` [m]."""
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
     return 10.0 * float(np.minimum(_gaps(robot, q, pairs), _CLEAR).sum())
 

@@ -1,6 +1,7 @@
 """Guesses roles of joints from names: arm, gripper, wheel, leg, head.
 
-No file format states the roles of joints, but their names nearly always do.
+No file format states the roles of joints, but the joints' names nearly always
+do.
 """
 
 import re

@@ -23,7 +23,8 @@ from remosplat_drake.robot.self_collision.shapes import (
 
 SHARE = 0.25
 """Least reported gap, as a fraction of the smaller link's size. Of 16 robots of
-example-robot-data, only iCub exceeds 0.05; its shapes are indeed apart."""
+example-robot-data, only iCub has gaps above 0.05; its shapes are indeed
+apart."""
 
 
 @dc.dataclass(frozen=True)
@@ -49,8 +50,9 @@ class LinkGap:
 
     def __str__(self) -> str:
         return (
-            f"{self.link} is {1e3 * self.distance:.0f} mm away from"
-            f" {self.carrier}; the smaller one is {1e3 * self.size:.0f} mm long"
+            f"{self.link} is {1e3 * self.distance:.0f} mm away from "
+            f"{self.carrier}; the smaller link is {1e3 * self.size:.0f} mm "
+            "long"
         )
 
 

@@ -47,16 +47,15 @@ def convert_shapes(
 ) -> dict[str, list[Enclosed]]:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
-    Links without collision meshes get the convex hulls of their visual meshes,
-    in addition to their collision primitives, which are often smaller than the
-    link.
+    Links without collision meshes get the convex hulls of their visual meshes.
+    They keep their collision primitives, which are often smaller than the link.
 
     Args:
         urdf: The robot; its links' elements are changed.
         packages: Resolves references to ROS packages.
         folder: Folder in which a folder `meshes` is made.
         findings: Receives the guesses.
-        on_mesh: Called after each mesh.
+        on_mesh: Function that is called after each mesh.
 
     Returns:
         The collision meshes by link name, in the link's frame; links without
@@ -74,7 +73,7 @@ def convert_shapes(
     covered = []
     for name, link in urdf.links.items():
         # Primitives are often smaller than the link, and a controller must not
-        # ignore the rest.
+        # ignore the uncovered part of the link.
         if link.find("collision/geometry/mesh") is None:
             bare = link.find("collision") is None
             seen = link.findall("visual")
@@ -108,7 +107,7 @@ def convert_shapes(
 def write_pieces(
     urdf: Urdf, folder: Path, pieces: dict[str, list[ConvexPiece]]
 ) -> None:
-    """Writes convex pieces as collision shapes of links, besides primitives.
+    """Writes convex pieces as collision shapes of links; keeps primitives.
 
     Args:
         urdf: The robot; its links' elements are changed.

@@ -8,7 +8,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 _SAME = 1e-3
 """Tolerance of symmetry, for two quantities: the distance of a joint axis from
-the mirror image of another one [m], and the difference of their unit vectors.
+the mirror image of another axis [m], and the difference of the two unit
+vectors.
 """
 
 _ACROSS = np.array([1.0, -1.0, 1.0])
@@ -32,7 +33,7 @@ class Mirror:
         return self.sign * q_arm[self.twin]
 
     def symmetric(self, q_arm: np.ndarray) -> np.ndarray:
-        """Makes a posture symmetric: the second arm mirrors the first one.
+        """Makes a posture symmetric: the second arm mirrors the first arm.
 
         Joints that carry both arms go to zero if they would turn the arms to
         one side.
@@ -51,13 +52,14 @@ def find_mirror(robot: RobotModel) -> Mirror | None:
 
     The arms are mirror images if, with all joints at zero, the mirror maps the
     axis of each joint of one arm to the axis of a joint of the other. The
-    mirror is halfway between their first joints.
+    mirror is halfway between the first joints of the two arms.
 
     Args:
         robot: The robot.
 
     Returns:
-        The mirror; None if the arms are not mirror images or not two.
+        The mirror; None if there are not two arms, or if they are not mirror
+        images.
     """
     bodies = robot.arrays.values.body_E
     chains = [_joints(robot, int(body)) for body in bodies]
@@ -87,7 +89,7 @@ def find_mirror(robot: RobotModel) -> Mirror | None:
             or twin[b] not in (-1, a)
         ):
             return None
-        # The mirror image of a turn to the left is one to the right.
+        # The mirror image of a turn to the left is a turn to the right.
         twin[b], sign[b] = a, np.sign(along) * (-1.0 if turns[a] else 1.0)
     return None if (twin < 0).any() else Mirror(twin, sign)
 

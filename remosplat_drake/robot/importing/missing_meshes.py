@@ -1,7 +1,7 @@
-"""Replaces meshes that a robot's files name, but that are missing.
+"""Replaces missing meshes that a robot's files name.
 
-Some packages lack visual meshes, others collision meshes. If a link has shapes
-of the other kind, these replace the missing ones.
+Some packages lack visual meshes, other packages lack collision meshes. If a
+link has shapes of the other kind, these shapes replace the missing meshes.
 """
 
 from collections.abc import Callable, Iterable
@@ -49,8 +49,9 @@ def replace_by_others(
 ) -> dict[str, list[str]]:
     """Removes missing meshes from links.
 
-    All elements of the other kind replace the missing ones. A link with neither
-    kind is not changed, so that a later error names the mesh.
+    A link's elements of the other kind replace the missing meshes. A link
+    without usable elements is not changed, so that a later error names the
+    mesh.
 
     Args:
         links: The links' elements, which are changed.

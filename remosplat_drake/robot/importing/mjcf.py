@@ -1,4 +1,4 @@
-"""Prepares MuJoCo's MJCF for Drake's parser, which supports a part of it."""
+"""Prepares MuJoCo's MJCF for Drake's parser, which supports only a part."""
 
 import dataclasses as dc
 import math
@@ -25,7 +25,7 @@ class SaidOfJoints:
     """Properties of a model's joints that Drake's parser does not keep.
 
     Attributes:
-        mimics: Joints that follow others, by name.
+        mimics: Joints that follow other joints, keyed by name.
         loops: Constraints that close loops of links.
         states: Positions of joints by name, for each keyframe [rad, m].
         floating: Name of the single floating body, which has been fixed.
@@ -59,7 +59,7 @@ def prepare_mjcf(
         RemoSplatError: A file is missing or broken, or the model contains
             generating elements that Drake ignores.
     """
-    # Drake requires a name, MuJoCo does not.
+    # Drake requires a name, but MuJoCo does not.
     root.set("model", root.get("model") or path.stem)
     _include(path, root, {path})
     for element in root.iter():
@@ -202,8 +202,8 @@ def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
 def _fix_floating(root: Element) -> list[str]:
     """Fixes the single floating body, and returns its name.
 
-    If several bodies float, all but one are objects, and the robot cannot be
-    identified.
+    If several bodies float, all but one of them are objects, and the robot
+    cannot be identified.
     """
     floating = [
         (body, joint)
@@ -224,7 +224,7 @@ def _floats_freely(joint: Element) -> bool:
 
 
 _COORDINATES = {"free": 7, "ball": 4}
-"""Number of position coordinates of joints with more than one."""
+"""Number of position coordinates of the joint types that have more than one."""
 
 
 def _states(root: Element) -> dict[str, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""A mobile base as three joints between the world and a URDF's base link."""
+"""Adds a mobile base as three joints between world and base link."""
 
 from xml.etree.ElementTree import Element, SubElement
 
@@ -73,8 +73,8 @@ def add_base_joints(urdf: Urdf, base: str, height: float) -> str:
         Name of the link that the base's joints move.
 
     Raises:
-        FieldError: A link named `world` carries several links or one that can
-            move, or a name already exists.
+        FieldError: A link named `world` carries several links, or a link that
+            can move; or a name already exists.
     """
     carried, origin = urdf.base, None
     if carried == "world":

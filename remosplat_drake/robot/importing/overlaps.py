@@ -1,4 +1,4 @@
-"""Finds links whose collision shapes overlap as no real links would.
+"""Finds links whose collision shapes overlap in an implausible way.
 
 Self-collision does not check links that overlap in every posture, since the
 robot could not move otherwise. A hull that contains its whole neighbour was
@@ -61,7 +61,7 @@ def _worded(pairs: list[LinkPair]) -> str:
 def _held(
     robot: RobotModel, shapes: CollisionShapes, pair: LinkPair
 ) -> LinkPair | None:
-    """Returns the containing and the contained link of a pair, at home."""
+    """Returns which link of a pair contains the other at home, or None."""
     if joints_between(robot, *pair) == 0:
         return None  # Parts of one body may overlap.
     X_WL = robot.body_poses(robot.q_home)
@@ -79,7 +79,7 @@ def _held(
 def _holds(
     outer: ConvexShape, inner: Sequence[ConvexShape], X_OI: np.ndarray
 ) -> list[bool]:
-    """Whether a shape contains others; a flat or thin one does not."""
+    """Whether a shape contains other shapes; flat or thin shapes do not."""
     try:
         planes = ConvexHull(outer.vertices).equations
     except (QhullError, ValueError):

@@ -30,7 +30,7 @@ _DEEPEST = 3
 
 @dc.dataclass(frozen=True)
 class Packages:
-    """Resolves the URIs in a robot's files.
+    """Resolves the URIs in a robot's files to paths.
 
     Attributes:
         file: The robot's file.
@@ -83,8 +83,8 @@ class Packages:
         path = Path(uri.removeprefix("file://"))
         place = self.file.parent / path
         if not place.exists():
-            # The path may be of another machine; its last parts often exist
-            # here.
+            # The path may belong to another machine; its last parts often exist
+            # on this machine.
             for i in range(1, len(path.parts)):
                 near = self.file.parent.joinpath(*path.parts[i:])
                 if near.is_file():

@@ -1,8 +1,9 @@
 """Removes planar bases that a robot's file models as joints.
 
-Some files move the robot over the floor by joints at its root: prismatic joints
-along x and y and a revolute one, or a revolute, a prismatic and another
-revolute one. These model a mobile base, and do not belong to the arm.
+In some files, joints at the robot's root move it over the floor. They are
+prismatic joints along x and y and a revolute joint; or a revolute, a prismatic
+and another revolute joint. These joints model a mobile base, and do not belong
+to the arm.
 """
 
 from xml.etree.ElementTree import tostring
@@ -27,8 +28,8 @@ _ALONG = 1e-3
 def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
     """Removes the joints that model a robot's planar base.
 
-    Their links are removed, too, if these are mere frames at the same place.
-    Otherwise the joints are fixed.
+    If the joints' links are only frames at the same place, these links are
+    removed, too. Otherwise the joints are fixed.
 
     Args:
         urdf: The robot, whose document is changed.
@@ -57,7 +58,7 @@ def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
 
 
 def _is_frame(urdf: Urdf, joint: UrdfJoint) -> bool:
-    """Whether a joint's parent has no parts, and is where its child is."""
+    """Whether a joint's parent has no parts, and is at the child's pose."""
     at_child = origin_pose(joint.element).IsNearlyIdentity(0.0)
     return at_child and not len(urdf.links[joint.parent])
 
@@ -92,6 +93,6 @@ def _is_planar(joint: UrdfJoint, X_WJ: RigidTransform) -> bool:
     up = abs(axis[2]) / np.linalg.norm(axis)
     if joint.kind != PRISMATIC:
         return up > 1 - _ALONG
-    # A missing limit is nan, and bounds nothing.
+    # A missing limit is nan, which does not limit the range.
     is_bounded = joint.lower > -ROAM or joint.upper < ROAM
     return up < _ALONG and not is_bounded

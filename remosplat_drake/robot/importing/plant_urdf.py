@@ -1,8 +1,8 @@
 """Converts a plant, as parsed by Drake, to a URDF.
 
-So all formats are processed in the same way. Frames of links are preserved. If
-a joint's axis does not pass through the origin of its child link, an additional
-link is inserted there, as URDF requires.
+All formats can therefore be processed in the same way. Frames of links are
+preserved. If a joint's axis does not pass through the origin of its child link,
+an additional link is inserted there, as URDF requires.
 """
 
 from collections import Counter
@@ -48,8 +48,8 @@ _ON_AXIS = 1e-9
 class PlantUrdf:
     """Writes a plant's bodies, joints, shapes and frames as a URDF document.
 
-    Names that are unique in the plant are preserved; others get the name of
-    their model as a prefix.
+    Names that are unique in the plant are preserved. Other names get the name
+    of their model as a prefix.
     """
 
     def __init__(
@@ -244,7 +244,7 @@ class PlantUrdf:
         ends = {"lower": lower, "upper": upper}
         ends = {key: x for key, x in ends.items() if abs(x) < _ENDLESS}
         if joint.type_name() == "revolute":
-            # If there is only one limit, the other one is at most one turn
+            # If the file states only one limit, the other limit is one turn
             # away.
             if len(ends) == 1:
                 ends = {"lower": -2 * np.pi, "upper": 2 * np.pi} | ends

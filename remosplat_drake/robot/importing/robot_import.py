@@ -61,10 +61,11 @@ TOLERANCE = 0.02
 """Default distance by which spheres may protrude from links [m]."""
 
 _HAND_WEIGHT = 2.0
-"""Weight of links from the wrist outwards, whose spheres are tighter."""
+"""Weight of links from the wrist outwards. It is large, since their spheres
+should be tight."""
 
 _STILL_WEIGHT = 0.5
-"""Weight of links that do not move, whose spheres may be coarser: they matter
+"""Weight of links that do not move. It is small, since their spheres matter
 only for self-collision with the arm."""
 
 _ON_FLOOR = 0.1
@@ -73,7 +74,10 @@ _ON_FLOOR = 0.1
 _SHORTEST, _LONGEST = 0.05, 10.0
 """Plausible range of an arm's reach [m]."""
 
-_UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
+_UNITS = (
+    "check that all origins are right, all lengths are in m, and all meshes "
+    "are scaled to m"
+)
 """Possible errors in the files of a robot with implausible sizes."""
 
 _OFF_LIMITS = 0.01
@@ -90,11 +94,12 @@ class ImportRequest:
     Attributes:
         source: The robot's file, in any format that `read_robot` reads.
         packages: Folders of ROS packages by name, which have precedence over
-            found ones.
+            folders that are found.
         base: One of `BASES`; None: guessed from the robot's wheels.
         end_effectors: Names of the end effectors' links, by the end effectors'
             names; empty: they are guessed.
-        srdf: The robot's SRDF; None: one beside the source, if there is one.
+        srdf: The robot's SRDF; None: the SRDF beside the source, if there is
+            one.
         arguments: Arguments of a xacro by name.
         tolerance: Distance by which spheres may protrude from links [m].
         made_by: Command line, for comments in the files.
@@ -209,7 +214,7 @@ def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
 def _srdf(
     request: ImportRequest, urdf: Urdf, said: Srdf, findings: Findings
 ) -> Srdf:
-    """Returns the SRDF's data; without one, those of the robot's own file."""
+    """Returns the data of the SRDF, or else those of the robot's file."""
     path = request.srdf or find_srdf(request.source, urdf.name)
     if path is None:
         if said.allowed_collisions:
@@ -259,7 +264,8 @@ def _described(
         for tag in ("mimic", "safety_controller", "calibration"):
             for element in joint.element.findall(tag):
                 joint.element.remove(element)
-        # Removed, since Drake does not simulate it and warns for each joint.
+        # This element is removed, since Drake does not simulate it and warns
+        # for each joint.
         for dynamics in joint.element.findall("dynamics"):
             dynamics.attrib.pop("friction", None)
     joints = [joint.name for joint in arm.joints]
@@ -322,7 +328,7 @@ def _with_allowed_collisions(
 ) -> RobotDescription:
     """Adds the SRDF's allowed collisions to the description.
 
-    This has an effect only if self-collision uses hulls; spheres have no pairs.
+    They have an effect only on self-collision with hulls.
     """
     field = "allowed_collisions"
     if field not in {known.name for known in dc.fields(description)}:
@@ -334,8 +340,8 @@ def _with_allowed_collisions(
 def _add_motors(urdf: Urdf, joints: Sequence[str]) -> None:
     """Gives each commanded joint a motor, and removes all others.
 
-    A dynamic station and `hardware-sim` need the motors. The file's own ones
-    may be on other joints, or have gears and interfaces that Drake does not
+    A dynamic station and `hardware-sim` need the motors. Motors in the file may
+    be on other joints, or have gears and interfaces that Drake does not
     support.
     """
     urdf.root.extend([transmission_element(joint) for joint in joints])
@@ -375,7 +381,7 @@ def _chosen_home(
     """Returns the first usable named state of the robot's files, or a guess.
 
     A state is usable if it names most of the arm's joints, is within their
-    limits up to rounding, and its links hardly overlap more than in the guess.
+    limits up to rounding, and if links overlap hardly more than in the guess.
     """
     guess = guess_home(robot)
     joints = robot.description.arm.joints

@@ -21,10 +21,10 @@ HOMES = (
     "standing",
     "init",
 )
-"""Names of states that suit as home, the likeliest first."""
+"""Names of states that are suitable as home, the likeliest first."""
 
 PACKED = ("stow", "tuck", "fold", "park", "transport", "zero")
-"""Names of states that do not suit as home."""
+"""Names of states that are not suitable as home."""
 
 
 @dc.dataclass(frozen=True)
@@ -33,8 +33,8 @@ class Srdf:
 
     Attributes:
         tips: Last links of the chains of its groups.
-        tools: Links of each end effector's group, by the link that carries
-            them; empty if the group is the arm's own.
+        tools: Links of each end effector's group, keyed by the link that
+            carries them; empty if the group is the arm.
         is_planar: Whether the robot moves in the plane, also sideways.
         states: Positions of joints by name, for each named state [rad, m].
         allowed_collisions: Pairs of links that may touch, each sorted.
@@ -64,7 +64,7 @@ class Srdf:
 
 
 def find_srdf(urdf: Path, robot: str = "") -> Path | None:
-    """Finds the SRDF of a robot, beside its URDF or in a folder beside it.
+    """Finds the SRDF of a robot, beside the URDF or in a folder beside it.
 
     The SRDF has the URDF's name or a prefix of it. Otherwise it is the only
     SRDF in these folders that names the robot.

@@ -2,8 +2,8 @@
 
 Drake's parser does not search ROS workspaces, and reads only .obj, .vtk and
 .gltf meshes. In a copy, files have absolute paths, and meshes are converted.
-Joints that follow others and loops are removed from the copies and recorded,
-since Drake's plants represent them differently from URDF.
+Loops, and joints that follow other joints, are removed from the copies and
+recorded, since Drake's plants represent them differently from URDF.
 """
 
 import dataclasses as dc
@@ -98,7 +98,8 @@ class Staging:
 
     Attributes:
         originals: The file that each copy was made from.
-        mimics: Joints that follow others, by their names in the original files.
+        mimics: Joints that follow other joints, keyed by their names in the
+            original files.
         loops: Elements that close loops of links.
         states: Positions of joints by name, for each named state [rad, m].
         replaced: Names of the links with missing meshes, by the kind of mesh.
@@ -106,7 +107,7 @@ class Staging:
     """
 
     def __init__(self, packages: Packages, folder: Path):
-        """Prepares; copies nothing yet.
+        """Prepares the folder; does not copy files yet.
 
         Args:
             packages: Resolves references to ROS packages.
@@ -123,7 +124,7 @@ class Staging:
         self.floating: list[str] = []
 
     def stage(self, path: Path) -> Path:
-        """Copies a robot's file of any format but xacro; returns the copy.
+        """Copies a robot's file of any format except xacro; returns the copy.
 
         Args:
             path: The file.

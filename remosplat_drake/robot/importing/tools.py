@@ -35,12 +35,12 @@ _SAME_PLACE = 1e-3
 
 _ARM_SHARE = 0.6
 """Least number of joints of an arm in an SRDF, as a fraction of the longest
-chain's. Shorter chains belong to a torso, a sensor or a wheel."""
+chain's number. Shorter chains belong to a torso, a sensor or a wheel."""
 
 
 @dc.dataclass(frozen=True)
 class Tool:
-    """The frame of an arm that is driven to targets.
+    """The frame of an arm that the controller drives to targets.
 
     Attributes:
         link: Name of the link whose frame it is.
@@ -116,7 +116,7 @@ def _said_ends(urdf: Urdf, srdf: Srdf) -> list[UrdfJoint]:
     return [
         chain[-1]
         for name, chain in ends.items()
-        # A chain that another chain extends is part of the latter.
+        # A chain that another chain extends is a part of that chain.
         if not any(chain[-1] in other[:-1] for other in ends.values())
     ]
 
@@ -165,8 +165,9 @@ def _by_name(
 ) -> str | None:
     """Returns the frame with the likeliest name.
 
-    If several frames have such a name, those that carry another one are
-    ignored, and the one nearest to the fingers' meeting point is returned.
+    If several frames have such a name, frames that carry another such frame are
+    ignored. The result is the remaining frame that is nearest to the fingers'
+    meeting point.
     """
     for pattern in TOOLS:
         fits = [link for link in among if re.fullmatch(pattern, _plain(link))]
@@ -199,7 +200,7 @@ def _apart(p: np.ndarray, other: np.ndarray) -> float:
 
 
 def _rigid(urdf: Urdf, link: str) -> dict[str, RigidTransform]:
-    """Returns the poses of all links fixed to a link in it, itself first."""
+    """Returns the poses, in a link, of all links fixed to it, itself first."""
     frames = {link: RigidTransform()}
     for carrier in _in_order(urdf, link):
         for joint in urdf.outboard(carrier):

@@ -39,8 +39,8 @@ class UrdfJoint:
         effort: Largest effort of its motor [N m, N]; nan if the file names
             none.
         mimics: Name of the joint that it follows; empty for none.
-        multiplier: Factor on the position of that joint.
-        offset: Offset that is added to it [rad, m].
+        multiplier: Factor on the position of the followed joint.
+        offset: Offset that is added to this product [rad, m].
         element: Its element.
     """
 

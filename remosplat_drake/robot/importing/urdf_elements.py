@@ -102,11 +102,11 @@ def inertial_element(M_BBo_B: SpatialInertia) -> Element:
 def geometry_element(
     shape: Shape, originals: Mapping[Path, Path]
 ) -> Element | None:
-    """Returns the <geometry> of a shape; None for an infinite one.
+    """Returns the <geometry> of a shape; None for an infinite shape.
 
     Args:
         shape: The shape.
-        originals: The original mesh files, by the converted ones.
+        originals: The original mesh files, keyed by the converted files.
     """
     geometry = Element("geometry")
     if isinstance(shape, Box):

@@ -62,7 +62,7 @@ def _check_size(urdf: Urdf, shape: Element, where: str) -> None:
 def _numbers(
     urdf: Urdf, element: Element, key: str, count: int, where: str
 ) -> list[float] | None:
-    """Returns the numbers of an attribute; None without it."""
+    """Returns the numbers of an attribute; None if it is missing."""
     text = element.get(key)
     if text is None:
         return None

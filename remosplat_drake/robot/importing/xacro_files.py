@@ -143,7 +143,7 @@ def _place(name: str, path: Path, packages: Packages) -> Path:
 def _choices(
     argument: str, texts: dict[Path, str], packages: Packages
 ) -> tuple[str, ...]:
-    """Returns values that files compare an argument with, or are named by."""
+    """Returns an argument's values that conditions or file names contain."""
     names, choices = {argument}, set()
     for text in texts.values():
         names |= {x for x, given in _PROPERTY.findall(text) if given in names}

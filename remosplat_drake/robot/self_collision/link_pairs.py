@@ -1,4 +1,4 @@
-"""Pairs of a robot's links that are checked for self-collision.
+"""Chooses the pairs of a robot's links to check for self-collision.
 
 Pairs are excluded as in MoveIt's setup assistant (Coleman et al. 2014): by
 their positions in the tree, by the description, and by random configurations.
@@ -27,17 +27,19 @@ from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 from remosplat_drake.robot.srdf import read_disabled_collisions
 
 ADJACENT = "adjacent"
-"""Reason: the links are fewer than two moving joints apart, and meet there."""
+"""Reason for an exclusion: the links are fewer than two moving joints apart, so
+they meet at a joint."""
 
 ALLOWED = "allowed"
-"""Reason: the description or SRDF excludes the pair from collision checks."""
+"""Reason for an exclusion: the description or SRDF excludes the pair from
+collision checks."""
 
 ALWAYS = "always"
-"""Reason: the links overlap at home and in all samples, so the shapes are
-wrong.
+"""Reason for an exclusion: the links overlap at home and in all samples, so the
+shapes are wrong.
 
-MoveIt requires only 95 % of the samples. But links that are often folded may
-really touch in most configurations.
+MoveIt excludes a pair that overlaps in 95 % of the samples. But links that are
+often folded may really touch in most configurations.
 """
 
 SAMPLES = 1000
@@ -64,8 +66,9 @@ class LinkPairs:
     def never(self) -> tuple[LinkPair, ...]:
         """The checked pairs that overlap in no sample.
 
-        MoveIt excludes them to save time. Here they stay checked, since samples
-        are no proof, and a coarse check of such a pair takes nanoseconds.
+        MoveIt excludes these pairs to save time. This package checks them,
+        since samples do not prove that they never overlap, and a coarse check
+        of such a pair takes nanoseconds.
         """
         return tuple(p for p in self.watched if not self.contacts[p])
 

@@ -1,4 +1,4 @@
-"""Self-collision: pairs of the robot's convex shapes, and their distances."""
+"""Computes distances of pairs of the robot's convex shapes."""
 
 import dataclasses as dc
 from functools import cached_property, lru_cache
@@ -57,10 +57,10 @@ class SelfCollisionPairs:
     Attributes:
         robot: The robot.
         shapes: Its convex shapes.
-        found: The checked pairs of links, and reasons for excluded ones.
+        found: The checked pairs of links, and the reasons for excluded pairs.
         pairs: The pairs of shapes.
-        allowance: Length that is added to each pair's distance, so that it may
-            come nearer than others, shape (k,) [m].
+        allowance: Length that is added to each pair's distance, so that this
+            pair may come nearer than other pairs, shape (k,) [m].
     """
 
     robot: RobotModel

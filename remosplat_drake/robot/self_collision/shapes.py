@@ -54,7 +54,8 @@ _CORNERS = np.array(
 class ConvexShape:
     """All points within a radius of the convex hull of some vertices.
 
-    A sphere has one vertex, a capsule two; a polyhedron has radius zero.
+    A sphere has one vertex, a capsule has two vertices, and a polyhedron has
+    radius zero.
 
     Attributes:
         vertices: Vertices in the link's frame, shape (v, 3) [m].

@@ -44,7 +44,7 @@
       : lost
         ? `no connection: as of ${age.now().toFixed(0)} s ago`
         : deaf
-          ? "no connection to the page's second port: buttons and motion do not work"
+          ? "no connection to the second port: buttons and motion do not work"
           : age.text();
     const place = document.getElementById("age");
     if (place.textContent !== text) place.textContent = text;
