@@ -1,4 +1,4 @@
-"""Computes the motion of a mobile base between two poses, along an arc."""
+"""The motion of a mobile base between two poses, along one arc."""
 
 import math
 
@@ -11,7 +11,7 @@ from remosplat_drake.base.kernels import kernel
 def base_command(before, after, n_base):
     """Returns the command that drives the base to a pose in one second.
 
-    A differential base cannot move sideways, so it may end beside the pose, at
+    A differential base cannot slip sideways, so it may end beside the pose, at
     the end of an arc that starts along its heading. `kinematics.advance` is the
     inverse function.
 

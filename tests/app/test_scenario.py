@@ -469,7 +469,7 @@ BAD_WORLDS = {
     ),
     "end effector of a robot with one": (
         f"{{{SCENE}, targets: [{{effector: left, translation: [1, 0, 1]}}]}}",
-        ["targets[0].effector", "one end effector", "leave this out"],
+        ["targets[0].effector", "one end effector", "leave this field out"],
     ),
     "no target": (f"{{{SCENE}}}", ["targets", "none given"]),
 }
