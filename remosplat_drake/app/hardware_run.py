@@ -91,8 +91,7 @@ def prepare_for_hardware(
     Args:
         scenario: The scenario, which is changed in place.
         lcm_url: LCM URL of the drivers; None means the scenario's.
-        shadow: If True, the run sends no commands, whatever the scenario
-            states.
+        shadow: If True, the run sends no commands; this overrides the scenario.
 
     Raises:
         FieldError: The scenario disables a safety check, such as the supervisor
