@@ -8,8 +8,8 @@ error of the board's corners,
 
 with X_WF from the robot's kinematics. The iteration starts from the closed-form
 solution of A_i X = X B_i by Park and Martin (1994), where A_i are the motions
-of F, and B_i the motions of the camera relative to the board in the images. So
-no guess of X_FC is needed.
+of F, and B_i the motions of the camera relative to the board. So no initial
+value of X_FC is needed.
 """
 
 import dataclasses as dc
@@ -34,8 +34,8 @@ class CharucoBoard:
     """A chessboard with a marker in each white square.
 
     Attributes:
-        columns: Number of squares along its x axis.
-        rows: Number of squares along its y axis.
+        columns: Number of squares along the board's x axis.
+        rows: Number of squares along the board's y axis.
         square: Side of a square [m].
         marker: Side of a marker [m].
         dictionary: OpenCV's name of the markers, such as DICT_4X4_50.
@@ -79,12 +79,12 @@ class CharucoBoard:
         return dc.replace(board, dictionary=dictionary or board.dictionary)
 
     def opencv(self):
-        """Returns OpenCV's board.
+        """Converts the board to OpenCV's `CharucoBoard`.
 
         Raises:
             MissingExtraError: OpenCV is not installed.
-            RemoSplatError: OpenCV has no such dictionary, or it has too few
-                markers.
+            RemoSplatError: OpenCV has no dictionary of this name, or the
+                dictionary has too few markers.
         """
         aruco = _opencv().aruco
         number = getattr(aruco, self.dictionary, None)
@@ -112,7 +112,8 @@ class BoardView:
         K: Intrinsic matrix, shape (3, 3) [pixels].
         p_KQ: The corners on the board, shape (n, 3) [m].
         z: Positions of the corners in the image, shape (n, 2) [pixels].
-        X_CK: Pose of the board in the camera, by this image alone, (4, 4).
+        X_CK: Pose of the board in the camera's frame, estimated from this image
+            alone, shape (4, 4).
     """
 
     X_WF: np.ndarray
@@ -128,7 +129,7 @@ class BoardFit:
 
     Attributes:
         X_FC: The camera's pose (OpenCV axes) in the frame F that carries it.
-        X_WK: Pose of the board.
+        X_WK: Pose of the board in W.
         residual: RMS distance between detected and projected corners [pixels].
         images: Number of images that show the board.
         turn_deviation: Standard deviation of the rotation about its least
@@ -180,14 +181,14 @@ def find_board(
 
 
 def fit_board(views: list[BoardView]) -> BoardFit:
-    """Finds the hand-eye transform with which all images show one board.
+    """Computes the hand-eye transform from images of a fixed board.
 
     Args:
         views: The board's corners in several images.
 
     Raises:
-        RemoSplatError: Too few images show the board, the camera turned too
-            little, or no rigid mount explains the images.
+        RemoSplatError: Too few images show the board, the camera rotated too
+            little, or no fixed pose on the robot explains the images.
     """
     if len(views) < _FEWEST_IMAGES:
         raise RemoSplatError(
@@ -224,9 +225,9 @@ def fit_board(views: list[BoardView]) -> BoardFit:
 def _covariance(r: np.ndarray, J: np.ndarray, sizes: list[int]) -> np.ndarray:
     """Covariance of the parameters, shape (12, 12).
 
-    If the robot's pose has an error, all corners of an image move together. So
-    the scatter of whole images counts (the sandwich estimator of clustered
-    data), not that of single corners.
+    An error of the robot's pose moves all corners of an image together. So the
+    covariance is computed from the scatter of whole images (the sandwich
+    estimator of clustered data), and not from that of single corners.
     """
     ends = np.cumsum(sizes)[:-1]
     scores = np.stack(
@@ -239,7 +240,7 @@ def _covariance(r: np.ndarray, J: np.ndarray, sizes: list[int]) -> np.ndarray:
     )
     n, unknowns = len(sizes), J.shape[1]
     bread = np.linalg.pinv(J.T @ J)
-    # Each image has six unknowns of its own.
+    # Each image determines six unknowns.
     shrinkage = 6 * n / max(1, 6 * n - unknowns)
     return shrinkage * bread @ (scores.T @ scores) @ bread
 

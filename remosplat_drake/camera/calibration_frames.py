@@ -13,11 +13,12 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, assemble
 
 APART = np.deg2rad(8.0)
-"""A frame is kept only if its orientation differs from those of all kept frames
-by at least this angle [rad]."""
+"""Least angle between the camera orientations of any two frames that are kept
+[rad].
+"""
 
 _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
-"""Largest motion of a robot between two images that counts as rest [rad, m]."""
+"""Largest motion between two images of a robot that is at rest [rad, m]."""
 
 
 _SILENCE = 10.0
@@ -37,24 +38,24 @@ def collect_still_frames(
     count: int,
     on_frame: Callable[[int], bool],
 ) -> Capture:
-    """Takes frames from different poses, each when the robot stands still.
+    """Collects frames from different poses, each while the robot is at rest.
 
-    A person moves the robot, by hand or by teleoperation; this function does
-    not. Images without a pose are skipped: the camera or the robot was silent
-    for a moment.
+    A person moves the robot between the frames, by hand or by teleoperation.
+    Images without a pose are skipped; they occur if the camera or the robot
+    does not send for a short time.
 
     Args:
         camera: The robot's camera.
         count: Number of frames.
-        on_frame: Called with the number of frames so far after each image;
-            returns whether to continue.
+        on_frame: Function that is called after each image with the number of
+            frames so far. It returns whether to continue.
 
     Returns:
         The frames that were taken: `count`, or fewer if `on_frame` ended the
         collection.
 
     Raises:
-        RemoSplatError: The camera or the robot stays silent.
+        RemoSplatError: The camera or the robot has stopped sending.
     """
     frames: list[Frame] = []
     last: Frame | None = None

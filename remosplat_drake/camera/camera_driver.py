@@ -1,4 +1,4 @@
-"""`CameraDriver`: publishes a camera's images, and reopens a lost camera."""
+"""`CameraDriver`: publishes a camera's images over LCM."""
 
 import contextlib
 import time
@@ -32,14 +32,15 @@ class Camera(Protocol):
 
 
 class CameraDriver:
-    """Publishes a camera's images in the format of the scenario.
+    """Publishes a camera's images, resampled to the scenario's camera.
 
-    If a camera stops sending, the driver closes it, and tries to reopen it
-    until it sends again.
+    If the camera stops sending images, the driver closes it, and tries to
+    reopen it until it sends images again.
 
     Attributes:
         sent: Number of sent images.
-        problem: Reason why no images arrive at present; empty if they do.
+        problem: Reason why the camera sends no images at present; empty if it
+            sends images.
     """
 
     def __init__(
@@ -52,13 +53,15 @@ class CameraDriver:
         """Opens the camera.
 
         Args:
-            lcm: The network of the images.
-            config: Size and field of view that listeners expect.
-            open_camera: Opens the camera; called again when it was lost.
+            lcm: The LCM network on which images are published.
+            config: Camera of the scenario, whose size and field of view
+                receivers expect.
+            open_camera: Function that opens the camera. It is called again
+                after the camera stopped.
             channel: LCM channel of the images.
 
         Raises:
-            RemoSplatError: There is no such camera.
+            RemoSplatError: The camera cannot be opened.
         """
         self._lcm, self._channel = lcm, channel
         self._rectified = Rectifier(config)
@@ -92,6 +95,6 @@ class CameraDriver:
         """Releases the camera."""
         camera, self._camera = self._camera, None
         if camera is not None:
-            # An unplugged camera cannot be stopped properly.
+            # An unplugged camera raises an error when it is stopped.
             with contextlib.suppress(RuntimeError):
                 camera.stop()

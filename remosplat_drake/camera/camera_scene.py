@@ -1,4 +1,4 @@
-"""`CameraScene`: a plant with robot and scene, only for rendering."""
+"""`CameraScene`: a plant with robot and scene that is only rendered."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from remosplat_drake.station.station_config import DynamicStation
 class CameraScene:
     """A plant with robot and scene that is rendered but not simulated.
 
-    The two simulated cameras that are not part of a station's diagram use it:
+    The simulated cameras that are not part of a station's diagram use it:
     `RenderedCamera` and `CameraSim`.
 
     Attributes:
-        plant: The plant that poses robot and scene.
+        plant: The plant with robot and scene.
         joints: Index of each position of the robot in the plant's positions.
         tracks: Motions of the movers over time.
         movers: The bodies of the movers in the plant, in the order of `tracks`.
@@ -51,8 +51,8 @@ class CameraScene:
         Args:
             builder: Builder of the diagram.
             config: Mount, lens and range of the camera.
-            robot: The robot that carries it.
-            scene: The solids in view besides the robot; None for none.
+            robot: The robot that carries the camera.
+            scene: The solids of the scene; None for an empty scene.
             tracks: Motions of the movers over time.
 
         Raises:

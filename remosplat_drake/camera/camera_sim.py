@@ -1,4 +1,4 @@
-"""`CameraSim`: simulates the wrist camera's driver over LCM.
+"""`CameraSim`: simulates the wrist camera's LCM driver.
 
 `remosplat camera-sim` runs it in a separate process, beside `hardware-sim`.
 """
@@ -34,7 +34,7 @@ from remosplat_drake.signals import station_ports as ports
 class CameraSim:
     """Renders the wrist camera's images and publishes them by LCM.
 
-    Images are compressed, since uncompressed ones overflow the usual buffers of
+    Images are compressed, since uncompressed images exceed the usual buffers of
     sockets.
     """
 
@@ -50,13 +50,13 @@ class CameraSim:
 
         Args:
             config: Mount, lens and range of the camera.
-            robot: The robot that carries it.
-            scene: The solids in view besides the robot; None for none.
+            robot: The robot that carries the camera.
+            scene: The solids of the scene; None for an empty scene.
             tracks: Motions of the movers over time.
             lcm: The LCM network on which the images are published.
 
         Raises:
-            RemoSplatError: A setting is unusable.
+            RemoSplatError: A setting is invalid.
         """
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
@@ -96,14 +96,15 @@ class CameraSim:
 
 
 _MOVED = 5e-3
-"""The robot has moved if a position has changed by at least this [m, rad]."""
+"""Least change of a position at which the robot has moved [m, rad]."""
 
 
 class HeardConfiguration:
     """The robot's latest configuration, assembled from LCM statuses.
 
-    Movers start when the robot first moves. So all processes that receive the
-    robot's statuses from before its first motion have the same start time.
+    Simulated movers start when the robot first moves. So all processes that
+    receive the robot's statuses from before this motion compute the same start
+    time.
 
     Attributes:
         channels: The LCM channels whose messages this object must receive.
@@ -113,7 +114,7 @@ class HeardConfiguration:
         """Starts without any status.
 
         Args:
-            description: The robot, which may have no base.
+            description: The robot, with or without a mobile base.
         """
         self._has_base = description.base is not None
         self._n = len(description.arm.joints)
@@ -128,7 +129,7 @@ class HeardConfiguration:
         """Processes a message; ignores broken messages and other channels.
 
         Args:
-            channel: The LCM channel that it came on.
+            channel: The LCM channel of the message.
             data: The encoded message.
         """
         with contextlib.suppress(BrokenMessage):
@@ -165,8 +166,8 @@ class HeardConfiguration:
     def q(self) -> np.ndarray | None:
         """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad].
 
-        It is None before the first status of the arm, and of the base if there
-        is one.
+        It is None until the arm, and the base if there is one, have sent a
+        status.
         """
         if self._pose is None or self._joints is None:
             return None

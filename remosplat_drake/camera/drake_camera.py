@@ -20,7 +20,7 @@ _SOURCES = {
     "translation": "X_PB",
     "rpy_deg": "X_PB",
 }
-"""The field of Drake's config for each field of `WristCameraConfig`."""
+"""Fields of Drake's `CameraConfig`, keyed by fields of `WristCameraConfig`."""
 
 _FREE = ("name", "depth")
 """Ignored fields: the name, which has no effect, and the flag for depth, which
@@ -36,7 +36,8 @@ def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
         config: A configuration for which `camera_problems` yields nothing.
 
     Raises:
-        FieldError: A value is out of the range of our field.
+        FieldError: A value is out of the range of the field in
+            `WristCameraConfig`.
     """
     X_PB = config.X_PB.GetDeterministicValue()
     fov_y = 2 * np.arctan(config.height / (2 * config.focal_y()))
@@ -53,26 +54,26 @@ def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
 
 
 def camera_problems(config: CameraConfig) -> Iterator[tuple[str, str]]:
-    """Yields Drake's settings that the wrist camera does not support.
+    """Yields the settings of a Drake camera that are not supported.
 
     Args:
         config: A configuration with finite numbers.
 
     Yields:
-        A field of Drake's config and its problem.
+        A field of `CameraConfig`, and the problem with its value.
     """
     new = CameraConfig()
     for name in field_types(CameraConfig):
         if name in (*_SOURCES.values(), *_FREE):
             continue
         if repr(getattr(config, name)) != repr(getattr(new, name)):
-            yield name, "the wrist camera has no such setting: remove it"
+            yield name, "the wrist camera does not support it: remove it"
     if not config.X_PB.base_frame:
         yield "X_PB.base_frame", "must be a frame of the robot"
         return
     try:
         if not np.isclose(config.focal_x(), config.focal_y(), rtol=1e-6):
-            yield "focal", "pixels must be square: let one of x and y be null"
+            yield "focal", "pixels must be square: set one of x and y to null"
         make_wrist_camera(config)
     except FieldError as error:
         field, _, _ = error.field.partition("[")

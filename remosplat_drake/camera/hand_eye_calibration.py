@@ -1,12 +1,12 @@
-"""Hand-eye calibration from the images alone, without a calibration board.
+"""Hand-eye calibration from RGB-D images without a calibration board.
 
 A camera C is fixed to a frame F of the robot. If its assumed pose in F is
 wrong, each image's pose has an error that depends on the robot's configuration,
 so that one surface appears at several positions. With the correct hand-eye
 transform X_FC, overlapping images agree.
 
-`refine_hand_eye` is for programs of your own: no run calls it. `live_frames`
-takes the images; the resulting transform goes into a scenario as
+`refine_hand_eye` is for your own programs; no command calls it. `live_frames`
+takes the images. The resulting transform is written to a scenario as
 `wrist_camera.translation` and `wrist_camera.rpy_deg`.
 """
 
@@ -31,24 +31,27 @@ _STEPS = 3
 """Number of Gauss-Newton steps in each round."""
 
 _DELTA = 2e-3
-"""Step of the finite differences [m, rad]; with smaller ones, the noise of
-single pixels would dominate."""
+"""Step of the finite differences [m, rad]. With a smaller step, the noise of
+single pixels would dominate.
+"""
 
 _RIDGE = 1e-9
 """Regularization, as a fraction of the trace of the information matrix. It
 damps directions that the images do not constrain."""
 
 _POINTS, _MIN_POINTS = 2000, 100
-"""Number of compared points of each image, and least number of comparable
-points in total."""
+"""Number of points of each image that are compared, and least total number of
+points with a match.
+"""
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
 """Relative difference of depths above which points belong to different
 surfaces, one value for each round."""
 
 _SPREAD, _MIN_NOISE = 1.5, 1e-6
-"""Ratio of the robust weight's scale to the median residual, and least
-scale."""
+"""Ratio of the scale of the robust weight to the median residual, and least
+value of this scale.
+"""
 
 _MIN_TURN = np.deg2rad(3.0)
 """Least standard deviation of the camera's rotations about each of two axes
@@ -62,7 +65,7 @@ class HandEyeFit:
     Attributes:
         X_FC: The camera's pose (OpenCV axes) in the frame F that carries it,
             shape (4, 4).
-        capture: The same images, at the poses that follow from `X_FC`.
+        capture: The given images, at the poses that follow from `X_FC`.
     """
 
     X_FC: np.ndarray
@@ -91,7 +94,7 @@ def refine_hand_eye(
         The refined transform, and the capture with the refined poses.
 
     Raises:
-        RemoSplatError: The camera turned too little, or too few images
+        RemoSplatError: The camera rotated too little, or too few images
             overlap.
     """
     X_WF = capture.X_WC @ np.linalg.inv(X_FC)
@@ -124,7 +127,7 @@ def _gauss_newton_step(
     x: np.ndarray,
     outlier: float,
 ) -> np.ndarray:
-    """A robust Gauss-Newton step, shape (6,), with Cauchy's weights."""
+    """Computes a robust Gauss-Newton step, (6,), with Cauchy's weights."""
     r = residuals(x)
     J = np.stack(
         [
@@ -152,7 +155,7 @@ def _gauss_newton_step(
 
 
 def _similar_pairs(capture: Capture, seed: int) -> np.ndarray:
-    """Returns neighbours with similar directions, (m, 2)."""
+    """Returns pairs of overlapping views with similar directions, (m, 2)."""
     a, b = measure_overlap(capture, seed).pairs.T
     axes = capture.X_WC[:, :3, 2]
     similar = (axes[a] * axes[b]).sum(axis=1) > _MIN_COSINE
@@ -162,7 +165,7 @@ def _similar_pairs(capture: Capture, seed: int) -> np.ndarray:
 def _residuals(
     capture: Capture, p_C: np.ndarray, pairs: np.ndarray
 ) -> np.ndarray:
-    """Relative differences of all pairs' depths; NaN where there is none."""
+    """Relative differences of all pairs' depths; NaN where one is unknown."""
     differences = []
     for a, b in pairs:
         z, measured = compare(capture, p_C[a], a, b)
@@ -177,7 +180,7 @@ def _moved(
 
 
 def transform(x: np.ndarray) -> np.ndarray:
-    """A rotation vector [rad] and a translation [m] as a 4x4 matrix."""
+    """Converts a rotation vector [rad] and a translation [m] to a 4x4 pose."""
     X = np.eye(4)
     X[:3, :3] = Rotation.from_rotvec(x[:3]).as_matrix()
     X[:3, 3] = x[3:]
@@ -185,12 +188,12 @@ def transform(x: np.ndarray) -> np.ndarray:
 
 
 def check_turns(X_WF: np.ndarray):
-    """Checks that the frames differ by rotations about two axes."""
+    """Checks that the frames differ by rotations about at least two axes."""
     rotations = Rotation.from_matrix(X_WF[:, :3, :3])
     turns = (rotations.mean().inv() * rotations).as_rotvec()
     spread = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(turns))
     if len(spread) < 2 or spread[1] < _MIN_TURN:
         raise RemoSplatError(
-            "hand-eye calibration: the camera must turn about two axes; it"
-            " turned about one at most"
+            "hand-eye calibration: the camera must rotate about two axes, but "
+            "rotated about at most one; take images with more rotations"
         )

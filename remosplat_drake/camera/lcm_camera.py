@@ -1,4 +1,4 @@
-"""`LcmCamera`: the wrist camera of the real robot, received over LCM."""
+"""`LcmCamera`: receives a real wrist camera's images over LCM."""
 
 import time as clock
 from collections.abc import Sequence
@@ -20,20 +20,20 @@ from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 PATIENCE = 2.0
-"""Time without an image after which a camera counts as silent [s]."""
+"""Time without an image after which the camera has stopped sending [s]."""
 
 
 class LcmCamera:
     """A `WristCamera` that receives images and the robot's statuses.
 
-    An image's pose follows from the robot's configuration at the image's stamp.
-    A request for a frame returns the first image that arrives after it. So a
-    robot that has come to rest before the request is at rest in the image.
+    An image's pose is computed from the robot's configuration at the image's
+    stamp. `frame` returns the first image that arrives after the call. So if
+    the robot is at rest at the call, it is at rest in the image.
 
     Attributes:
         broken: Number of broken images so far.
-        problem: The problem of the latest broken image; empty if there was
-            none.
+        problem: Problem of the latest broken image; empty if no image was
+            broken.
     """
 
     def __init__(
@@ -46,11 +46,11 @@ class LcmCamera:
 
         Args:
             config: The camera's intrinsics and hand-eye transform.
-            robot: The robot that carries it.
+            robot: The robot that carries the camera.
             hardware: The LCM URL and the names of the channels.
 
         Raises:
-            RemoSplatError: A setting is unusable.
+            RemoSplatError: A setting is invalid.
         """
         self._config = config
         self._mount = CameraMount(robot, config.hand_eye(), config.frame)
@@ -80,7 +80,7 @@ class LcmCamera:
                 self._history.hear_base(data)
 
     def place(self, objects: Sequence[PlacedObject]) -> None:
-        """Does nothing: a real camera sees the objects where they are."""
+        """Does nothing, since a real camera sees the objects where they are."""
 
     def show(self, scene: PrimitiveScene) -> None:
         """Raises an error: the view of a real camera cannot be changed.
@@ -91,7 +91,7 @@ class LcmCamera:
         raise RemoSplatError("the view of a real camera cannot be changed")
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """Waits for the next image, and gives it its pose.
+        """Waits for the next image, and computes its pose.
 
         Args:
             q: Not used, since the pose follows from the robot's statuses around
@@ -103,8 +103,9 @@ class LcmCamera:
             The frame, with its time by the wall clock [s].
 
         Raises:
-            RemoSplatError: The camera is silent or sends something else, or the
-                robot's statuses do not give its pose.
+            RemoSplatError: The camera has stopped sending, its images are
+                broken or of another size, or the robot's statuses do not
+                determine its pose.
         """
         image = self._next_image()
         self._hear_until(image.time)
@@ -121,7 +122,7 @@ class LcmCamera:
                     f"{count} broken images in a row, the last one on"
                     f" {self.problem}"
                     if count
-                    else "the wrist camera is silent"
+                    else "the wrist camera sends no images: check its driver"
                 )
             clock.sleep(0.002)
             self.listen()

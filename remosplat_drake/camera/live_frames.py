@@ -1,6 +1,6 @@
-"""Captures from a live camera on a robot, without a live map.
+"""Collects captures from a camera on a robot, without a live map.
 
-For programs of your own, with any camera and any robot:
+This module is for your own programs, with any camera and any robot:
 
     mount = CameraMount(robot, config.hand_eye(), config.frame)
     with RealSenseCamera() as camera:
@@ -30,10 +30,10 @@ from remosplat_drake.signals import station_ports as ports
 
 
 class FrameSource(Protocol):
-    """A source of posed images."""
+    """Protocol of a source of posed images."""
 
     def frame(self) -> Frame:
-        """Takes the latest posed image, with all but the scene masked."""
+        """Takes the latest image, with its pose, and masks the robot."""
         ...
 
 
@@ -47,14 +47,14 @@ class RobotFrames:
         configuration: Callable[[float], np.ndarray],
         mount: CameraMount,
     ):
-        """Combines a camera and a robot.
+        """Makes a source of frames from a camera and a robot.
 
         Args:
-            image: Returns the camera's latest image.
-            configuration: Returns the measured configuration q, shape (n_q,),
-                at a time by the image's clock [s]. The latest measurement would
-                be too new: at 0.5 m/s, a difference of 20 ms shifts walls by 10
-                mm.
+            image: Function that returns the camera's latest image.
+            configuration: Function of a time by the image's clock [s] that
+                returns the measured configuration q at this time, shape (n_q,).
+                The latest measurement would be too new: at 0.5 m/s, a
+                difference of 20 ms shifts walls by 10 mm.
             mount: The camera's mount on the robot.
         """
         self._image = image
@@ -81,12 +81,12 @@ def station_frames(
             `signals.station_ports`.
         context: The station's context, whose state determines the frames.
         robot: The station's robot.
-        config: The assumed camera: its intrinsics, and a hand-eye transform
-            that may differ from the true one.
+        config: The camera as the program assumes it. Its hand-eye transform may
+            differ from that of the simulated camera.
         margin: Distance by which the robot's spheres are inflated [m].
 
     Raises:
-        RemoSplatError: The robot has no such camera frame.
+        RemoSplatError: The robot has no frame with the configured name.
     """
     K = config.intrinsics().intrinsic_matrix()
     color = station.GetOutputPort(ports.WRIST_CAMERA_RGB)
@@ -98,7 +98,8 @@ def station_frames(
         image=lambda: from_drake(
             color.Eval(context), depth.Eval(context), K, context.get_time()
         ),
-        # Evaluated together with the image, so it is of the same time.
+        # It is evaluated in the same context as the image, so for the same
+        # time.
         configuration=lambda _: np.concatenate(
             [port.Eval(context) for port in joints]
         ),
@@ -111,13 +112,13 @@ def collect(
     count: int,
     move: Callable[[int], None] = lambda i: None,
 ) -> Capture:
-    """Takes several frames, and returns them as one capture.
+    """Takes several frames, and makes a capture of them.
 
     Args:
         source: The source of the frames.
         count: Number of frames, at least one.
-        move: Called with i before frame i is taken; it moves the robot, or
-            waits.
+        move: Function that is called with i before frame i is taken. It moves
+            the robot, or waits until a person has moved it.
     """
     frames = []
     for i in range(count):

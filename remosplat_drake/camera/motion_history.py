@@ -1,4 +1,4 @@
-"""`MotionHistory`: the robot's configuration at the time of a picture."""
+"""`MotionHistory`: computes the robot's configuration at an image's time."""
 
 import bisect
 import contextlib
@@ -12,19 +12,20 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 _LENGTH = 1000
-"""Number of statuses of each part that are kept, which is some seconds."""
+"""Number of stored statuses of arm and base each, which cover some seconds."""
 
 _MAX_GAP = 0.12
-"""Longest time between two statuses over which a motion is interpolated [s]."""
+"""Longest time between two statuses between which a motion is interpolated [s].
+"""
 
 _STANDING = 1e-3
-"""Largest change between two statuses that counts as rest [rad, m]."""
+"""Largest change between two statuses of a robot at rest [rad, m]."""
 
 
 class MotionHistory:
     """Interpolates the robot's configuration in the recent past.
 
-    It keeps the last statuses of arm and base, by their drivers' stamps.
+    It stores the latest statuses of arm and base with their drivers' stamps.
     """
 
     def __init__(self, n_arm: int, has_base: bool):
@@ -32,7 +33,7 @@ class MotionHistory:
 
         Args:
             n_arm: Number of the arm's joints.
-            has_base: Whether the arm stands on a mobile base.
+            has_base: Whether the arm is on a mobile base.
         """
         self._n_arm = n_arm
         self._arm = _Track("the arm")
@@ -56,7 +57,7 @@ class MotionHistory:
     def newest(self) -> float:
         """Latest stamp for which statuses of both arm and base exist [s].
 
-        It is -inf before the first status of either.
+        It is -inf until both have sent a status.
         """
         tracks = [self._arm] if self._base is None else [self._arm, self._base]
         return min(track.newest for track in tracks)
@@ -83,7 +84,7 @@ class MotionHistory:
 
 
 class _Track:
-    """Stamped positions of one part of the robot."""
+    """Positions of the arm or the base, with their stamps."""
 
     def __init__(self, name: str):
         self._name = name
@@ -95,7 +96,7 @@ class _Track:
         return self._stamps[-1] if self._stamps else -np.inf
 
     def append(self, stamp: float, positions: np.ndarray) -> None:
-        """Stores a position; one that arrives out of order is ignored."""
+        """Stores a position; ignores a position that is older than others."""
         if stamp > self.newest:
             self._stamps.append(stamp)
             self._positions.append(positions)
@@ -106,18 +107,18 @@ class _Track:
             after = min(after, len(self._stamps) - 1)
         if after >= len(self._stamps) or time < self._stamps[0]:
             raise RemoSplatError(
-                f"{self._name} sent no status when the picture was taken"
+                f"{self._name} sent no status when the image was taken"
             )
         start, end = self._stamps[after - 1], self._stamps[after]
         q, step = self._positions[after - 1], self._step(after)
         if end - start > _MAX_GAP and np.abs(step).max() > _STANDING:
             raise RemoSplatError(
-                f"{self._name} moved, and sent no status around the time when"
-                " the picture was taken"
+                f"{self._name} moved, and sent no status around the time "
+                "when the image was taken"
             )
         return q + (time - start) / (end - start) * step
 
     def _step(self, after: int) -> np.ndarray:
-        """The change since the position before; angles take the short way."""
+        """Change since the previous position; angles change by at most pi."""
         step = self._positions[after] - self._positions[after - 1]
         return (step + np.pi) % (2 * np.pi) - np.pi

@@ -1,4 +1,4 @@
-"""`CameraMount`: the camera's pose on the robot, and the robot's mask."""
+"""`CameraMount`: computes the pose of a robot's camera, and masks the robot."""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -16,7 +16,7 @@ class CameraMount:
     """A camera C that is fixed to a frame F of a robot.
 
     Attributes:
-        robot: The robot; its spheres must cover it.
+        robot: The robot, whose spheres must cover all of it.
         X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
             (4, 4).
         margin: Distance by which the robot's spheres are inflated [m].
@@ -38,10 +38,11 @@ class CameraMount:
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: Distance by which the robot's spheres are inflated [m].
-            field: Name of the field that contains the frame's name, for errors.
+            field: Name of the scenario's field with the frame's name, which
+                errors contain.
 
         Raises:
-            FieldError: The robot has no such frame.
+            FieldError: The robot has no frame with this name.
         """
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(robot.description, plant)
@@ -69,17 +70,18 @@ class CameraMount:
             depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.
 
         Returns:
-            A mask of shape (h, w), True where `robot_mask` hides a pixel.
+            Mask of the pixels that may show the robot, shape (h, w), see
+            `robot_mask`.
         """
         spheres = self.robot.spheres_at(q)
         return robot_mask(spheres, K, self.pose(q), depth, self.margin)
 
     def frame(self, image: RgbdImage, q: np.ndarray) -> Frame:
-        """Adds the pose to an image, masks the robot and removes distortion.
+        """Makes a frame of an image: adds its pose, and masks the robot.
 
         Args:
             image: The camera's image.
-            q: The robot's configuration at that time, shape (n_q,).
+            q: The robot's configuration at the image's time, shape (n_q,).
         """
         rgb, depth, outside = image.rgb, image.depth, None
         if image.distortion not in (None, Distortion()):

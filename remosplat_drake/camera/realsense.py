@@ -1,7 +1,7 @@
-"""`RealSenseCamera`: Intel RealSense by USB (optional extra `realsense`).
+"""`RealSenseCamera`: an Intel RealSense camera at USB (extra `realsense`).
 
-`remosplat camera-driver` publishes its images by LCM, for `LcmCamera`;
-`live_frames` takes captures with it in programs of your own.
+`remosplat camera-driver` publishes its images over LCM, from which `LcmCamera`
+receives them. In your own programs, `live_frames` takes captures with it.
 """
 
 import time
@@ -18,9 +18,9 @@ _TIMEOUT = 2000
 
 
 class RealSenseCamera:
-    """A streaming RealSense camera, with its depth aligned to its colour.
+    """A RealSense camera, whose depth images are aligned to its colour images.
 
-    It is a context manager that stops streaming at the end.
+    It is a context manager, which stops the camera at the end.
     """
 
     def __init__(
@@ -40,7 +40,8 @@ class RealSenseCamera:
 
         Raises:
             MissingExtraError: pyrealsense2 is not installed.
-            RemoSplatError: There is no such camera, or it has no such mode.
+            RemoSplatError: The camera is not connected, or does not support
+                this size and rate.
         """
         rs = realsense_module()
         _check_connected(rs, serial)
@@ -69,7 +70,7 @@ class RealSenseCamera:
     def image(self) -> RgbdImage:
         """Waits for the next image.
 
-        Its time is the result of `stamp_of`, by the wall clock [s].
+        The image's time is that of `stamp_of`, by the wall clock [s].
 
         Raises:
             RemoSplatError: No image arrives within two seconds.
@@ -92,8 +93,8 @@ def from_realsense(frames) -> RgbdImage:
         frames: A `pyrealsense2.composite_frame` with depth aligned to colour.
 
     Raises:
-        RemoSplatError: Colour or depth is missing, the two are not aligned,
-            or the lens is of another kind.
+        RemoSplatError: Colour or depth is missing, depth is not aligned to
+            colour, or the lens has an unsupported distortion model.
     """
     color, depth = frames.get_color_frame(), frames.get_depth_frame()
     if not color or not depth:
@@ -119,9 +120,9 @@ def from_realsense(frames) -> RgbdImage:
 def stamp_of(frame, now: float) -> float:
     """Returns the wall-clock time at which a frame was taken [s].
 
-    By default, librealsense synchronises the camera's clock with the
-    computer's, and provides the time. Otherwise the result is the present time,
-    which is tens of milliseconds late, so that images of a moving robot have
+    By default, librealsense synchronises the camera's clock with the computer's
+    clock, and provides the time. If it does not, the result is the present
+    time, which is tens of milliseconds late. Images of a moving robot then have
     wrong poses.
 
     Args:
@@ -137,8 +138,8 @@ def stamp_of(frame, now: float) -> float:
 def matrix_of(intrinsics) -> np.ndarray:
     """Turns `pyrealsense2.intrinsics` into a matrix K, shape (3, 3) [pixels].
 
-    In librealsense the centre of the first pixel is (0, 0); here it is
-    (0.5, 0.5), as in `Capture`.
+    In librealsense, the centre of the first pixel is (0, 0). In the result it
+    is (0.5, 0.5), as in `Capture`.
     """
     return np.array(
         [
@@ -160,7 +161,8 @@ def distortion_of(intrinsics) -> Distortion | None:
         The distortion; None for a pinhole camera.
 
     Raises:
-        RemoSplatError: The lens is of another kind, such as a fisheye.
+        RemoSplatError: The lens has another distortion model, such as that of a
+            fisheye lens.
     """
     if not any(intrinsics.coeffs):
         return None
@@ -173,7 +175,7 @@ def distortion_of(intrinsics) -> Distortion | None:
 
 
 def _check_connected(rs, serial: str | None):
-    """Raises an error at once if librealsense would wait for a camera."""
+    """Raises an error at once if no camera is connected."""
     devices = rs.context().query_devices()
     serials = [d.get_info(rs.camera_info.serial_number) for d in devices]
     if not serials:
@@ -186,7 +188,7 @@ def realsense_module():
     """Imports the package `pyrealsense2`.
 
     Raises:
-        MissingExtraError: It is not installed.
-        MissingLibraryError: This system lacks a library that it needs.
+        MissingExtraError: The package is not installed.
+        MissingLibraryError: A system library that the package needs is missing.
     """
     return import_optional("pyrealsense2", "a RealSense camera", "realsense")

@@ -1,4 +1,4 @@
-"""`Rectifier`: converts images of a real lens to a scenario's camera."""
+"""`Rectifier`: converts images of a real lens to those of a pinhole camera."""
 
 import numpy as np
 
@@ -12,19 +12,20 @@ from remosplat_drake.capture.undistortion import (
 
 
 class Rectifier:
-    """Resamples a camera's images to those of a pinhole camera.
+    """Resamples a camera's images to those of the scenario's pinhole camera.
 
-    It is necessary since messages describe a camera only by size and field of
-    view. Each pixel of the result has the colour and depth of the nearest pixel
-    of the real image, which is at most half a pixel from the ray. Pixels
-    outside the lens' field of view are black, and their depths unknown.
+    This is necessary because messages describe a camera only by size and field
+    of view. Each pixel of the result has the colour and depth of the nearest
+    pixel of the real image, which is at most half a pixel from the ray. Pixels
+    outside the field of view of the lens are black, and their depths are
+    unknown.
     """
 
     def __init__(self, config: WristCameraConfig):
-        """Prepares for images of any lens.
+        """Stores the camera of the scenario.
 
         Args:
-            config: The camera of the scenario.
+            config: Settings of the scenario's camera.
         """
         self._config = config
         self._lens: tuple | None = None
@@ -54,11 +55,11 @@ class Rectifier:
 
     @property
     def coverage(self) -> float:
-        """Fraction of the scenario's image that the latest lens covers."""
+        """Fraction of the scenario's image that the latest image covered."""
         return 1.0 - float(self._outside.mean()) if self._outside.size else 0.0
 
     def _look_up(self, image: RgbdImage) -> None:
-        """Finds the pixel of the lens for each one of the scenario's."""
+        """Finds the pixel of the real image for each pixel of the result."""
         config, distortion = self._config, image.distortion or Distortion()
         K = config.intrinsics().intrinsic_matrix()
         u, v = np.meshgrid(

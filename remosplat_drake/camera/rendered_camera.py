@@ -1,4 +1,4 @@
-"""`RenderedCamera`: a simulated wrist camera in the mapping process."""
+"""`RenderedCamera`: the simulated wrist camera of the mapping process."""
 
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
@@ -25,8 +25,8 @@ Solid = TypeVar("Solid", Box, Cylinder)
 class RenderedCamera:
     """A `WristCamera` that renders the true scene, the robot and movers.
 
-    The camera is in the mapping process. It receives only configurations and
-    times from the simulation. The robot is masked in frames.
+    The camera runs in the mapping process, and receives only configurations and
+    times from the simulation. In its frames, the robot is masked.
     """
 
     def __init__(
@@ -41,14 +41,14 @@ class RenderedCamera:
 
         Args:
             config: Mount, lens and range of the camera.
-            robot: The robot that carries it.
-            scene: The solids in view besides the robot; None for none.
+            robot: The robot that carries the camera.
+            scene: The solids of the scene; None for an empty scene.
             odometry_drift: Velocity at which the received base poses drift from
                 the true ones [m/s, m/s, rad/s].
             tracks: Motions of the movers over time.
 
         Raises:
-            RemoSplatError: A setting is unusable.
+            RemoSplatError: A setting is invalid.
         """
         self._config = config
         self._robot = robot
@@ -59,7 +59,7 @@ class RenderedCamera:
         self.show(scene)
 
     def show(self, scene: PrimitiveScene | None) -> None:
-        """Shows another scene from now on; None for an empty one."""
+        """Renders another scene from now on; None is an empty scene."""
         self._shown = scene
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
@@ -69,7 +69,7 @@ class RenderedCamera:
         self._root = self._diagram.CreateDefaultContext()
 
     def place(self, objects: Sequence[PlacedObject]) -> None:
-        """Moves objects: the solids of the scene that have their names.
+        """Moves the solids of the scene that have the names of objects.
 
         Args:
             objects: The objects at their present poses.
@@ -90,7 +90,7 @@ class RenderedCamera:
             self.show(moved)
 
     def listen(self) -> None:
-        """Does nothing: this camera receives nothing between frames."""
+        """Does nothing, since this camera receives no messages."""
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
         """Renders the camera's frame at a configuration.
@@ -116,7 +116,7 @@ class RenderedCamera:
 
 
 def _moved(solid: Solid, poses: Mapping[str, np.ndarray]) -> Solid:
-    """The solid at the pose of its name; the same one if it is there."""
+    """The solid at the pose of its object; unchanged if it is already there."""
     X_WP = poses.get(solid.name)
     if X_WP is None or np.allclose(solid.X_WP.GetAsMatrix4(), X_WP):
         return solid

@@ -10,9 +10,9 @@ from remosplat_drake.capture.undistortion import Distortion
 
 @dc.dataclass(frozen=True, eq=False)
 class RgbdImage:
-    """Colours and depths of one camera at one time, on one pixel grid.
+    """Colours and depths of one camera at one time, for the same pixels.
 
-    A deep copy is the object itself.
+    It is immutable, so a deep copy is the object itself.
 
     Attributes:
         rgb: Colours, shape (h, w, 3), uint8.
@@ -20,7 +20,7 @@ class RgbdImage:
             float32 [m]; 0 where it is unknown.
         K: Intrinsic matrix, shape (3, 3) [pixels]; the image's corner is at
             (0, 0), as in `Capture`.
-        time: When the image was taken, by its camera's clock [s].
+        time: Time at which the image was taken, by the camera's clock [s].
         distortion: Distortion of the lens; None for a pinhole camera.
     """
 
@@ -40,7 +40,7 @@ def from_drake(
     """Converts images of Drake's `RgbdSensor` to an `RgbdImage`.
 
     Args:
-        color: The colour image; its alpha channel is dropped.
+        color: The colour image; its alpha channel is ignored.
         depth: The depth image [m]; depths out of the sensor's range, which
             Drake reports as 0 or inf, become unknown.
         K: Intrinsic matrix of both images, shape (3, 3) [pixels].

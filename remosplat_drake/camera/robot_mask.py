@@ -1,8 +1,8 @@
 """Masks the robot in its own depth images.
 
-A robot's camera sees the robot's own arm and fingers. A map with these as
-obstacles would block the robot permanently. The robot's spheres cover it, so a
-measured point in or behind a sphere is possibly not part of the scene.
+A robot's camera sees the robot's own arm and fingers. If a map contained these
+as obstacles, the robot would be blocked permanently. The robot's spheres cover
+it, so a measured point in or behind a sphere may belong to the robot.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ def robot_mask(
     only points inside it, and pixels without depth.
 
     Args:
-        spheres: The robot's spheres in W; they must cover it.
+        spheres: The robot's spheres in W, which must cover all of it.
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.

@@ -1,4 +1,4 @@
-"""`WristCamera`: the interface of a camera of the live map."""
+"""`WristCamera`: protocol of the camera that takes frames for the live map."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -11,14 +11,14 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class WristCamera(Protocol):
-    """A camera with which the mapping process takes its pictures.
+    """Protocol of the camera with which the mapping process takes frames.
 
     `RenderedCamera` and `LcmCamera` implement it. Poses are X_WC with OpenCV
     axes, and the robot's own pixels are hidden in frames.
     """
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """Takes a posed RGB-D frame now.
+        """Takes an RGB-D frame now, and computes its pose.
 
         Args:
             q: The robot's configuration at the time of the request, shape
@@ -26,15 +26,16 @@ class WristCamera(Protocol):
             time: Time of the request, by the diagram's clock [s].
 
         Returns:
-            The frame; its time is by the diagram's clock, too.
+            The frame, whose time is also by the diagram's clock.
 
         Raises:
-            RemoSplatError: There is no frame; the error states why.
+            RemoSplatError: The camera provides no frame; the error states the
+                reason.
         """
         ...
 
     def listen(self) -> None:
-        """Processes new messages; called many times a second."""
+        """Processes new messages; it is called many times a second."""
         ...
 
     def place(self, objects: Sequence[PlacedObject]) -> None:
@@ -51,9 +52,9 @@ class WristCamera(Protocol):
         """Changes the scene of a simulated camera.
 
         Args:
-            scene: The solids that are there from now on.
+            scene: The solids of the new scene.
 
         Raises:
-            RemoSplatError: The camera is a real one.
+            RemoSplatError: The camera is real.
         """
         ...

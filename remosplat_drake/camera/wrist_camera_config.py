@@ -1,4 +1,4 @@
-"""`WristCameraConfig`: mount and lens of the camera that the robot carries."""
+"""`WristCameraConfig`: pose and lens of the camera that the robot carries."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -39,7 +39,8 @@ _NEAR_PLANE = 0.01
 class WristCameraConfig(Config):
     """An RGB-D camera that is fixed to the robot.
 
-    In a simulated station it renders only when its ports are evaluated.
+    In a simulated station, images are rendered only when the camera's ports are
+    evaluated.
     """
 
     # Name of the robot model's frame F that carries the camera; its axes are
@@ -57,10 +58,9 @@ class WristCameraConfig(Config):
     height: Annotated[int, Interval(ge=1, le=8192)] = 240
     # Vertical field of view [deg].
     fov_y_deg: Annotated[float, Interval(gt=0, lt=180)] = 58.0
-    # Smallest depth that is measured [m]; nearer surfaces are reported as 0.
+    # Smallest depth that is measured [m]; the depth of nearer surfaces is 0.
     min_depth: Annotated[float, Interval(gt=0, le=10)] = 0.05
-    # Largest depth that is measured [m]; farther surfaces are reported as
-    # inf.
+    # Largest depth that is measured [m]; the depth of farther surfaces is inf.
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 5.0
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -119,8 +119,8 @@ class WristCameraConfig(Config):
             `signals.station_ports`.
 
         Raises:
-            RemoSplatError: A setting is unusable, or the robot has no frame
-                of the given name.
+            RemoSplatError: A setting is invalid, or the robot has no frame of
+                the given name.
         """
         check_ranges(self, field="wrist_camera")
         frame_F = find_frame(

@@ -1,1 +1,1 @@
-"""Detection of moving objects: from depth images to `Movers`."""
+"""Detects moving objects in depth images; the results are `Movers`."""

@@ -1,4 +1,4 @@
-"""Clusters of points that may belong to one object."""
+"""Finds clusters of points that may belong to one object."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -6,19 +6,22 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 _SHARE = 0.4
-"""Edge of the cells in which points are collected, as a share of `link`. Points
-in one cell are always connected, and there are fewer cells than points."""
+"""Edge length of the cells in which points are collected, as a fraction of
+`link`. Points in one cell are always connected. There are fewer cells than
+points, so the search is faster.
+"""
 
 
 def clustered(p_W: np.ndarray, link: float) -> np.ndarray:
-    """Finds clusters: points that are connected by steps of limited length.
+    """Finds clusters of points whose neighbours are near each other.
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        link: Length of the longest step [m], accurate to the size of a cell.
+        link: Largest distance between neighbouring points of a cluster [m],
+            accurate to the size of a cell.
 
     Returns:
-        The number of each point's cluster, counted from 0, shape (n,).
+        Index of each point's cluster, from 0, shape (n,).
     """
     if not len(p_W):
         return np.zeros(0, int)

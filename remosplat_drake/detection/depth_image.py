@@ -14,11 +14,11 @@ from remosplat_drake.scene.mover_camera import MoverCamera
 
 @dc.dataclass(frozen=True, eq=False)
 class DepthImage:
-    """One posed depth image; copying returns the object itself.
+    """A depth image with its camera pose and time; a copy is the object itself.
 
     Attributes:
         camera: Name of the camera.
-        time: Time at which it was taken [s].
+        time: Time at which the image was taken [s].
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w), float32 [m]; 0 where it is unknown,
@@ -66,12 +66,13 @@ class DepthImage:
     def as_mover_camera(
         self, seen: float, far: float, problem: str
     ) -> MoverCamera:
-        """Returns the space that the camera watches.
+        """Returns the space that the camera observes, as a `MoverCamera`.
 
         Args:
-            seen: Time of its latest usable image [s].
+            seen: Time of the camera's latest usable image [s].
             far: Depth beyond which measurements are ignored [m].
-            problem: Why there is no newer image; empty if nothing is wrong.
+            problem: Reason why there is no newer image; empty if there is no
+                problem.
         """
         height, width = self.depth.shape
         focal = np.array([self.K[0, 0], self.K[1, 1]])
@@ -91,7 +92,7 @@ class DepthImage:
         )
 
     def stride(self, columns: int) -> int:
-        """Returns the step between pixels for about `columns` columns."""
+        """Returns the step that leaves about `columns` pixels per row."""
         return max(1, self.depth.shape[1] // columns)
 
     def depths_at(self, p_W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -102,8 +103,8 @@ class DepthImage:
 
         Returns:
             The points in C, shape (n, 3) [m], and the measured depths at their
-            pixels, up to `far`, shape (n,) [m]; NaN where nothing was measured,
-            or if the point is outside the image.
+            pixels, up to `far`, shape (n,) [m]. A depth is NaN if nothing was
+            measured, or if the point is outside the image.
         """
         p_W = np.ascontiguousarray(p_W)
         return depth_lookup(self.depth, self.K, self.X_WC, self.far, p_W)
@@ -115,7 +116,7 @@ class DepthImage:
             spheres: Spheres in W.
 
         Returns:
-            Their centres in C and radii, shape (n, 4) [m].
+            The spheres' centres in C and radii, shape (n, 4) [m].
         """
         p_CS = (spheres.p_WS - self.p_WC) @ self.X_WC[:3, :3]
         return np.column_stack([p_CS, spheres.radius])

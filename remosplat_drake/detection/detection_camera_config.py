@@ -1,4 +1,4 @@
-"""`DetectionCameraConfig`: a depth camera for the detection of movers."""
+"""`DetectionCameraConfig`: a depth camera that detects moving objects."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator
@@ -18,22 +18,21 @@ from remosplat_drake.robot.robot_model import RobotModel
 class DetectionCameraConfig(Config):
     """A depth camera, fixed in the world or on the robot."""
 
-    # Display name of the camera; `remosplat camera-sim --camera NAME` simulates
-    # it.
+    # Name of the camera; `remosplat camera-sim --camera NAME` simulates it.
     name: Annotated[str, Len(1, 40)] = "room"
-    # LCM channel of the images (lcmt_image_array); empty: the camera's name in
-    # capitals with the suffix _CAMERA.
+    # LCM channel of the images (lcmt_image_array). If empty, it is the camera's
+    # name in capitals with the suffix _CAMERA.
     channel: Annotated[str, Len(0, 63)] = ""
-    # Name of the robot model's frame that carries the camera; empty: the camera
-    # is fixed in W.
+    # Name of the robot model's frame that carries the camera. If empty, the
+    # camera is fixed in W.
     frame: str = ""
-    # Position of the camera in `frame`, or else in W [m].
+    # Position of the camera in `frame`, or in W if `frame` is empty [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch and yaw [deg] of the camera's axes: x right in the image, y
-    # down, z ahead (OpenCV). If absent, `look_at` determines them; without it,
-    # they are 0.
+    # down, z forward (OpenCV). If absent, `look_at` determines them; without
+    # `look_at`, they are 0.
     rpy_deg: RollPitchYawDeg | None = None
-    # Point in W at which a fixed, upright camera points [m], in place of
+    # Point in W at which a fixed, upright camera looks [m]; it replaces
     # `rpy_deg`.
     look_at: Position | None = None
     # Width of the images [pixels].
@@ -65,18 +64,18 @@ class DetectionCameraConfig(Config):
         if self.rpy_deg is not None:
             yield "rpy_deg", "give `rpy_deg` or `look_at`, not both"
         if self.frame:
-            yield "look_at", "is for cameras without `frame`; use `rpy_deg`"
+            yield "look_at", "is only for cameras in W: use `rpy_deg`"
         if np.linalg.norm(np.subtract(self.look_at, self.translation)) < 1e-3:
-            yield "look_at", "must lie ahead of the camera"
+            yield "look_at", "must differ from the camera's position"
 
     @property
     def channel_name(self) -> str:
-        """LCM channel of its images."""
+        """LCM channel of the camera's images."""
         return self.channel or f"{self.name.upper().replace(' ', '_')}_CAMERA"
 
     @property
     def lens(self) -> WristCameraConfig:
-        """Size, field of view and range of its images."""
+        """Size, field of view and range of the camera's images."""
         return WristCameraConfig(
             width=self.width,
             height=self.height,
@@ -87,12 +86,12 @@ class DetectionCameraConfig(Config):
 
     @property
     def K(self) -> np.ndarray:
-        """Intrinsic matrix of its images, shape (3, 3) [pixels]."""
+        """Intrinsic matrix of the images, shape (3, 3) [pixels]."""
         return self.lens.intrinsics().intrinsic_matrix()
 
     @property
     def X_FC(self) -> RigidTransform:
-        """Pose of the camera in W, or in its frame."""
+        """Pose of the camera in its frame, or in W if it is fixed."""
         if self.look_at is not None:
             return _looking(np.array(self.translation), np.array(self.look_at))
         angles = np.deg2rad(self.rpy_deg or [0.0] * 3)
@@ -102,10 +101,10 @@ class DetectionCameraConfig(Config):
         """Returns a function of the configuration q that gives the pose X_WC.
 
         Args:
-            robot: The robot, which may carry it.
+            robot: The robot, which may carry the camera.
 
         Raises:
-            RemoSplatError: The robot has no such frame.
+            RemoSplatError: The robot has no frame with the configured name.
         """
         if self.frame:
             field = f"cameras: {self.name}: frame"

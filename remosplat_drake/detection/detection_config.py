@@ -22,43 +22,43 @@ class DetectionConfig(Config):
     lower: Position = dc.field(default_factory=lambda: [-3.0, -3.0, -0.2])
     # Upper corner, in W, of the box in which movers are detected [m].
     upper: Position = dc.field(default_factory=lambda: [4.0, 3.0, 2.4])
-    # Height in W below which everything is the floor [m].
+    # Height in W below which all points belong to the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=1)] = 0.03
-    # Largest number of examined pixels in a row; of wider images, only every
-    # n-th pixel is examined.
+    # Largest number of examined pixels in an image row. In wider images, the
+    # step between examined pixels is larger than 1.
     columns: Annotated[int, Interval(ge=16, le=1280)] = 160
-    # Depths beyond this are ignored [m].
+    # Largest depth that is used [m].
     range: Annotated[float, Interval(gt=0, le=20)] = 4.0
     # Standard deviation of a depth at the camera itself [m].
     depth_error: Annotated[float, Interval(ge=0, le=0.1)] = 0.002
     # Growth of the depth's standard deviation with the squared depth [1/m].
     depth_growth: Annotated[float, Interval(ge=0, le=0.1)] = 0.0038
-    # Number of standard deviations in the bound of a measurement error.
+    # Number of standard deviations in the bound of a depth error.
     sigmas: Annotated[float, Interval(ge=1, le=10)] = 3.0
     # Bound on position errors due to a camera's pose [m].
     pose_error: Annotated[float, Interval(ge=0, le=0.2)] = 0.01
     # Distance from the robot's spheres within which points belong to the robot
     # [m].
     robot_margin: Annotated[float, Interval(ge=0, le=0.5)] = 0.04
-    # Largest distance between neighbouring points of one thing [m].
+    # Largest distance between neighbouring points of one object [m].
     link: Annotated[float, Interval(ge=0.02, le=1)] = 0.12
-    # Least number of points of a thing, in one image.
+    # Least number of points of an object in one image.
     least_points: Annotated[int, Interval(ge=1, le=1000)] = 5
-    # Assumed depth of a thing behind its visible face, unless another camera
-    # looks through [m].
+    # Assumed extent of an object behind its visible face [m], unless another
+    # camera shows free space there.
     thickness: Annotated[float, Interval(ge=0, le=2)] = 0.3
     # Speed limit of things [m/s].
     max_speed: Annotated[float, Interval(ge=0.1, le=20)] = 2.0
     # Acceleration limit of things [m/s^2].
     max_acceleration: Annotated[float, Interval(ge=0.1, le=100)] = 5.0
-    # Time for which hidden parts are remembered [s].
+    # Time for which hidden parts of objects are remembered [s].
     memory: Annotated[float, Interval(ge=0, le=60)] = 2.0
-    # Age at which a camera's image is stale [s].
+    # Age of a camera's image from which it is stale [s].
     expiry: Annotated[float, Interval(gt=0, le=5)] = 0.2
-    # Speed of things at least 0.2 m thick that may come out of unseen space; 0:
-    # unseen space is empty [m/s].
+    # Speed of objects, at least 0.2 m thick, that may come out of unseen space
+    # [m/s]. With 0, unseen space is assumed empty.
     unseen_speed: Annotated[float, Interval(ge=0, le=20)] = 0.0
-    # Time after which a thing at rest should become part of the map [s].
+    # Time after which an object at rest should become part of the map [s].
     settle: Annotated[float, Interval(gt=0, le=60)] = 1.5
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -85,7 +85,8 @@ class DetectionConfig(Config):
         """Returns the distance within which points belong to the robot.
 
         Args:
-            error: Bound on the points' position error, from `margin` [m]; the
-                robot's margin already covers the camera's pose.
+            error: Bound on the points' position errors, from `margin` [m]. Its
+                part for the camera's pose is subtracted, since the robot's
+                margin contains it.
         """
         return self.robot_margin + error - self.pose_error

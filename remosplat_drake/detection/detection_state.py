@@ -1,4 +1,4 @@
-"""`DetectionState`, and `add_image`, which adds a depth image to it.
+"""`DetectionState`, and `add_image`, which updates it with a depth image.
 
     detection = DetectionState()
     for image in images:
@@ -31,15 +31,18 @@ from remosplat_drake.scene.mover_camera import MoverCamera
 
 @dc.dataclass(frozen=True, eq=False)
 class DetectionState:
-    """State of detection after all images so far; a copy is the object itself.
+    """State of detection after all images so far.
+
+    It is immutable, so a copy is the object itself.
 
     Attributes:
         time: Stamp of the newest image [s].
         views: The latest view of each camera, by name.
-        tracks: The tracked things, which the map does not contain.
-        count: Number of tracks so far, for their names.
-        unseen: Space in which something may be hidden; None if that is
-            disabled, or before the first image.
+        tracks: Tracks of the objects that the map does not contain.
+        count: Number of tracks that were started so far, from which they get
+            their names.
+        unseen: Space in which objects may be hidden; None if this is disabled,
+            or before the first image.
     """
 
     time: float = -np.inf
@@ -55,7 +58,7 @@ class DetectionState:
         """Returns the movers at the time of the newest image.
 
         Args:
-            config: Bounds on the motion of things.
+            config: Bounds on the motion of objects.
         """
         trusted = [track for track in self.tracks if track.is_trusted]
         movers: list[Mover] = []
@@ -77,10 +80,11 @@ class DetectionState:
         return view.image.as_mover_camera(view.seen, config.range, problem)
 
     def settled(self, config: DetectionConfig) -> tuple[Track, ...]:
-        """Returns the things at rest, which the map should contain.
+        """Returns the objects at rest, which the map should contain.
 
         Args:
-            config: The time at rest after which a thing has settled.
+            config: Settings, with the time at rest after which an object has
+                settled.
         """
         return tuple(
             track
@@ -99,12 +103,12 @@ def add_image(
     """Updates the state with an image.
 
     An image that is older than the newest one is ignored. If an image
-    contradicts its pose, only this problem is recorded.
+    contradicts its camera pose, only this problem is recorded.
 
     Args:
         detection: The state so far.
         image: The image.
-        spheres: The robot's spheres in W when it was taken.
+        spheres: The robot's spheres in W when the image was taken.
         scene: The map.
         config: Errors, margins and bounds.
     """
@@ -152,12 +156,12 @@ def without_image(
 ) -> DetectionState:
     """Records that an image cannot be used.
 
-    The camera's previous view and its time are kept.
+    The camera's previous view and its time do not change.
 
     Args:
         detection: The state so far.
         image: The image.
-        problem: Why it cannot be used.
+        problem: Reason why the image cannot be used.
     """
     view = detection.views.get(image.camera) or View.blind(image, problem)
     view = dc.replace(view, problem=problem)

@@ -1,14 +1,14 @@
 """Estimates an object's velocity from the motion of its six outermost faces.
 
 If an object is only partly visible, or changes its shape, the centre of its
-visible points has another velocity than the object. Its outlines are better: if
-the object translates, its lowest and its highest x have the same velocity. If
-they do not, the difference bounds the error of the velocity.
+visible points has another velocity than the object. Its outlines are a better
+measure: if the object translates, its least and its greatest x have the same
+velocity. If they do not, their difference bounds the error of the velocity.
 
 Each of the six faces has its own Kalman filter, with a position and a rate. The
-filter models accelerations as random; their standard deviation is the largest
-allowed acceleration, so that a constant acceleration of that size is covered,
-too.
+filter models accelerations as random. Their standard deviation is the largest
+allowed acceleration, so that the filter also covers a constant acceleration of
+this size.
 """
 
 import dataclasses as dc
@@ -19,18 +19,21 @@ SIGMAS = 3.5
 """Number of standard deviations in the bound of a velocity error."""
 
 _GATE = 5.0
-"""Number of standard deviations beyond which a face counts as jumped."""
+"""Number of standard deviations from the prediction beyond which a face has
+jumped.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Edges:
-    """Positions and rates of the faces at the least and greatest x, y and z.
+    """Positions and rates of an object's faces at least and greatest x, y, z.
 
     Attributes:
         place: Positions of the faces, shape (2, 3) [m].
-        rate: Their rates, shape (2, 3) [m/s].
-        P: Covariance of position and rate of each face: variance of the
-            position, covariance of both, variance of the rate, shape (3, 2, 3).
+        rate: Rates of the faces, shape (2, 3) [m/s].
+        P: Covariance of position and rate of each face, shape (3, 2, 3):
+            variance of the position, covariance of position and rate, variance
+            of the rate.
         time: Time of the state [s].
     """
 
@@ -43,7 +46,7 @@ class Edges:
     def first(
         place: np.ndarray, deviation: float, max_speed: float, time: float
     ) -> "Edges":
-        """Starts from one observation, with unknown rates."""
+        """Makes a state from one observation, with unknown rates."""
         P = np.zeros((3, 2, 3))
         P[0], P[2] = deviation**2, (max_speed / SIGMAS) ** 2
         return Edges(place, np.zeros((2, 3)), P, time)
@@ -100,7 +103,7 @@ class Edges:
         """
         weight = 1 / self.P[2]
         v = (weight * self.rate).sum(axis=0) / weight.sum(axis=0)
-        # A face that was just reset does not contradict the other one.
+        # A face that was just reset does not contradict the opposite face.
         settled = self.P[2] < (0.5 * max_speed / SIGMAS) ** 2
         apart = np.where(settled, np.abs(self.rate - v), 0).max(axis=0)
         spread = np.sqrt(self.P[2].min(axis=0))
@@ -109,7 +112,7 @@ class Edges:
 
 
 def outline(p_W: np.ndarray) -> np.ndarray:
-    """Finds the outermost faces of points, ignoring a few outliers.
+    """Finds the outermost faces of points, without a few outliers.
 
     Args:
         p_W: Points in W, shape (n, 3) [m].

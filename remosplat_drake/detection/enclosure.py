@@ -1,4 +1,4 @@
-"""Encloses points in few and small rounded boxes."""
+"""Encloses points in a few small rounded boxes."""
 
 import dataclasses as dc
 
@@ -11,27 +11,28 @@ MOST_PARTS = 6
 """Largest number of boxes around the points of one object."""
 
 _GAIN = 0.75
-"""Two boxes replace one box if their total volume is at most this share of its
-volume."""
+"""Two boxes replace one box if their total volume is at most this fraction of
+the volume of the one.
+"""
 
 _FEW = 8
-"""Smallest number of points that are divided."""
+"""Least number of points that are divided between two boxes."""
 
 _SHORT = 0.35
-"""Boxes that extend no farther than this from their centres are not divided
-[m]."""
+"""Largest extent from its centre of a box that is not divided [m]."""
 
 _LOOKS = 100
 """Approximate number of sampled points that determine a division."""
 
 _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
-"""Candidate divisions: index of the main axis that is divided, and the share of
-points on the lower side."""
+"""Candidate divisions: index of the main axis that is divided, and the fraction
+of points on the lower side.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class RoundedBox:
-    """All points within a radius of a box: the shape of a `Mover`.
+    """All points within a radius of a box (the core): the shape of a `Mover`.
 
     Attributes:
         R_WM: Orientation, shape (3, 3).
@@ -47,17 +48,17 @@ class RoundedBox:
 
     @property
     def X_WM(self) -> RigidTransform:
-        """Its pose in W."""
+        """Pose of the box in W."""
         return RigidTransform(RotationMatrix(self.R_WM), self.p_WM)
 
     @property
     def volume(self) -> float:
-        """Its volume [m^3]."""
+        """Volume of the rounded box [m^3]."""
         a, b, c = self.half_extents
         return rounded_volume(a, b, c, self.radius)
 
     def distance(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns distances of points (n, 3) from it; negative inside [m]."""
+        """Returns distances of points (n, 3) [m]; negative inside."""
         p_M = (p_W - self.p_WM) @ self.R_WM
         apart = np.abs(p_M) - self.half_extents
         outside = np.linalg.norm(np.maximum(apart, 0), axis=1)
@@ -74,15 +75,15 @@ def enclose(
 
     Args:
         face_W: Starts of n > 0 segments in W, shape (n, 3) [m].
-        back_W: Their ends, of the same shape. Each segment lies in one of the
-            boxes, at least `padding` below its surface.
+        back_W: Ends of the segments, of the same shape. Each segment is inside
+            one of the boxes, at least `padding` from its surface.
         padding: Margin on all sides [m].
         most: Largest number of boxes.
     """
     pairs = np.stack([face_W, back_W], axis=1)
     parts = [(_one(pairs, padding), pairs)]
     while len(parts) < most:
-        # The largest first, since it has most to gain.
+        # The largest box is divided first, since this reduces the volume most.
         parts.sort(key=lambda part: -part[0].volume)
         for i, (box, members) in enumerate(parts):
             if box.half_extents.max() + box.radius < _SHORT:
@@ -98,9 +99,9 @@ def enclose(
 
 
 def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
-    """Returns which segments should get their own box, shape (n,) bool.
+    """Returns a mask of the segments that get their own box, (n,), bool.
 
-    None if two boxes are not better.
+    Returns None if two boxes are not better than one.
     """
     if len(pairs) < _FEW:
         return None
@@ -125,6 +126,6 @@ def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
 
 
 def _one(pairs: np.ndarray, padding: float) -> RoundedBox:
-    """Returns the smaller of a box and a capsule, along the main axes."""
+    """Returns the box or the capsule along the main axes, the smaller one."""
     R_WM, p_WM, half_extents, radius = fit_box(pairs.reshape(-1, 3), padding)
     return RoundedBox(R_WM, p_WM, half_extents, radius)

@@ -1,6 +1,6 @@
-"""Slow reference of fitting one rounded box to points.
+"""Slow reference of `fit_box`, which fits one rounded box to points.
 
-`kernels/fit_box.py` does the same.
+`fit_box` is in `kernels/fit_box.py`.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ def fit(p_W: np.ndarray, padding: float) -> RoundedBox:
 def _capsule(
     p_M: np.ndarray, axes: np.ndarray, middle: np.ndarray, padding: float
 ) -> RoundedBox:
-    """Returns a capsule along the last axis, the one of greatest spread."""
+    """Returns a capsule along the last axis, which has the greatest spread."""
     aside = np.hypot(p_M[:, 0], p_M[:, 1])
     radius = aside.max()
     caps = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))

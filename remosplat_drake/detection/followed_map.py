@@ -1,8 +1,8 @@
-"""`FollowedMap`: the map version of a control loop, for detection of movers.
+"""`FollowedMap`: the map that detection uses, that of a control loop.
 
 An object is new as long as the control loop's map does not contain it. So the
-map of detection must not contain more than the loop's, and should not contain
-less.
+map that detection uses must not contain more than the control loop's map, and
+should not contain less.
 """
 
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -21,11 +21,12 @@ from remosplat_drake.mapping.store.session import Session
 
 
 class FollowedMap:
-    """Follows the version of a session's map that a control loop names.
+    """Uses the version of a session's map that a control loop announces.
 
-    A newer version is read and prepared in a thread; until then, objects that
-    it adds still count as new. If the loop returns to an earlier version, or
-    stops sending, the scenario's own map, which contains less, is used at once.
+    A newer version is read and prepared in a thread. Until it is ready, the
+    objects that it adds count as new. If the loop returns to an earlier
+    version, or stops sending, the scenario's own map is used at once, which
+    contains less.
 
     Args:
         folder: The session's folder.
@@ -34,12 +35,13 @@ class FollowedMap:
 
     Attributes:
         known: The map in use.
-        version: Its version number in the session; 0 is the scenario's own map.
-        trouble: Why the map in use is not the loop's; empty if it is, or while
-            the loop's version is being read.
+        version: Version number of this map in the session; 0 is the scenario's
+            own map.
+        trouble: Reason why the map in use is not the loop's. It is empty if it
+            is the loop's, or while the loop's version is being read.
 
     Raises:
-        RemoSplatError: The folder holds no session.
+        RemoSplatError: The folder contains no session.
     """
 
     def __init__(self, folder: Path, own: KnownScene, config: DetectionConfig):
@@ -52,21 +54,21 @@ class FollowedMap:
         self._reading: Future[KnownScene] | None = None
 
     def hear(self, data: bytes, now: float) -> None:
-        """Receives a packet of the control loop.
+        """Processes a packet of the control loop, which announces a version.
 
         Args:
             data: The packet.
             now: The present time by this machine's wall clock [s].
 
         Raises:
-            BrokenMessage: It does not name a map.
+            BrokenMessage: The packet does not name a map.
         """
         named = decode_counting(data, now)
         if named is not None:
             self._named, self._heard = named, now
 
     def at(self, now: float) -> KnownScene:
-        """Returns the map to use now.
+        """Returns the map that detection must use now.
 
         Args:
             now: The present time by this machine's wall clock [s].
@@ -93,7 +95,7 @@ class FollowedMap:
             self.trouble = "the control loop started with another map"
 
     def _take(self, reading: Future[KnownScene], version: int) -> None:
-        """Uses a version that has been read."""
+        """Uses a version whose reading has ended."""
         self._reading = None
         try:
             self.known, self.version = reading.result(), version

@@ -1,4 +1,4 @@
-"""Data association: matches detected things to tracks."""
+"""Data association: matches detected objects with tracks."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping, Sequence
@@ -16,25 +16,30 @@ from remosplat_drake.detection.view import View
 from remosplat_drake.robot.sphere_model import Spheres
 
 _LEFT = 0.05
-"""The hidden points of a thing are stray points if they are less than this
-share of all its points."""
+"""The hidden points of an object are outliers if they are less than this
+fraction of all its points.
+"""
 
 _NEAR = 0.05
-"""Largest distance of a thing from the region that the matching track can have
-reached [m]."""
+"""Largest distance between a detected object and the region that a matching
+track can have reached [m].
+"""
 
 _NEVER = 1e6
 """Cost of an impossible match."""
 
 _STILL = 0.03
-"""Largest displacement of a thing at rest, apart from position errors [m]."""
+"""Largest displacement of an object at rest, in addition to position errors
+[m].
+"""
 
 _AGAIN = 0.06
-"""Distance to a seen point within which a hidden point counts as seen again,
-and largest distance of a hidden point from its prediction [m]."""
+"""Distance from a visible point within which a hidden point counts as visible
+again, and largest distance of a hidden point from its prediction [m].
+"""
 
 _MOST_HIDDEN = 100
-"""Largest number of hidden points of a thing."""
+"""Largest number of hidden points of an object."""
 
 
 def follow(
@@ -45,21 +50,22 @@ def follow(
     hidden: Callable[..., Stretches],
     config: DetectionConfig,
 ) -> tuple[tuple[Track, ...], int]:
-    """Updates tracks, starts new ones and removes those that are gone.
+    """Updates tracks with detected objects; starts and removes tracks.
 
     Args:
         tracks: The tracks so far.
-        count: Number of tracks so far, for the names of new ones.
-        things: The things seen now.
+        count: Number of tracks that were started so far, for the names of new
+            tracks.
+        things: The objects that are visible now.
         time: The present time [s].
-        hidden: Function that returns the part of a predicted track that may be
-            hidden from all cameras now; its second argument is whether any part
-            `is_seen`.
+        hidden: Function of a predicted track, and of whether any part of it is
+            visible (`is_seen`). It returns the part of the track that may be
+            hidden from all cameras now.
         config: Bounds on the motion of things.
 
     Returns:
-        The tracks, first those of the seen things in their order; and the
-        number of tracks so far.
+        The tracks, and the number of tracks that were started so far. The
+        tracks of visible objects come first, in the order of the objects.
     """
     old = [track.after(time, config) for track in tracks]
     cost = _costs(old, things, time, config)
@@ -76,7 +82,7 @@ def follow(
             new.append(_followed(track, thing, rest, config))
         else:
             count += 1
-            # A part that separates from a thing was seen before.
+            # A part that separates from an object was visible before.
             whole = np.flatnonzero(cost[:, j] < _NEVER)
             images = 1 + max((old[i].images for i in whole), default=0)
             new.append(_begun(f"seen {count}", thing, images, time, config))
@@ -95,7 +101,7 @@ def _costs(
     time: float,
     config: DetectionConfig,
 ) -> np.ndarray:
-    """Returns the costs of matching things with tracks, at most `_NEVER`."""
+    """Returns the costs of matching objects with tracks, at most `_NEVER`."""
     cost = np.full((len(old), len(things)), _NEVER)
     for i, track in enumerate(old):
         far = min(config.max_speed * (time - track.seen), 1.0)
@@ -158,21 +164,21 @@ def still_hidden(
 ) -> Stretches:
     """Returns the part of a predicted track that may be hidden now.
 
-    A point in open space is dropped if a camera looks through it, if something
-    else is seen in its place, if it lies within a seen part of this or another
-    thing, or if it is too old. Close to the robot or to surfaces of the map,
-    images do not distinguish the thing from these. So points there are kept as
-    long as the rest of the track is seen, until they are seen again. This
-    covers a person who touches the robot.
+    A point in open space is removed in four cases: a camera shows free space at
+    it, a camera shows another surface at its position, it is inside a visible
+    part of any object, or it is too old. Close to the robot or to surfaces of
+    the map, images do not distinguish an object from these. So points there are
+    kept as long as other parts of the track are visible, until they are visible
+    again. This is necessary if a person touches the robot.
 
     Args:
         track: A track, predicted to the time of the newest image.
-        is_seen: Whether any part of the track is seen now.
+        is_seen: Whether any part of the track is visible now.
         things: The things seen now.
         views: The view of each camera, by name.
         spheres: The robot's spheres in W.
         scene: The map.
-        config: Errors, margins and the time for which things are remembered.
+        config: Errors, margins and the time for which objects are remembered.
     """
     old, time = track.hidden, track.edges.time
     blurred = _blurred(track, spheres, scene, config)
@@ -180,7 +186,7 @@ def still_hidden(
         old = dc.replace(old, seen=np.where(blurred, time, old.seen))
     left = time - old.seen <= config.memory
     if track.is_still(config):
-        # It has settled: the map may contain it by now.
+        # The object has settled, so the map may already contain it.
         left &= scene.distances(old.face_W) > track.error
     hidden, clear = np.flatnonzero(blurred), np.flatnonzero(left & ~blurred)
     gone = np.zeros(len(clear), bool)
@@ -204,7 +210,7 @@ def still_hidden(
 def _blurred(
     track: Track, spheres: Spheres, scene: KnownScene, config: DetectionConfig
 ) -> np.ndarray:
-    """Returns which hidden points may be inseparable from robot or map."""
+    """Returns a mask of hidden points that may be next to robot or map."""
     p_W, off = track.hidden.face_W, track.error + _AGAIN
     beside = config.beside(track.error) + _AGAIN
     near = near_any(p_W, spheres.p_WS, np.asarray(spheres.radius) + beside)

@@ -13,29 +13,30 @@ NODE = 0.02
 """Distance between neighbouring nodes of the grid [m]."""
 
 _PORTION = 2000
-"""Number of nodes that are measured at once."""
+"""Number of nodes whose distances are computed at a time."""
 
 _SHOWN = 1500
 """Largest number of surface points that are used to check a camera's pose."""
 
 
 class KnownScene:
-    """A map's distances at grid nodes, computed on first use.
+    """A map's distances at the nodes of a grid, computed when first needed.
 
-    A fixed camera sees the same points in every image, and a moving one sees
-    nearly the same as in the previous image. So a query of any kind of map
-    costs a table lookup. Each node is computed once, since a scene belongs to
-    one version of the map.
+    A fixed camera sees the same points in every image, and a moving camera sees
+    nearly the same points as in the previous image. So most queries are table
+    lookups. Each node is computed once, since an object belongs to one version
+    of the map.
 
     Args:
-        field: The map, without unknown space; None for an empty map.
+        field: The map, without unseen space; None for an empty map.
         config: The box of the grid.
         surface_W: Points on the map's surfaces in W, shape (n, 3) [m], see
-            `surface_points`; without any, cameras' poses are not checked.
+            `surface_points`. Without points, the cameras' poses are not
+            checked.
 
     Attributes:
         revision: Identifier of the map's content.
-        surface_W: A selection of the points.
+        surface_W: A selection of the given points on surfaces.
         nodes: Distance at each node, see `kernels.scan`, uint8.
         lower: Position of the first node, shape (3,) [m].
     """
@@ -48,7 +49,8 @@ class KnownScene:
     ):
         self._field = None if field is None else field.surfaces
         if self._field is not None and not self._field.is_lipschitz:
-            # Depth views of a point take as long as hundreds of distances.
+            # Depth views of a point take as long as hundreds of distances to
+            # ellipsoids.
             self._field = self._field.for_planning
         self.revision = "" if field is None else field.revision
         self.lower = np.array(config.lower, float)
@@ -96,9 +98,10 @@ class KnownScene:
         self.nodes.reshape(-1)[asked] = steps.astype(np.uint8)
 
     def prepare_as(self, other: "KnownScene") -> None:
-        """Computes the nodes that another map has already computed.
+        """Computes all nodes that were computed for another map.
 
-        It works in small portions, so that other threads can run in between.
+        The nodes are computed in small portions, so that other threads can run
+        in between.
 
         Args:
             other: A map with the same grid.
@@ -121,8 +124,8 @@ def surface_points(
     """Returns points on the surfaces of a map in W, shape (n, 3) [m].
 
     Args:
-        splat_W: The splat, in W; None for none.
-        truth: Solids, whose faces are sampled; None for none.
+        splat_W: The splat, in W; None if there is none.
+        truth: Solids, whose faces are sampled; None if there are none.
     """
     points = [np.zeros((0, 3))]
     if splat_W is not None:
@@ -134,7 +137,7 @@ def surface_points(
 
 
 def _faces(scene: PrimitiveScene) -> list[np.ndarray]:
-    """Returns points on the solids, evenly distributed over each."""
+    """Returns points that are evenly distributed over each solid's faces."""
     rng = np.random.default_rng(0)
     found = []
     for solid in scene.primitives:

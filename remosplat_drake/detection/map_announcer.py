@@ -1,4 +1,4 @@
-"""`MapAnnouncer`: publishes which map version the control loop uses."""
+"""`MapAnnouncer`: the system that publishes the version of the map in use."""
 
 from collections.abc import Callable
 from time import time
@@ -21,7 +21,7 @@ from remosplat_drake.signals.map_status import MapStatus
 
 
 class MapAnnouncer(LeafSystem):
-    """Publishes which version of its live map a control loop uses.
+    """Publishes the version of the live map that a control loop uses.
 
     .. pydrake_system::
 
@@ -29,13 +29,14 @@ class MapAnnouncer(LeafSystem):
         input_ports:
         - map_status
 
-    `map_status` is the live map's `MapStatus`. `remosplat detect` uses the same
-    version, so it does not report objects that this version contains.
+    `map_status` is the live map's `MapStatus`. `remosplat detect` receives the
+    version and uses the same map, so it does not report objects that this map
+    contains.
 
     Args:
         lcm: The LCM network.
         channel: Name of the channel.
-        clock: Returns the wall-clock time [s].
+        clock: Function that returns the wall-clock time [s].
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class MapAnnouncer(LeafSystem):
 
 
 def counting_of(status: MapStatus) -> CountingMap:
-    """Returns which version of a live map is in use.
+    """Returns the version of a live map that is in use.
 
     Args:
         status: The live map's status.

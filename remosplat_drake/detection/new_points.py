@@ -1,4 +1,4 @@
-"""`NewPoints`: points of a depth image that are neither map nor robot."""
+"""`NewPoints`: points in a depth image that belong to neither map nor robot."""
 
 import dataclasses as dc
 
@@ -13,14 +13,16 @@ from remosplat_drake.robot.sphere_model import Spheres
 
 @dc.dataclass(frozen=True, eq=False)
 class NewPoints:
-    """n points that a camera sees and that the map does not contain.
+    """Points that a camera sees and that the map does not contain.
+
+    There are n points.
 
     Attributes:
-        p_W: Their positions in W, shape (n, 3) [m].
-        depth: Their depths z in the camera, shape (n,) [m].
+        p_W: Positions of the points in W, shape (n, 3) [m].
+        depth: Depths z of the points in the camera's frame, shape (n,) [m].
         pitch: Distance between examined pixels at a depth of one metre [m].
         p_WC: Position of the camera, shape (3,) [m].
-        time: When they were seen [s].
+        time: Time of the image [s].
     """
 
     p_W: np.ndarray
@@ -34,7 +36,7 @@ class NewPoints:
 
     @staticmethod
     def none(image: DepthImage) -> "NewPoints":
-        """Makes an empty set for an image."""
+        """Makes an object without points for an image."""
         return NewPoints(
             np.zeros((0, 3)), np.zeros(0), 0.0, image.p_WC, image.time
         )
@@ -48,10 +50,11 @@ def find_new(
 ) -> NewPoints:
     """Finds the new points in an image.
 
-    A point is not new if it is in the map, up to the errors of depth and camera
-    pose; if it is on the robot, or its line of sight passes through the robot;
-    if it is on the floor; or if its depth is unlike the depths of all
-    neighbouring pixels, as at the edges of things.
+    A point is not new in four cases. First, it is on a surface of the map, up
+    to the errors of depth and camera pose. Second, it is on the robot, or its
+    line of sight passes through the robot. Third, it is on the floor. Fourth,
+    its depth differs from those of all neighbouring pixels, as at the edges of
+    objects.
 
     Args:
         image: The depth image.

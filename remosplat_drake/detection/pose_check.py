@@ -1,9 +1,9 @@
 """Checks whether a camera's image contradicts its assumed pose.
 
 New objects hide the map's surfaces, and a person close to a camera hides all of
-them. But no new object lets a camera look through a wall. So if a camera looks
-through most of the surface points that it should see, its pose or the map is
-wrong.
+them. But no new object makes a camera see free space behind a wall. So if a
+camera measures depths behind most of the surface points that it should see, its
+pose or the map is wrong.
 """
 
 import numpy as np
@@ -13,17 +13,18 @@ from remosplat_drake.detection.detection_config import DetectionConfig
 from remosplat_drake.detection.known_scene import KnownScene
 
 _FEWEST = 30
-"""Least number of visible points for a decision."""
+"""Least number of visible surface points from which a pose is judged."""
 
 _MOST_THROUGH = 0.5
-"""Largest share of visible surface points that a camera may look through.
+"""Largest fraction of visible surface points behind which a camera may measure
+depths.
 """
 
 
 def contradiction(
     image: DepthImage, scene: KnownScene, config: DetectionConfig
 ) -> str:
-    """Returns whether an image contradicts its pose.
+    """Returns the reason why an image contradicts its camera pose.
 
     Args:
         image: The depth image.
@@ -31,7 +32,7 @@ def contradiction(
         config: Errors and margins.
 
     Returns:
-        The contradiction; empty if there is none.
+        The reason; empty if there is no contradiction.
     """
     p_C, measured = image.depths_at(scene.surface_W)
     z = p_C[:, 2]
@@ -46,6 +47,6 @@ def contradiction(
     if share <= _MOST_THROUGH:
         return ""
     return (
-        f"looks through {100 * share:.0f} % of the map's surfaces:"
+        f"measures free space behind {100 * share:.0f} % of the map's surfaces:"
         " its pose or the map is wrong; calibrate the camera, or map again"
     )

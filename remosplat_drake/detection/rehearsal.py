@@ -1,4 +1,4 @@
-"""Processes synthetic images, so that kernels are compiled before real ones."""
+"""Compiles the kernels of detection, by processing synthetic images."""
 
 import numpy as np
 
@@ -18,15 +18,15 @@ _SIDE, _FOCAL = 24, 30.0
 def rehearse(
     robot: RobotModel, known: KnownScene, config: DetectionConfig
 ) -> None:
-    """Processes images of an object that appears beside the robot and vanishes.
+    """Processes images of an object that appears near the robot and vanishes.
 
     Two simulated cameras take these images. Numba loads or compiles kernels
-    once per process; a stall during operation would leave a robot without
-    detection among people.
+    once per process. Without this call, it would do so during operation, and
+    detection would stop for this time.
 
     Args:
         robot: The robot that the cameras will see.
-        known: The map; distances near one point are computed and stored.
+        known: The map. Distances near one point are computed and stored in it.
         config: Errors, margins and bounds.
     """
     known.distances(known.lower[None])

@@ -1,4 +1,4 @@
-"""`SettledRequests`: requests map frames that show things at rest."""
+"""`SettledRequests`: the system that requests map frames of objects at rest."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ _PERIOD = 0.1
 
 
 class SettledRequests(LeafSystem):
-    """Requests another frame for the live map if a thing stays at rest.
+    """Requests another frame for the live map if an object stays at rest.
 
     .. pydrake_system::
 
@@ -33,18 +33,18 @@ class SettledRequests(LeafSystem):
         - map_requests
         - passing
 
-    `configuration` is the robot's q, `movers` the `Movers` that cameras detect,
-    and `map_requests` a `MapRequests` for another frame whenever a thing in
-    view of the map's camera has been at rest for the time `settle`. Until a
-    version of the map contains that thing, it stays among the movers. `passing`
-    are the `Movers` that have not settled, which no frame of a map should
-    contain.
+    `configuration` is the robot's q, and `movers` are the `Movers` that cameras
+    detect. `map_requests` is a `MapRequests` for another frame, whenever an
+    object in view of the map's camera has been at rest for the time `settle`.
+    Until a version of the map contains this object, it remains one of the
+    movers. `passing` are the `Movers` that have not settled, which no frame of
+    a map should contain.
 
     Args:
-        in_view: Returns whether the map's camera can see a point in W, given q
-            and the point, shape (3,) [m].
+        in_view: Function of q and a point in W, shape (3,) [m], that returns
+            whether the map's camera can see the point.
         n_q: Length of a configuration.
-        settle: Time after which a thing at rest has settled [s].
+        settle: Time after which an object at rest has settled [s].
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class SettledRequests(LeafSystem):
         Args:
             builder: The builder of the diagram.
             configuration: The output port of the robot's q.
-            movers: The output port of the `Movers` that are known.
+            movers: The output port of the detected `Movers`.
             **arguments: The arguments of `SettledRequests`, except for
                 `n_q`.
         """

@@ -1,4 +1,4 @@
-"""`SettledThings`: things at rest, which a map should contain."""
+"""`SettledThings`: the objects at rest, which a map should contain."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -10,18 +10,19 @@ from remosplat_drake.detection.unseen_space import UNSEEN
 from remosplat_drake.scene.mover import Mover, Movers
 
 _STILL = 0.1
-"""Largest change of the centre and the extent of a thing at rest [m]. It is not
-zero, since boxes around the visible part vary from image to image.
+"""Largest change of the centre and the extent of an object at rest [m]. It is
+not zero, since boxes around the visible part vary from image to image.
 """
 
 _AGAIN = 10.0
-"""Time after which a frame is requested again, if the map still lacks the thing
-[s]."""
+"""Time after which a frame is requested again, if the map does not contain the
+object yet [s].
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Thing:
-    """A thing: outline, start of rest, and time of the frame's request."""
+    """An object: outline, start of rest, time of the frame's request."""
 
     outline: np.ndarray
     since: float
@@ -31,12 +32,12 @@ class _Thing:
 
 @dc.dataclass(frozen=True, eq=False)
 class SettledThings:
-    """Things that were seen, and the number of requested frames.
+    """Objects that were seen, and the number of requested frames.
 
     It is immutable; copying returns the object itself.
 
     Attributes:
-        things: The things, by their names.
+        things: The objects, keyed by their names.
         asked: Number of requested frames so far.
     """
 
@@ -53,17 +54,18 @@ class SettledThings:
         in_view: Callable[[np.ndarray], bool],
         settle: float,
     ) -> "SettledThings":
-        """Updates the things with movers.
+        """Updates the objects with the present movers.
 
-        A frame is requested for a settled thing as soon as the map's camera can
-        see it, and again after ten seconds if it is still among the movers.
+        A frame is requested for a settled object as soon as the map's camera
+        can see it. It is requested again after ten seconds if the object is
+        still among the movers.
 
         Args:
-            movers: The detected movers; movers from another source never
+            movers: The movers; movers from a source other than cameras never
                 settle.
             time: The present time [s].
-            in_view: Returns whether the map's camera can see a point in W,
-                shape (3,) [m].
+            in_view: Function that returns whether the map's camera can see a
+                point in W, shape (3,) [m].
             settle: Time after which a thing at rest has settled [s].
         """
         if not movers.cameras:
@@ -100,12 +102,12 @@ class SettledThings:
 
 
 def _thing_of(mover: Mover) -> str:
-    """Returns the thing that a mover is part of: "seen 3" for "seen 3.1"."""
+    """Returns the object of a mover: "seen 3" for "seen 3.1"."""
     return mover.name.partition(".")[0]
 
 
 def _outline(parts: list[Mover]) -> np.ndarray:
-    """Returns least and greatest coordinates of a thing's parts, (2, 3) [m]."""
+    """Returns least and greatest coordinates of an object, (2, 3) [m]."""
     middle = np.array([part.X_WM.translation() for part in parts])
     size = [
         np.abs(part.X_WM.rotation().matrix()) @ part.half_extents + part.radius

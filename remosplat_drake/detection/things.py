@@ -1,4 +1,4 @@
-"""`Thing`: a cluster of new points from all cameras, and boxes around it."""
+"""`Thing`: a detected object, with its points from all cameras."""
 
 import dataclasses as dc
 from collections.abc import Mapping
@@ -20,12 +20,13 @@ class Thing:
     """A detected object: a cluster of new points, and boxes around it.
 
     Attributes:
-        shown: Its points from all cameras, each with the possible extent of the
-            thing behind it.
+        shown: The object's visible points from all cameras, each with the
+            possible extent of the object behind the point.
         parts: Boxes around the points and their possible extents.
-        pitch: Greatest distance between neighbouring pixels on it [m].
-        error: Bound on position errors of its points [m].
-        deviation: Standard deviation of its outline between images [m].
+        pitch: Greatest distance between neighbouring pixels on the object [m].
+        error: Bound on position errors of the points [m].
+        deviation: Standard deviation of the object's outline between images
+            [m].
     """
 
     shown: Stretches
@@ -42,16 +43,18 @@ class Thing:
         spheres: Spheres,
         config: DetectionConfig,
     ) -> "Thing":
-        """Encloses a cluster of points.
+        """Makes an object from a cluster of points.
 
         Points close to the robot count as points of the robot. So if the
-        visible part of a thing ends at such points, the thing is assumed to
+        visible part of an object ends at such points, the object is assumed to
         touch the robot.
 
         Args:
             shown: The points, shape (n,).
-            depth: Their depths in the images that show them, shape (n,) [m].
-            pitch: Greatest distance between neighbouring pixels there [m].
+            depth: Depths of the points in the images that show them, shape (n,)
+                [m].
+            pitch: Greatest distance between neighbouring pixels at the points
+                [m].
             spheres: The robot's spheres in W.
             config: The cameras' errors.
         """
@@ -71,12 +74,12 @@ class Thing:
         )
 
     def distances(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns distances of points (n, 3) from its boxes [m]."""
+        """Returns distances of points (n, 3) from the object's boxes [m]."""
         return np.min([part.distance(p_W) for part in self.parts], axis=0)
 
 
 def _touches(p_W: np.ndarray, spheres: Spheres, beside: float) -> np.ndarray:
-    """Returns the points at which things close to the robot would touch it."""
+    """Returns points at which objects close to the robot would touch it."""
     radius = np.asarray(spheres.radius)
     p_W = p_W[near_any(p_W, spheres.p_WS, radius + beside)]
     gap = cdist(p_W, spheres.p_WS) - radius
@@ -92,17 +95,19 @@ def things_seen(
     spheres: Spheres,
     config: DetectionConfig,
 ) -> tuple[list[Thing], dict[str, np.ndarray]]:
-    """Clusters the new points of all cameras into things.
+    """Clusters the new points of all cameras into objects.
 
     Args:
         views: The view of each camera, by name.
         time: The present time [s].
         spheres: The robot's spheres in W.
-        config: The largest distance between neighbouring points of a thing.
+        config: Settings, with the largest distance between neighbouring points
+            of an object.
 
     Returns:
-        The things, and, for each camera by name, the index of the thing of each
-        of its points, or -1, shape (n,).
+        The objects, and a dictionary. For the name of each camera, it contains
+        the index of the object to which each of the camera's points belongs, or
+        -1, shape (n,).
     """
     groups = [view.points for view in views.values()]
     face_W = np.concatenate([group.p_W for group in groups])

@@ -1,4 +1,4 @@
-"""`Track`: one moving thing over many images."""
+"""`Track`: one moving object over many images."""
 
 import dataclasses as dc
 import math
@@ -11,24 +11,24 @@ from remosplat_drake.detection.enclosure import RoundedBox, enclose
 from remosplat_drake.scene.mover import Mover
 
 TRUSTED = 2
-"""Number of images that must show a small thing before it is reported."""
+"""Number of images that must show a small object before it is reported."""
 
 _PLAIN = 40
-"""A thing with at least this number of points is reported after its first
-image."""
+"""Number of points from which an object is reported after its first image."""
 
 _HIDDEN_PARTS = 2
-"""Largest number of boxes around the hidden part of a thing."""
+"""Largest number of boxes around the hidden part of an object."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Stretches:
-    """Segments from seen points of a thing to its possible extent behind them.
+    """Segments from seen points of an object to its possible extent behind.
 
     Attributes:
         face_W: Points that were seen, in W, shape (n, 3) [m].
-        back_W: Possible extent of the thing behind each, shape (n, 3) [m].
-        seen: Time at which each was last seen, shape (n,) [s].
+        back_W: Farthest possible points of the object behind them, shape (n, 3)
+            [m].
+        seen: Time at which each point was last seen, shape (n,) [s].
     """
 
     face_W: np.ndarray
@@ -59,28 +59,28 @@ class Stretches:
 
     @staticmethod
     def none() -> "Stretches":
-        """Makes an empty set."""
+        """Makes an object without segments."""
         return Stretches(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Track:
-    """One moving thing over many images, with its position and motion.
+    """One moving object over many images, with its position and motion.
 
     Attributes:
-        name: Its name, "seen 3" for example; it stays while the thing is
-            tracked.
-        parts: Boxes around its visible part, at the time of `edges`.
-        shown: Its visible part at that time.
-        hidden: Its part that was seen before and may be hidden from all cameras
+        name: Name of the object, such as "seen 3", which does not change while
+            it is tracked.
+        parts: Boxes around the visible part, at the time of `edges`.
+        shown: The visible part at that time.
+        hidden: The part that was seen before and may be hidden from all cameras
             now, at its predicted position.
-        edges: Its outlines and their velocities.
-        images: Number of images that showed it. If it has separated from
-            another thing, the images of that thing count, too.
-        padding: Margin of its extent beyond its points [m].
-        error: Bound on position errors of its points [m].
-        still_since: Time since which it has been at rest [s].
-        home: Its outline at that time, shape (2, 3) [m].
+        edges: The object's outlines and their velocities.
+        images: Number of images that showed the object. If it has separated
+            from another object, the images of that object count, too.
+        padding: Margin of the object's extent beyond its points [m].
+        error: Bound on position errors of the points [m].
+        still_since: Time since which the object has been at rest [s].
+        home: The object's outline at that time, shape (2, 3) [m].
     """
 
     name: str
@@ -99,12 +99,12 @@ class Track:
 
     @property
     def is_trusted(self) -> bool:
-        """Whether the thing is more than a small artefact of one image."""
+        """Whether the object is large, or was seen in several images."""
         return self.images >= TRUSTED or len(self.shown) >= _PLAIN
 
     @property
     def face_W(self) -> np.ndarray:
-        """All points of the thing that are or were seen, shape (n, 3) [m]."""
+        """All present and former visible points, shape (n, 3) [m]."""
         return np.concatenate([self.shown.face_W, self.hidden.face_W])
 
     @property
@@ -131,10 +131,10 @@ class Track:
         )
 
     def growth(self, since: float, config: DetectionConfig) -> float:
-        """Bounds the distance of the thing from its prediction.
+        """Bounds the distance of the object from its prediction.
 
         Args:
-            since: Time at which it was last seen [s].
+            since: Time at which the object was last seen [s].
             config: Bounds on its motion.
         """
         t = self.edges.time - since
@@ -146,7 +146,7 @@ class Track:
     def movers(
         self, config: DetectionConfig, *, coarse: bool = False
     ) -> tuple[Mover, ...]:
-        """Returns the thing as movers, with bounds on its motion.
+        """Returns the object as movers, with bounds on its motion.
 
         Args:
             config: Bounds on its motion.
@@ -188,12 +188,12 @@ class Track:
         return enclose(shown.face_W, shown.back_W, self.padding, most=1)
 
     def is_still(self, config: DetectionConfig) -> bool:
-        """Whether the thing has been at rest long enough to be in a map."""
+        """Whether the object has rested long enough to be in a map."""
         return self.seen - self.still_since >= config.settle
 
     @staticmethod
     def nearness(p_W: np.ndarray, q_W: np.ndarray) -> float:
-        """Returns an approximate least distance between two point sets [m]."""
+        """Returns an approximate least distance from other points [m]."""
         p_W = p_W[:: max(1, len(p_W) // 40)]
         q_W = q_W[:: max(1, len(q_W) // 200)]
         apart = p_W[:, None] - q_W[None]

@@ -1,19 +1,20 @@
-"""`UnseenSpace`: space in which something may be hidden from all cameras.
+"""`UnseenSpace`: space in which an object may be hidden from all cameras.
 
-Something hidden in unseen space may come out of it. It can only be in places
-that it could reach without being seen. So the set of possible places of hidden
-things is tracked: in each step it expands as fast as things may move, and
-places that a camera looks through are removed. The robot's own shadow, which
-moves with the robot through space that was seen as free, therefore contains
-nothing.
+An object that is hidden in unseen space may come out of it. It can only be
+where it could move without being seen. So the set of its possible positions is
+tracked: in each step, the set expands as fast as objects may move, and
+positions at which a camera shows free space are removed. The space behind the
+robot, which moves with the robot through space that was seen as free, therefore
+contains no hidden object.
 
-The places are the voxels of a grid that may contain the centre of a hidden ball
-of radius r. Such a ball contains everything within r - rho of the voxel's
-middle, with rho half the voxel's diagonal. If a camera has looked through that
-middle at most (r - rho) / v ago, with v the speed of hidden things, then no
-such centre is in the voxel now. The same holds if the middle lies in the robot,
-in the map, or in the floor. A thing that is a union of such balls lies within r
-of the voxels that may contain their centres.
+The set consists of the voxels of a grid that may contain the centre of a hidden
+ball of radius r. Let rho be half the diagonal of a voxel. A ball with its
+centre in the voxel contains all points within r - rho of the voxel's middle.
+Let v be the speed of hidden objects. If a camera has shown free space at the
+middle within the last (r - rho) / v seconds, no such centre is in the voxel
+now. The same holds if the middle is inside the robot, the map or the floor. A
+hidden object is assumed to be a union of such balls, so it is within r of the
+voxels that may contain their centres.
 """
 
 import dataclasses as dc
@@ -38,35 +39,41 @@ VOXEL, RADIUS = 0.08, 0.1
 """Edge of the voxels, and radius r of hidden balls [m]."""
 
 START = 0.3
-"""Distance from the robot within which nothing is assumed to be hidden at the
-start, since an operator checks this space [m]."""
+"""Distance from the robot within which no object is hidden at the start, since
+an operator checks this space [m].
+"""
 
 NEAR = 1.0
-"""Distance from the robot's spheres beyond which hidden things are not reported
-[m]."""
+"""Distance from the robot's spheres beyond which hidden objects are not
+reported [m].
+"""
 
 _LOOKED_AT = 1.2
-"""Distance from the robot beyond which space is not checked, and may contain
-anything [m]."""
+"""Distance from the robot beyond which space is not checked, so may always
+contain hidden objects [m].
+"""
 
 MOST_BOXES = 100
-"""Largest number of boxes around the places; if needed, boxes are merged."""
+"""Largest number of boxes around the possible positions; boxes are merged if
+there are more.
+"""
 
 _REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
 _LATEST = 0.75
-"""Share of a voxel's edge that hidden things may have moved when the set of
-their places expands by one voxel."""
+"""Distance, as a fraction of a voxel's edge, that hidden objects may have moved
+when the set of their positions expands by one voxel.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class UnseenSpace:
-    """Possible places of hidden things; copying returns the object itself.
+    """Possible positions of hidden objects; a copy is the object itself.
 
     Attributes:
         time: Time of the state [s].
-        holds: Which voxels of the box of `DetectionConfig` may contain the
-            centre of a hidden ball, shape (nx, ny, nz).
-        boxes: Boxes around those that are near the robot: their least and
+        holds: Mask of the voxels, in the box of `DetectionConfig`, that may
+            contain the centre of a hidden ball, shape (nx, ny, nz).
+        boxes: Boxes around those voxels that are near the robot: least and
             greatest corners in W, shape (k, 2, 3) [m].
     """
 
@@ -81,7 +88,7 @@ class UnseenSpace:
     def first(
         spheres: Spheres, time: float, config: DetectionConfig
     ) -> "UnseenSpace":
-        """Starts with all space except the robot's surroundings.
+        """Makes the initial state: all space except the robot's surroundings.
 
         Args:
             spheres: The robot's spheres in W.
@@ -102,13 +109,14 @@ class UnseenSpace:
         scene: KnownScene,
         config: DetectionConfig,
     ) -> "UnseenSpace":
-        """Expands the possible places, and removes those seen to be free.
+        """Expands the possible positions, and removes those in free space.
 
         Args:
             images: The cameras' latest images.
-            spheres: The robot's spheres in W at the newest of them.
+            spheres: The robot's spheres in W at the time of the newest image.
             scene: The map.
-            config: Speeds of things that may come out of unseen space.
+            config: Settings, with the speed of objects that may come out of
+                unseen space.
         """
         speed = config.unseen_speed
         time = max(image.time for image in images)
@@ -142,14 +150,15 @@ class UnseenSpace:
         return UnseenSpace(time, holds, boxes)
 
     def movers(self, time: float, config: DetectionConfig) -> list[Mover]:
-        """Returns hidden things that may approach the robot, as movers.
+        """Returns hidden objects that may approach the robot, as movers.
 
         Each has zero velocity, and may move in any direction at the speed
         `DetectionConfig.unseen_speed`.
 
         Args:
             time: The time of the movers [s].
-            config: Speeds of things that may come out of unseen space.
+            config: Settings, with the speed of objects that may come out of
+                unseen space.
         """
         speed = config.unseen_speed
         return [
@@ -170,7 +179,7 @@ class UnseenSpace:
 def _around(
     spheres: Spheres, shape: tuple[int, ...], config: DetectionConfig
 ) -> tuple[slice, ...]:
-    """Returns the voxels around the robot that are checked."""
+    """Returns indices of the voxels around the robot that are checked."""
     radius = np.asarray(spheres.radius)[:, None] + _LOOKED_AT
     lower = (np.asarray(spheres.p_WS) - radius).min(axis=0) - config.lower
     upper = (np.asarray(spheres.p_WS) + radius).max(axis=0) - config.lower
@@ -203,8 +212,8 @@ def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         voxels: Indices of voxels, shape (n, 3).
 
     Returns:
-        Their least and greatest corners in voxels, shape (k, 3) each, with k up
-        to `MOST_BOXES`.
+        The boxes' least and greatest corners in voxels, shape (k, 3) each, with
+        k up to `MOST_BOXES`.
     """
     if not len(voxels):
         return voxels, voxels
@@ -220,7 +229,7 @@ def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _joined(
     lower: np.ndarray, upper: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Merges boxes that share a face, along one axis after the other."""
+    """Merges boxes that share a face, along one axis after another."""
     for axis in (2, 1, 0):
         others = [c for c in range(3) if c != axis]
         sides = np.column_stack([lower[:, others], upper[:, others]])

@@ -1,4 +1,4 @@
-"""`View`: the latest image of one camera, and the space it looks through."""
+"""`View`: the latest image of one camera, and the new points in it."""
 
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
@@ -13,22 +13,25 @@ from remosplat_drake.detection.track import Track
 from remosplat_drake.robot.sphere_model import Spheres
 
 _STEPS = 3
-"""Number of samples on the ray behind a seen point that are compared with other
-cameras' images."""
+"""Number of samples on the ray behind a visible point that are compared with
+the images of other cameras.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class View:
-    """The latest view of one camera.
+    """The latest usable image of one camera, and the new points in it.
 
     Attributes:
-        image: Its latest usable image; before the first, an empty one.
-        points: The new points in it.
-        of: For each of the points, the index in `names` of its track, or -1,
-            shape (n,).
-        names: Names of these tracks.
-        seen: Time of that image [s].
-        problem: Why there is no newer image; empty if nothing is wrong.
+        image: The camera's latest usable image; before the first one, an image
+            without pixels.
+        points: The new points in the image.
+        of: For each point, the index of its track in `names`, or -1, shape
+            (n,).
+        names: Names of the tracks to which points belong.
+        seen: Time of the image [s].
+        problem: Reason why there is no newer image; empty if there is no
+            problem.
     """
 
     image: DepthImage
@@ -40,7 +43,7 @@ class View:
 
     @staticmethod
     def blind(image: DepthImage, problem: str) -> "View":
-        """Makes the view of a camera without a usable image."""
+        """Makes the view of a camera that has sent no usable image."""
         nothing = dc.replace(image, depth=np.zeros_like(image.depth))
         points = NewPoints.none(image)
         return View(nothing, points, np.zeros(0, int), (), 0.0, problem)
@@ -48,7 +51,7 @@ class View:
     def looks_through(
         self, p_W: np.ndarray, config: DetectionConfig
     ) -> np.ndarray:
-        """Returns whether the image shows something behind points.
+        """Returns a mask of points behind which the image shows surfaces.
 
         Args:
             p_W: The points in W, shape (n, 3).
@@ -62,10 +65,11 @@ class View:
     def observes(
         self, p_W: np.ndarray, spheres: Spheres, config: DetectionConfig
     ) -> np.ndarray:
-        """Marks points for which the image shows whether something is there.
+        """Returns a mask of points that the camera can observe.
 
-        A point is not marked if something nearer hides it, or if the measured
-        point may belong to the robot and is not behind it.
+        A camera cannot observe a point that a nearer surface hides. Nor can it
+        observe a point if the measured surface at its pixel may be the robot,
+        unless this surface is behind the point.
 
         Args:
             p_W: The points in W, shape (n, 3).
@@ -73,7 +77,7 @@ class View:
             config: Errors and margins.
 
         Returns:
-            True where it does, shape (n,) bool.
+            Shape (n,), bool.
         """
         p_C, measured = self.image.depths_at(p_W)
         told, z = _is_behind(p_C, measured, config), p_C[:, 2]
@@ -90,12 +94,12 @@ class View:
     def moved_on(
         self, tracks: Sequence[Track], newer: "View", config: DetectionConfig
     ) -> "View":
-        """Returns the seen points, advanced to the time of another view.
+        """Returns the new points, moved to the time of another view.
 
-        Points that the newer view looks through are removed.
+        Points at which the newer view shows free space are removed.
 
         Args:
-            tracks: The tracks, whose points move with them.
+            tracks: The tracks; their points move with them.
             newer: The view of the other camera.
             config: Bounds on motions, and the time for which points are kept.
         """
@@ -120,7 +124,7 @@ class View:
 def _is_behind(
     p_C: np.ndarray, measured: np.ndarray, config: DetectionConfig
 ) -> np.ndarray:
-    """Returns whether depths exceed those of points by more than noise."""
+    """Returns a mask of depths that exceed points' depths beyond noise."""
     z = p_C[:, 2]
     return measured > z + 2 * config.margin(z)
 
@@ -128,19 +132,19 @@ def _is_behind(
 def backs(
     views: Mapping[str, View], camera: str, config: DetectionConfig
 ) -> np.ndarray:
-    """Returns the possible extent of things behind their visible faces.
+    """Returns the possible extent of objects behind their visible faces.
 
-    That is `thickness` along the ray, or up to a point that another camera
-    looks through.
+    The extent is `thickness` along the ray, or less if another camera shows
+    free space on the ray.
 
     Args:
         views: The view of each camera, by name.
-        camera: The camera.
-        config: Largest thickness of things.
+        camera: Name of the camera.
+        config: Settings, with the assumed thickness of objects.
 
     Returns:
         For each of the camera's points, the farthest point in W that may belong
-        to the thing, shape (n, 3).
+        to the same object, shape (n, 3) [m].
     """
     points = views[camera].points
     rays_W = points.p_W - points.p_WC

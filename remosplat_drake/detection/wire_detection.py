@@ -1,4 +1,4 @@
-"""`WireDetection`: receives images and statuses over LCM, and sends movers.
+"""`WireDetection`: receives images over LCM, and sends the detected movers.
 
 `remosplat detect` runs it in a separate process.
 """
@@ -33,11 +33,14 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 
 _AHEAD = 0.12
-"""Largest age of the robot's statuses relative to an image [s]. It allows for
-bases that send ten statuses per second."""
+"""Largest time between the robot's latest status and an image [s]. It is
+sufficient for bases that send ten statuses per second.
+"""
 
 _OLDEST = 0.5
-"""Greatest age of an image, and greatest lead of its stamp [s]."""
+"""Largest age of an image, and largest time by which its stamp may be in the
+future [s].
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,10 +51,11 @@ class _Camera:
 
 
 class WireDetection:
-    """Receives images and statuses, and sends the movers after every image.
+    """Receives images and robot statuses, and sends movers after every image.
 
-    Nothing is sent until every camera has sent images and one of them was
-    usable: with an incomplete view, the absence of movers is unknown.
+    No movers are sent until every camera has sent an image and at least one
+    image was usable. Otherwise an empty list of movers would mean that no
+    movers exist, although parts of space were not observed.
 
     Args:
         cameras: The cameras.
@@ -59,18 +63,17 @@ class WireDetection:
         known: The map.
         config: Errors, margins and bounds.
         hardware: The LCM URLs and the names of the channels.
-        followed: The live map of the control loop; None if `known` never
-            changes.
+        followed: The control loop's live map; None if `known` never changes.
 
     Attributes:
         detection: The state of detection.
-        told: Number of sent messages.
+        told: Number of messages that were sent.
         latency: Time from the latest image's stamp to its message [s].
-        work: Computing time of this process for that message [s].
+        work: Computing time of this process for the latest message [s].
 
     Raises:
-        RemoSplatError: A camera is on no frame of the robot, or two on one
-            channel.
+        RemoSplatError: The robot has no frame with the name in a camera's
+            settings, or two cameras have the same channel.
     """
 
     def __init__(
@@ -102,7 +105,7 @@ class WireDetection:
 
     @property
     def missing(self) -> list[str]:
-        """Names of the cameras that have not sent yet."""
+        """Names of the cameras that have not sent an image yet."""
         names = [camera.config.name for camera in self._cameras.values()]
         return [name for name in names if name not in self.detection.views]
 
@@ -114,7 +117,7 @@ class WireDetection:
 
     @property
     def map_in_use(self) -> str:
-        """Returns the map in use and its problem, as a text; may be empty."""
+        """Returns a text that states the map in use and its problem, or ""."""
         followed = self._followed
         if followed is None:
             return ""
@@ -133,7 +136,7 @@ class WireDetection:
         Returns:
             Whether movers were sent.
         """
-        # If images of a camera have queued up, only the newest counts.
+        # Of several waiting images of a camera, only the newest is used.
         newest = dict(self._images.fetch(timeout))
         started = clock.thread_time()
         for channel, data in self._packets.fetch():
@@ -158,7 +161,7 @@ class WireDetection:
 
     @staticmethod
     def _hear_map(followed: FollowedMap, data: bytes) -> None:
-        """Receives which map is in use; ignores packets that name none."""
+        """Receives the version of the map in use; ignores invalid packets."""
         with suppress(BrokenMessage):
             followed.hear(data, clock.time())
 
@@ -211,6 +214,6 @@ class WireDetection:
 
 
 def _within(depth: np.ndarray, config: DetectionCameraConfig) -> np.ndarray:
-    """Depths within the camera's range; nearer ones are unknown."""
+    """Limits depths to the camera's range; nearer depths become unknown."""
     near = np.where(depth >= config.min_depth, depth, np.float32(0))
     return np.where(near > config.max_depth, np.float32(np.inf), near)

@@ -1,10 +1,11 @@
-"""Real robots, connected by LCM messages; and a simulated stand-in for them.
+"""Connects real robots by LCM messages, and simulates a stand-in for them.
 
     station's ports -- client -- wire ~~ LCM ~~ wire -- drivers -- robot
                                                       or stand_in
 
-- `wire`: the LCM protocol. Names of channels, encoding and decoding of Drake's
-  `lcmt_panda_*` messages and of our own, stamps and their expiry.
+- `wire`: the LCM protocol. It defines the names of channels, encodes and
+  decodes Drake's `lcmt_panda_*` messages and the package's own messages, and
+  checks whether stamps have expired.
 - `client`: the control process. `HardwareStation` is a diagram with the ports
   of every station; `RobotLink` sends commands and receives statuses. A status
   that is stale, frozen or malformed stops the robot.
@@ -15,6 +16,6 @@
 - `stand_in`: drivers of a simulated robot, with faults on request, which
   `remosplat hardware-sim` runs.
 
-`HardwareConfig` is the `hardware` section of a scenario: the LCM URL, channel
-names, expiry times and speed limits.
+`HardwareConfig` is the `hardware` section of a scenario, with the LCM URL,
+channel names, expiry times and speed limits.
 """

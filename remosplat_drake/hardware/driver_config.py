@@ -1,8 +1,8 @@
-"""Configurations of the drivers of a robot's arm, base and hand.
+"""Settings of the drivers of a robot's arm, base and hand.
 
-Drivers are plug-ins: besides those below, a scenario may name a class of
-another package, such as `arm_driver: !my_arm:MyArm {host: 10.0.0.2}`; see
-`base.extensions`.
+Drivers are plug-ins: in addition to the classes of this module, a scenario may
+name a class of another package, such as `arm_driver: !my_arm:MyArm {host:
+10.0.0.2}`; see `base.extensions`.
 """
 
 import dataclasses as dc
@@ -27,43 +27,43 @@ if TYPE_CHECKING:
 
 
 class ArmDriverMaker(Protocol):
-    """The interface of an arm driver's settings, ours or another package's."""
+    """Protocol of the settings of an arm driver, of this or another package."""
 
     def connect_arm(
         self, description: RobotDescription, tell: Tell
     ) -> "ArmLink":
-        """Connects to the arm; sends no command.
+        """Connects to the arm, without sending commands.
 
         Args:
             description: The robot, which names the joints in their order.
-            tell: Prints a message.
+            tell: Function that prints a message.
         """
         ...
 
 
 class BaseDriverMaker(Protocol):
-    """The interface of a base driver's settings, ours or another package's."""
+    """Protocol of the settings of a base driver, of this or another package."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
-        """Connects to the base; sends no command.
+        """Connects to the base, without sending commands.
 
         Args:
-            tell: Prints a message.
+            tell: Function that prints a message.
         """
         ...
 
 
 class HandDriverMaker(Protocol):
-    """The interface of a gripper driver's settings, ours or another's."""
+    """Protocol of a gripper driver's settings, of any package."""
 
     def connect_hand(
         self, description: RobotDescription, tell: Tell
     ) -> "HandLink":
-        """Connects to the gripper; sends no command.
+        """Connects to the gripper, without sending commands.
 
         Args:
             description: The robot, which names the finger joints.
-            tell: Prints a message.
+            tell: Function that prints a message.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""`HardwareConfig`: addresses of a robot's drivers, and limits for them."""
+"""`HardwareConfig`: settings of the connection to a robot's drivers."""
 
 import dataclasses as dc
 import ipaddress
@@ -30,11 +30,14 @@ _LONGEST_NAME = 63
 """Greatest length of LCM channel names."""
 
 REHEARSAL_URL = "udpm://239.255.76.67:7670?ttl=0"
-"""Address of the stand-in robot: only on this computer, on a port that no real
-robot's driver uses."""
+"""LCM URL of the stand-in robot: only on this computer, with a port that no
+driver of a real robot uses.
+"""
 
 ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""Address of a real robot's drivers: LCM's default, only on this computer."""
+"""LCM URL of a real robot's drivers: LCM's default address, only on this
+computer.
+"""
 
 ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 """Name of an LCM channel: 1 to 63 characters."""
@@ -42,7 +45,7 @@ ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 
 @dc.dataclass
 class ChannelNames(Config):
-    """Names of one robot's LCM channels, each different from all others."""
+    """Names of one robot's LCM channels, which must all differ."""
 
     # Channel of the ramps by which the drivers brake, command_ramp.
     command_ramp: ChannelName = wire.COMMAND_RAMP
@@ -77,28 +80,29 @@ class ChannelNames(Config):
 
 @dc.dataclass
 class HardwareConfig(Config):
-    """A real robot: the LCM network of its drivers, and limits on commands."""
+    """Settings of a real robot: its LCM network, and limits of messages."""
 
     # URL of the LCM network; the default is the URL of the stand-in robot. The
-    # multicast time to live limits the range of messages: with ttl=1 they reach
-    # the local network, with ttl=0 only this computer.
+    # multicast time to live limits the range of messages: with ttl=1, they
+    # reach the local network; with ttl=0, they reach only this computer.
     lcm_url: str = REHEARSAL_URL
-    # URL of the LCM network of the wrist camera. Empty: the address of
+    # URL of the LCM network of the wrist camera. If empty, it is the address of
     # `lcm_url` with the next port, so that large images do not share the socket
     # of the robot's statuses.
     camera_url: str = ""
     # Drake's settings of LCM: its URL replaces `lcm_url`, and its
     # `channel_suffix` is appended to the names of all channels.
     lcm: DrakeLcmParams | None = None
-    # Shadow mode: compute, display and record everything, but send nothing.
+    # Whether the run is in shadow mode: it computes, displays and records
+    # commands, but sends nothing.
     shadow: bool = False
     # Names of the LCM channels.
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
     connect_timeout: Annotated[float, Interval(gt=0, le=600)] = 10.0
     # Rate of the arm driver's statuses [Hz]. It does not change the control
-    # rate. Limits on the age of a status are longer by one period of statuses,
-    # so at a low rate, faults of the arm are detected later.
+    # rate. One period of statuses is added to the limits on the age of a
+    # status, so at a low rate, faults of the arm are detected later.
     arm_status_rate: Annotated[float, Interval(ge=20, le=1000)] = 1000.0
     # Age at which a status of the arm is stale and the robot is stopped [s].
     # One period of the arm's statuses is added to it.
@@ -110,8 +114,8 @@ class HardwareConfig(Config):
     base_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.BASE_STATUS_EXPIRY
     )
-    # Age at which a status of the hand is stale [s]. Its width is then unknown,
-    # and a task in which the hand holds an object fails.
+    # Age at which a status of the hand is stale [s]. The hand's width is then
+    # unknown, and a task in which the hand holds an object fails.
     hand_status_expiry: Annotated[float, Interval(gt=0, le=5)] = (
         wire.HAND_STATUS_EXPIRY
     )
@@ -142,27 +146,27 @@ class HardwareConfig(Config):
     # Greatest age of the base's statuses on arrival, or greatest time by which
     # their stamps may be in the future [s]. Beyond it, the robot is stopped.
     base_latency: Annotated[float, Interval(gt=0, le=0.5)] = 0.15
-    # Localisation of the base in the map; absent: the pose in the base's status
-    # is the pose in the map.
+    # Settings of the localisation of the base in the map. If absent, the pose
+    # in the base's status is used as the pose in the map.
     localization: LocalizationConfig | None = None
-    # Movers (moving objects) from a perception process; absent: the robot
-    # assumes that nothing moves.
+    # Settings of movers (moving objects) from a perception process. If absent,
+    # the controller assumes that no object moves.
     movers: MoverSensingConfig | None = None
     # Driver of the arm for `remosplat arm-driver`: `!Ros2Arm`, `!UrArm` or a
-    # class of another package, such as `!my_arm:MyArm`; absent: another program
-    # is the driver.
+    # class of another package, such as `!my_arm:MyArm`. If absent, another
+    # program is the driver.
     arm_driver: Ros2Arm | UrArm | ArmDriverMaker | None = None
     # Driver of the base for `remosplat base-driver`: `!Ros2Base`, `!Ros1Base`
-    # or a class of another package; absent: another program is the driver.
+    # or a class of another package. If absent, another program is the driver.
     base_driver: Ros2Base | Ros1Base | BaseDriverMaker | None = None
     # Driver of the hand for `remosplat hand-driver`: `!Ros2Hand` or a class of
-    # another package; absent: another program is the driver.
+    # another package. If absent, another program is the driver.
     hand_driver: Ros2Hand | HandDriverMaker | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error for each setting with which LCM cannot receive."""
+        """Yields an error for each setting with which LCM would not work."""
         try:
             check_lcm_url(self.url)
         except RemoSplatError as error:
@@ -215,9 +219,10 @@ class HardwareConfig(Config):
 
     @property
     def base_bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bounds on the base's velocity: forward, left, turn.
+        """Lower and upper bounds on the base's velocity.
 
-        Both have the shape (3,) [m/s, m/s, rad/s].
+        They are speeds forward and to the left, and turning rate; both bounds
+        have the shape (3,) [m/s, m/s, rad/s].
         """
         aside, turn = self.base_sideways, self.base_yaw_rate
         return (
@@ -245,7 +250,7 @@ class HardwareConfig(Config):
         return self._open(self.url)
 
     def open_camera_lcm(self) -> DrakeLcm:
-        """Opens the wrist camera's LCM network; names get the suffix, too."""
+        """Opens the wrist camera's LCM network, with the same suffix."""
         return self._open(self.camera_url or beside(self.url))
 
     def _open(self, url: str) -> DrakeLcm:
@@ -253,7 +258,7 @@ class HardwareConfig(Config):
 
 
 def leaves_computer(url: str) -> bool:
-    """Returns whether messages at an LCM URL reach other computers."""
+    """Returns whether messages to an LCM URL reach other computers."""
     match = re.search(r"[?&]ttl=(\d+)", url)
     return match is not None and int(match[1]) > 0
 
@@ -262,8 +267,8 @@ def beside(url: str) -> str:
     """Returns the LCM URL of the same address with the next port.
 
     Args:
-        url: For example `udpm://239.255.76.67:7667?ttl=0`; one without a port
-            is returned as it is.
+        url: For example `udpm://239.255.76.67:7667?ttl=0`. A URL without a port
+            is returned unchanged.
     """
     return re.sub(r":(\d+)", lambda port: f":{int(port[1]) + 1}", url, count=1)
 

@@ -14,22 +14,23 @@ FrameName = Annotated[str, Len(1, 100)]
 
 @dc.dataclass
 class LocalizationConfig(Config):
-    """A localisation of the base in the map, fused with its odometry.
+    """Settings of a localisation of the base, which is fused with odometry.
 
     Without a localisation, the pose in the base's status is used as the pose in
     the map.
     """
 
-    # Name of the map's frame; a pose in another frame stops the robot.
+    # Name of the map's frame. The robot is stopped if a localisation is in
+    # another frame.
     map_frame: FrameName = "map"
     # Name of the base's frame.
     base_frame: FrameName = "base_link"
     # Name of the odometry's frame. A localisation may contain the pose of this
-    # frame in the map instead of the base's.
+    # frame in the map, in place of the base's pose.
     odometry_frame: FrameName = "odom"
     # Time without a localisation after which the robot is stopped [s].
     expiry: Annotated[float, Interval(gt=0, le=60)] = 1.0
-    # Number of standard deviations that bound the error of the base's pose.
+    # Number of standard deviations in the bound on the base's pose error.
     sigmas: Annotated[float, Interval(ge=1, le=6)] = 3.0
     # Least standard deviation of a localised position [m], since localisations
     # often report too small covariances.

@@ -10,9 +10,10 @@ from remosplat_drake.base.ranges import Config
 
 @dc.dataclass
 class MoverSensingConfig(Config):
-    """Movers are received by LCM; without messages, the robot is stopped.
+    """Settings of movers that are received over LCM.
 
-    `supervisor.max_movers_age` is their greatest age.
+    If the movers are older than `supervisor.max_movers_age`, the supervisor
+    stops the robot.
     """
 
     # Greatest time by which a stamp may be ahead of our clock [s]; messages

@@ -1,4 +1,4 @@
-"""Settings of the topics of a robot on ROS 1 or ROS 2."""
+"""Settings of the ROS 1 or ROS 2 topics of arms, bases and grippers."""
 
 import dataclasses as dc
 import re
@@ -10,16 +10,17 @@ from annotated_types import Interval, Len
 from remosplat_drake.base.ranges import Config, OneOf
 
 Tell = Callable[[str], None]
-"""Function that prints a message."""
+"""Type of functions that print a message."""
 
 STRING, INT32, BOOL = "String", "Int32", "Bool"
 MODE_TYPES = (STRING, INT32, BOOL)
-"""Messages of std_msgs that may contain an arm's mode."""
+"""Types of std_msgs messages that may contain an arm's mode."""
 
 VELOCITIES, TRAJECTORY = "velocities", "trajectory"
 COMMANDS = (VELOCITIES, TRAJECTORY)
-"""Commands of ros2_control's controllers: Float64MultiArray, or
-JointTrajectory."""
+"""Types of commands to controllers of ros2_control: Float64MultiArray, or
+JointTrajectory.
+"""
 
 EMERGENCY_STOP, MODE = "emergency_stop", "mode"
 
@@ -27,11 +28,14 @@ Topic = Annotated[str, Len(1, 256)]
 """Name of a ROS topic."""
 
 StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
-"""Silence after which the value of a topic is unknown [s]; None for topics that
-publish only changes."""
+"""Time without messages after which the value of a topic is unknown [s]; None
+for topics that publish only changes.
+"""
 
 Domain = Annotated[int, Interval(ge=0, le=232)] | None
-"""A ROS_DOMAIN_ID; None: the value of the environment variable, or 0."""
+"""Type of a ROS_DOMAIN_ID; None takes the value of the environment variable, or
+0.
+"""
 
 
 @dc.dataclass
@@ -44,8 +48,8 @@ class Ros2Controller(Config):
     # of a JointGroupVelocityController, `trajectory` for the JointTrajectory of
     # a JointTrajectoryController.
     takes: Annotated[str, OneOf(COMMANDS)] = VELOCITIES
-    # Joints of the controller, in its order; empty: all joints of the arm, in
-    # the order of the description.
+    # Joints of the controller, in the controller's order. If empty, these are
+    # all joints of the arm, in the order of the description.
     joints: list[str] = dc.field(default_factory=list)
 
 
@@ -53,7 +57,7 @@ class Ros2Controller(Config):
 class Ros2ArmTopics(Config):
     """Commands and topics of an arm with ros2_control."""
 
-    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # The robot's ROS_DOMAIN_ID. If absent, it is the value of the environment
     # variable, or 0.
     domain: Domain = None
     # The controllers; each joint of the arm must belong to one of them.
@@ -63,18 +67,18 @@ class Ros2ArmTopics(Config):
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"
     # Topic of the robot's URDF, a std_msgs/String such as /robot_description.
-    # The arm is stopped unless joints, limits and axes agree with our model;
-    # empty: they are not compared.
+    # The arm is stopped unless joints, limits and axes agree with the robot's
+    # description. If empty, they are not compared.
     description: str = ""
-    # Cutoff frequency of the low pass for differentiated positions [Hz], if
-    # joint states have no velocities; absent: such joint states are rejected.
-    # These velocities lag by 1 / (2 pi cutoff) and half a period of the joint
-    # states.
+    # Cutoff frequency of the low-pass filter for differentiated positions [Hz],
+    # for joint states without velocities. If absent, such joint states are
+    # rejected. Differentiated velocities lag by 1 / (2 pi cutoff) and half a
+    # period of the joint states.
     differentiate: Annotated[float, Interval(ge=1, le=200)] | None = None
-    # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # not known.
+    # Topic of a std_msgs/Bool that states whether an emergency stop is latched.
+    # If empty, this is not known.
     emergency_stop: str = ""
-    # Topic of the arm's mode; empty: the mode is unknown.
+    # Topic of the arm's mode. If empty, the mode is unknown.
     mode: str = ""
     # Type of the messages of the topic `mode`, from std_msgs: `String`, `Int32`
     # or `Bool`.
@@ -84,8 +88,9 @@ class Ros2ArmTopics(Config):
     running_modes: Annotated[list[str], Len(0, 32)] = dc.field(
         default_factory=list
     )
-    # Silence of the topics `emergency_stop` and `mode` after which the arm
-    # counts as stopped [s]; null for topics that publish only changes.
+    # Time without messages on the topics `emergency_stop` and `mode` after
+    # which the arm counts as stopped [s]; null for topics that publish only
+    # changes.
     stop_expiry: StopExpiry = 2.0
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -111,18 +116,18 @@ class Ros2ArmTopics(Config):
 class Ros2HandTopics(Config):
     """Commands and topics of a gripper on ROS 2."""
 
-    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # The robot's ROS_DOMAIN_ID. If absent, it is the value of the environment
     # variable, or 0.
     domain: Domain = None
     # Topic of the control_msgs/GripperCommand commands.
     commands: Topic = "/gripper_controller/command"
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"
-    # Finger joints whose positions add up to the opening; empty: those of the
-    # robot's description.
+    # Finger joints whose positions add up to the opening. If empty, they are
+    # those of the robot's description.
     joints: list[str] = dc.field(default_factory=list)
-    # Position in a command per opening: 1 if the position is the opening, 0.5
-    # if it is the travel of one of two fingers.
+    # Ratio of the position in a command to the opening: 1 if the position is
+    # the opening, 0.5 if it is the travel of one of two fingers.
     position_share: Annotated[float, Interval(gt=0, le=100)] = 1.0
 
 
@@ -135,38 +140,41 @@ class RosBase(Config):
     # Topic of the nav_msgs/Odometry measurements.
     odometry: Topic = "/odom"
     # Topic of the base's pose in the map, a
-    # geometry_msgs/PoseWithCovarianceStamped such as /amcl_pose; empty: none.
+    # geometry_msgs/PoseWithCovarianceStamped such as /amcl_pose. If empty,
+    # there is no such topic.
     localization: str = ""
     # Name of the frame whose pose the topic `localization` contains.
     base_frame: str = "base_link"
     # Names of two frames: the map's frame, and the frame of the odometry or of
-    # the base, whose pose in the map is read from /tf; empty: /tf is not used.
+    # the base, whose pose in the map is read from /tf. If empty, /tf is not
+    # used.
     transform: Annotated[list[str], Len(0, 2)] = dc.field(default_factory=list)
     # Standard deviation of the position by /tf [m].
     transform_shift: Annotated[float, Interval(gt=0, le=1)] = 0.05
     # Standard deviation of the heading by /tf [deg].
     transform_turn_deg: Annotated[float, Interval(gt=0, le=45)] = 2.0
-    # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # not known.
+    # Topic of a std_msgs/Bool that states whether an emergency stop is latched.
+    # If empty, this is not known.
     emergency_stop: str = ""
-    # Topic of std_msgs/Bool: whether the safety scanner stops the base; empty:
-    # unknown.
+    # Topic of a std_msgs/Bool that states whether the safety scanner stops the
+    # base. If empty, this is not known.
     protective_stop: str = ""
-    # Topic of std_msgs/Bool: whether the motors are on; empty: unknown.
+    # Topic of a std_msgs/Bool that states whether the motors are on. If empty,
+    # this is not known.
     motors_on: str = ""
-    # Silence of the topics `emergency_stop`, `protective_stop` and `motors_on`
-    # after which the base counts as stopped [s]; null for topics that publish
-    # only changes.
+    # Time without messages on the topics `emergency_stop`, `protective_stop`
+    # and `motors_on` after which the base counts as stopped [s]; null for
+    # topics that publish only changes.
     stop_expiry: StopExpiry = 2.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error if the transform lacks one of its frames."""
+        """Yields an error if `transform` does not name two frames."""
         if len(self.transform) == 1:
             yield "transform", "expected two frames: the map's, and another"
 
     @property
     def flags(self) -> dict[str, str]:
-        """The fields of the topics with flags, keyed by topic."""
+        """Names of the fields of the topics with flags, keyed by topic."""
         fields = ("emergency_stop", "protective_stop", "motors_on")
         return {getattr(self, f): f for f in fields if getattr(self, f)}
 
@@ -175,7 +183,7 @@ class RosBase(Config):
 class Ros2BaseTopics(RosBase):
     """Commands and topics of a base on ROS 2."""
 
-    # The robot's ROS_DOMAIN_ID; absent: the value of the environment
+    # The robot's ROS_DOMAIN_ID. If absent, it is the value of the environment
     # variable, or 0.
     domain: Domain = None
     # Whether commands are geometry_msgs/TwistStamped, as for ros2_control's

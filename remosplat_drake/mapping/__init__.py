@@ -1,13 +1,14 @@
-"""The live map: makes maps for the oracle from frames of the wrist camera.
+"""The live map: builds maps from frames of the wrist camera during a run.
 
-`LiveMap` is the system in the diagram. It passes requests to a
-`MappingProcess`, swaps in the resulting maps, and never waits for it. In that
-process, `worker` takes pictures and builds maps according to its `MappingJob`;
-`messages` defines the messages between the two processes.
+`LiveMap` is the system in the diagram. It sends requests to a `MappingProcess`,
+and replaces the map in use by the maps that this process builds. It never waits
+for the process. In the process, `worker` takes pictures and builds maps, with
+the inputs of its `MappingJob`. `messages` defines the messages between the two
+processes.
 
-A map is made by `map_builder.build_map`: `changes` finds parts that the newest
-frames contradict, `carving` and `base_splat` remove vanished things and add new
-ones, and `known_space` computes which part of space was seen.
+`map_builder.build_map` builds a map. `changes` finds the parts of frames that
+newer frames contradict. `carving` and `base_splat` remove vanished objects and
+add new ones. `known_space` computes the part of space that was seen.
 
 `store` keeps frames and maps of a session on disk.
 """

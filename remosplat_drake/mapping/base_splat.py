@@ -1,4 +1,4 @@
-"""Updates a splat that was made before a run with live frames."""
+"""Updates a splat from before the run with frames of the run."""
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""A surface is not new if an old disc is within this distance [m]."""
+"""Largest distance of a point from a disc of the earlier splat at which the
+point's surface is not new [m].
+"""
 
 _SAMPLES = 400
 """Number of points of a frame that are compared with the earlier splat."""
@@ -24,7 +26,7 @@ def updated(
 
     Args:
         base: The splat from before the run, in W.
-        seen: Discs on the surfaces in live frames, in W.
+        seen: Discs on the surfaces that the live frames show, in W.
         capture: The live frames, without their outdated parts.
 
     Returns:
@@ -35,7 +37,7 @@ def updated(
     if not kept.is_surfel:
         added = with_thickness(added)
     if kept.uncertainty is None and added.uncertainty is not None:
-        # The stopping distance covers the error of such a base
+        # The stopping distance covers the error of the earlier splat
         # (`scene.map_error`), so no uncertainty is subtracted.
         kept = kept.with_uncertainty(0.0)
     return kept.joined_with(added)
@@ -61,7 +63,7 @@ def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
 
 
 def shares_of(base: GaussianSplat, capture: Capture) -> np.ndarray:
-    """Computes the fractions of frames' surfaces that a splat already contains.
+    """Computes the fraction of each frame's surfaces that a splat contains.
 
     Args:
         base: The splat from before the run, in W.

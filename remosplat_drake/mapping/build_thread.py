@@ -11,7 +11,7 @@ Result = TypeVar("Result")
 
 
 class BuildThread(Generic[Result]):
-    """Runs one job at a time in a thread; its result is fetched later."""
+    """Runs one job at a time in a thread, whose result `fetch` returns."""
 
     def __init__(self):
         """Starts without a job."""
@@ -22,14 +22,14 @@ class BuildThread(Generic[Result]):
 
     @property
     def is_busy(self) -> bool:
-        """Whether the result of a started job has not been fetched yet."""
+        """Whether a job was started whose result was not fetched yet."""
         return self._thread is not None
 
     def start(self, job: Callable[[Report], Result]) -> None:
-        """Starts a job; the thread must not be busy.
+        """Starts a job. The thread must not be busy.
 
         Args:
-            job: A function; its argument is the callback for progress.
+            job: A function, which receives the callback for progress.
         """
         assert self._thread is None
 
@@ -50,8 +50,8 @@ class BuildThread(Generic[Result]):
     def fetch(self) -> Result | Exception | None:
         """Fetches the result of a job that has ended.
 
-        Progress that the job reported last is discarded, so that `progress`
-        returns nothing after the result.
+        Progress that was not read is discarded, so that `progress` returns None
+        after the result was fetched.
 
         Returns:
             The result, or the exception of the job; None if the job still runs
@@ -63,7 +63,7 @@ class BuildThread(Generic[Result]):
         return None if self._is_dropped else self._result
 
     def progress(self) -> Building | None:
-        """Returns new progress of the job; None if there is none."""
+        """Returns the job's latest progress; None if there is no new one."""
         progress, self._progress = self._progress, None
         return None if self._is_dropped else progress
 

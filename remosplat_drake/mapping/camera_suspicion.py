@@ -32,11 +32,13 @@ from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
 
 LEAST_FRAMES = 5
-"""Least number of frames for an estimate; with fewer, errors of the camera
-cannot be distinguished from errors of single poses."""
+"""Least number of frames for an estimate. With fewer frames, errors of the
+camera cannot be distinguished from errors of single poses.
+"""
 
 _MOST_FRAMES = 16
-"""Largest number of frames for an estimate; more add little information."""
+"""Largest number of frames for an estimate. More frames add little information.
+"""
 
 _PRIOR = CameraPrior(
     growth=0.01,
@@ -46,8 +48,9 @@ _PRIOR = CameraPrior(
     turn=np.deg2rad(1.0),
     shift=0.005,
 )
-"""Prior deviations of a manual calibration. Frames have no camera velocity, so
-delays cannot be estimated."""
+"""Prior standard deviations of the errors of a manual calibration. Frames
+contain no camera velocity, so delays cannot be estimated.
+"""
 
 
 _KINEMATICS = OdometryNoise(
@@ -59,7 +62,9 @@ _KINEMATICS = OdometryNoise(
     steady=0.0,
     smooth=0.0,
 )
-"""Noise of poses from joints, on a base that is fixed or has exact odometry."""
+"""Noise of camera poses from joint positions, if the base is fixed or has exact
+odometry.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -69,8 +74,9 @@ class Judgement:
     Attributes:
         names: Names of the frames.
         errors: The camera's errors, see `camera_errors`, shape (`COUNT`,).
-        words: A description of the errors; empty if there are none.
-        problem: Why no map can be built from the frames; empty if one can.
+        words: Sentences that describe the errors; empty if there are none.
+        problem: Reason why no map can be built from the frames; empty if a map
+            can be built.
     """
 
     names: frozenset[str]
@@ -79,15 +85,15 @@ class Judgement:
     problem: str = ""
 
     def holds_for(self, names: tuple[str, ...]) -> bool:
-        """Returns whether the judgement is valid for other frames, too.
+        """Returns whether the judgement is also valid for other frames.
 
-        Let m be the number of frames that are in only one of the two sets: the
-        judged frames and the other frames. The judgement is invalid if m is at
-        least half the number of the other frames. A judgement with a problem is
-        valid only if m is zero.
+        Let m be the number of frames that are either among the judged frames or
+        among the given frames, but not among both. The judgement is valid if m
+        is less than half the number of the given frames. A judgement with a
+        problem is valid only if m is zero.
 
         Args:
-            names: Names of the other frames.
+            names: Names of the given frames.
         """
         others = self.names.symmetric_difference(names)
         if self.problem:
@@ -95,7 +101,7 @@ class Judgement:
         return 2 * len(others) < len(names)
 
     def undone(self, capture: Capture) -> Capture:
-        """Returns frames with the camera's errors corrected."""
+        """Returns frames in which the camera's errors are corrected."""
         return corrected(capture, self.errors) if self.words else capture
 
 
@@ -108,11 +114,11 @@ def judge_camera(
     """Estimates the camera's errors from frames of a robot.
 
     Args:
-        capture: The frames, with poses from the robot; fewer than
-            `LEAST_FRAMES` give no estimate.
+        capture: The frames, with poses from the robot's joints and odometry.
+            With fewer than `LEAST_FRAMES` frames, nothing is estimated.
         names: Names of the frames.
-        drifts: Whether the robot's base drifts; the errors of its poses
-            are then estimated from the frames, too.
+        drifts: Whether the odometry of the robot's base drifts. If so, the
+            errors of the poses are also estimated from the frames.
         report: Called with the progress.
     """
     judged = frozenset(names)
@@ -134,8 +140,8 @@ def judge_camera(
     if apart > LARGEST_SIGMA:
         wrong = wrong_frames(measure_overlap(capture))
         if 0 < len(wrong) < len(capture):
-            # They are rejected one by one; the others determine the camera's
-            # errors.
+            # Wrong frames are rejected one by one; the remaining frames
+            # determine the camera's errors.
             right = np.setdiff1d(np.arange(len(capture)), wrong)
             return judge_camera(capture.select(right), names, drifts, report)
         freely = alignment if drifts else aligned(None)
@@ -145,7 +151,7 @@ def judge_camera(
 
 
 def _apart(alignment: Alignment) -> float:
-    """Median distance of the frames' surfaces from each other's [m]."""
+    """Median distance between the surfaces of different frames [m]."""
     rows = alignment.rows
     points = sum(row.points for row in rows)
     return sum(r.median_after * r.points for r in rows) / max(points, 1)
@@ -155,9 +161,9 @@ def _problem(apart: float, freely: float) -> str:
     """Returns why frames with differing surfaces are rejected.
 
     Args:
-        apart: Distance of the frames' surfaces if only the camera has errors
-            [m].
-        freely: Distance if each frame's pose is free, too [m].
+        apart: Distance between the frames' surfaces if only the camera has
+            errors [m].
+        freely: Distance if each frame's pose may have any error, too [m].
     """
     problem = (
         "the frames contradict each other: their surfaces lie"
@@ -170,8 +176,8 @@ def _problem(apart: float, freely: float) -> str:
             " joints' zeros, and set mapping.odometry_drift if its base drifts"
         )
     return problem + (
-        "wrong poses do not explain it either: the depth is distorted, or the"
-        " scene moves"
+        "wrong poses do not explain it, either: the depth is distorted, or "
+        "objects moved; calibrate the camera, or take the frames again"
     )
 
 

@@ -1,4 +1,4 @@
-"""Carving: finds the discs of a splat that belong to vanished things."""
+"""Carving: finds the discs of a splat that belong to vanished objects."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -13,8 +13,9 @@ least this far from all remaining discs [m]. Other discs in free space may be
 edges about which views slightly disagree."""
 
 _AROUND = 0.1
-"""Further discs of a vanished object are sought within this distance of its
-discs in free space [m]."""
+"""Distance from the discs of a vanished object in free space within which other
+discs of the same object are searched for [m].
+"""
 
 _PAST = 0.01
 """A disc near a vanished object is removed, too, if a view measures a surface
@@ -23,17 +24,18 @@ at least this far behind the disc [m]."""
 _NEIGHBORS = 8
 _MOST = 0.6
 """A disc near a vanished object is removed, too, if at least this fraction of
-its neighbours is removed. Such remnants come from frayed outlines and from
-pixels without depth."""
+its neighbours is removed. Such remnants are caused by irregular outlines of
+depth images and by pixels without depth.
+"""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
-    """Finds the discs of vanished things, behind which views measure surfaces.
+    """Finds the discs of vanished objects: views measure surfaces behind them.
 
-    The result includes the lowest discs of a thing, although the supporting
-    surface that views measure is close behind them. For a thin thing, only
-    views with closely spaced pixels count, since the rays of other views may
-    miss it.
+    The result includes the lowest discs of an object, although the support that
+    views measure is close behind them. For a thin object, only views with
+    closely spaced pixels count, since all rays of other views may pass beside
+    it.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
@@ -56,10 +58,11 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
 
 
 def _widths(p_W: np.ndarray) -> np.ndarray:
-    """Returns the width of things at discs (n, 3), at least `THINNEST`, (n,).
+    """Returns the width of objects at discs (n, 3), at least `THINNEST`, (n,).
 
-    It is twice the second largest standard deviation of the nearest discs: of
-    a rod's, the largest is along it. A strip is 1.7 times as wide.
+    The width is twice the second largest standard deviation of the nearest
+    discs' positions, because the largest one is along a rod. A strip is 1.7
+    times as wide.
     """
     if len(p_W) <= _NEIGHBORS:
         return np.full(len(p_W), THINNEST)
@@ -83,7 +86,7 @@ def find_rest(
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
-        gone_W: Points of vanished things in W, shape (m, 3) [m].
+        gone_W: Points of vanished objects in W, shape (m, 3) [m].
         capture: Views of the present scene.
 
     Returns:
@@ -100,7 +103,7 @@ def find_rest(
 
 
 def _specks(p_WK: np.ndarray, near: np.ndarray, gone: np.ndarray) -> np.ndarray:
-    """Returns nearby discs that remain between vanished ones."""
+    """Returns a mask of discs that are surrounded by removed discs."""
     specks = np.zeros(len(p_WK), bool)
     if len(p_WK) <= _NEIGHBORS:
         return specks

@@ -1,11 +1,11 @@
-"""Finds changes of the scene between frames.
+"""Finds changes of the scene between the frames of a map.
 
-If two frames contradict each other, the newer one is right. A pixel of an older
-frame is outdated in two cases. Either a newer frame measures a surface behind
-its point, so that the point's object has vanished; or a newer frame measures a
-surface on the pixel's ray, in front of its point, which is a new object. Depth
-noise and silhouettes cause both in single pixels, so only regions of some width
-count.
+If two frames contradict each other, the newer one is assumed to be right. A
+pixel of an older frame is outdated in two cases. First, a newer frame measures
+a surface behind the pixel's point, so the object at this point has vanished.
+Second, a newer frame measures a surface on the pixel's ray in front of the
+point, so there is a new object. Depth noise and silhouettes cause both cases in
+single pixels, so only regions of some width count.
 """
 
 import dataclasses as dc
@@ -27,16 +27,19 @@ from remosplat_drake.reconstruction.measured_space import (
 )
 
 _WIDE = 0.012
-"""A region counts if its widest place is at least twice this fraction of the
-image's width. This is 2.5 cm at a depth of 1 m, for a field of view of 55
-degrees."""
+"""A region counts if its largest width is at least twice this fraction of the
+image's width. At a depth of 1 m and a field of view of 55 degrees, this is 2.5
+cm.
+"""
 
 _BORDER = 2
 """Width of the border around a region in which pixels may show both the object
 and its background [pixels]."""
 
 _STRIDE = 2
-"""Step between compared rows and columns; regions are wider than this."""
+"""Step between the rows, and between the columns, that are compared. It is
+smaller than the width of a region that counts.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -44,8 +47,8 @@ class Changes:
     """Pixels of n views that contradict each other, (n, h, w) bool each.
 
     Attributes:
-        gone: Pixels that show vanished things.
-        hidden_now: Pixels with points behind new objects.
+        gone: Pixels that show vanished objects.
+        hidden_now: Pixels whose points are behind new objects.
         come: Pixels that show new objects.
     """
 
@@ -64,14 +67,14 @@ def find_changes(
     confirmed: np.ndarray | None = None,
     margin: float = 0.03,
 ) -> Changes:
-    """Compares every view with all newer ones.
+    """Compares every view with all newer views.
 
     Args:
         capture: Views, oldest first.
-        confirmed: Views that may make older ones outdated, shape (n,) bool;
-            None for all.
-        margin: Difference of depths below which views agree [m]; beyond a depth
-            of 2 m the margin grows with the square of the depth.
+        confirmed: Mask of the views that may contradict older views, shape
+            (n,), bool; None takes all views.
+        margin: Difference of depths below which views agree [m]. Beyond a depth
+            of 2 m, it grows with the square of the depth.
     """
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
@@ -98,7 +101,8 @@ def without(capture: Capture, pixels: np.ndarray) -> Capture:
 
     Args:
         capture: n views.
-        pixels: Which pixels to hide, shape (n, h, w) bool.
+        pixels: Mask of the pixels that are hidden in addition, shape (n, h, w),
+            bool.
     """
     hidden = pixels
     if capture.hidden is not None:
@@ -135,8 +139,8 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
 
     Args:
         capture: n views.
-        pixels: Which pixels, shape (n, h, w) bool; those without depth are
-            omitted.
+        pixels: Mask of the pixels, shape (n, h, w), bool; pixels without depth
+            are omitted.
     """
     points = [
         capture.points_W(i)[pixels[i] & (capture.depth[i] > 0)]
@@ -146,7 +150,7 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
 
 
 def coherent(pixels: np.ndarray) -> np.ndarray:
-    """Keeps the regions of a mask (h, w) that have at least one wide place."""
+    """Keeps the regions of a mask (h, w) that are wide enough."""
     radius = max(1, round(_WIDE * pixels.shape[1]))
     core = binary_erosion(pixels, np.ones((2 * radius + 1,) * 2))
     if not core.any():
@@ -175,7 +179,7 @@ def _seen_through(
 
 
 def _project(capture: Capture, p_W: np.ndarray, view: int) -> np.ndarray:
-    """Pixels of a view that points (n, 3) lie on, without gaps."""
+    """Mask of the pixels that show points (n, 3), without gaps."""
     pixels = np.zeros(capture.size, bool)
     _, row, column, _ = seen_at(capture, p_W[np.isfinite(p_W[:, 0])], view)
     pixels[row, column] = True

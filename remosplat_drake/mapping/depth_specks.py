@@ -15,10 +15,10 @@ neighbours is known."""
 def without_specks(capture: Capture) -> Capture:
     """Fills small gaps with the depth of the nearest neighbouring point.
 
-    Around an unknown pixel no space counts as free, so a few missing pixels
-    would preserve vanished things in the map. The result is for the computation
-    of free space, not of surfaces. Masked pixels, for example of the robot,
-    stay unknown.
+    Around an unknown pixel no space counts as free, so vanished objects would
+    stay in the map because of a few missing pixels. The result is used to
+    compute free space, but not surfaces. Masked pixels, for example of the
+    robot, stay unknown.
     """
     return dc.replace(
         capture, depth=np.stack([_filled(depth) for depth in capture.depth])

@@ -17,27 +17,31 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SAME_POSITION = 0.01
 """Distance of two camera positions below which their frames may show the same
-[m]."""
+surfaces [m].
+"""
 
 SAME_ROTATION = np.deg2rad(2.0)
-"""Angle between two cameras below which their frames may show the same
-[rad]."""
+"""Angle between two cameras below which their frames may show the same surfaces
+[rad].
+"""
 
 _HIDDEN_SHARE = 0.01
 """A newer frame replaces an older one from the same pose only if it masks at
-most this fraction of the older one's pixels with depth."""
+most this fraction of the pixels with depth of the older frame.
+"""
 
 _MIN_SHARE = 0.2
 """A frame is confirmed if other frames show at least this fraction of its
-surfaces. For rendered tables, the fraction is at least 0.58 for a correct
-frame, and 0 for a misplaced one."""
+surfaces. For rendered tables, the fraction is at least 0.58 for a frame with a
+correct pose, and 0 for a frame with a wrong pose.
+"""
 
 
 def hides_view_of(newer: Frame, older: Frame) -> bool:
-    """Returns whether a frame masks surfaces that an older one shows.
+    """Returns whether a frame masks surfaces that an older frame shows.
 
     Args:
-        newer: A frame, perhaps with masked pixels.
+        newer: A frame, which may have masked pixels.
         older: A frame from nearly the same pose.
     """
     if newer.hidden is None or newer.hidden.shape != older.depth.shape:
@@ -52,9 +56,9 @@ def frames_to_keep(
 ) -> np.ndarray:
     """Selects frames from different poses, and the newest ones.
 
-    Among frames with nearly equal poses, it keeps the newest. It also keeps an
-    older frame if the newest masks surfaces that the older one shows. If more
-    than `most` frames remain, it keeps the newest ones.
+    Of frames with nearly equal poses, the newest one is kept. An older one is
+    also kept if the newest one masks surfaces that the older one shows. If more
+    than `most` frames remain, only the newest `most` frames are kept.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
@@ -80,24 +84,24 @@ def frames_to_keep(
 
 
 def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
-    """Finds new frames with wrong poses: they contradict the other frames.
+    """Finds new frames with wrong poses, which contradict the other frames.
 
     Args:
-        capture: Frames that are in a map already, then new ones.
-        trusted: Number of frames that are in a map already.
+        capture: Frames that are already in a map, followed by new frames.
+        trusted: Number of frames that are already in a map.
 
     Returns:
         Indices of the wrong frames, ascending.
 
     Raises:
-        RemoSplatError: All frames are new and contradict each other, so the
-            wrong one is unknown.
+        RemoSplatError: All frames are new and contradict each other, so it is
+            unknown which of them are wrong.
     """
     wrong = wrong_frames(measure_overlap(capture))
     if not trusted and len(wrong) == len(capture) > 0:
         raise RemoSplatError(
-            "the frames contradict each other: more of them are needed, or"
-            " the camera's calibration is wrong"
+            "the frames contradict each other: take more frames, or calibrate "
+            "the camera again"
         )
     return wrong[wrong >= trusted]
 
@@ -107,12 +111,13 @@ def confirmed_frames(
 ) -> np.ndarray:
     """Finds the frames that other frames or the earlier map confirm.
 
-    The pose of an unconfirmed frame may be wrong, so there may be an obstacle
-    where the frame seems to show free space.
+    The pose of an unconfirmed frame may be wrong. So there may be an obstacle
+    in space that the frame seems to show as free.
 
     Args:
         capture: The frames.
-        base: The splat that was made before the frames, in W; None for none.
+        base: The splat that was made before the frames, in W; None if there is
+            none.
 
     Returns:
         A mask of the frames, shape (n,).
@@ -127,10 +132,10 @@ def contradiction(residual: float) -> str:
     """Returns the reason for the rejection of a frame that contradicts others.
 
     Args:
-        residual: Median distance of the frame's surfaces from those of the
-            others [m]; NaN if not measured.
+        residual: Median distance of the frame's surfaces from those of other
+            frames [m]; NaN if not measured.
     """
-    problem = "contradicts the others: its pose is wrong"
+    problem = "contradicts the other frames: its pose is wrong"
     if np.isfinite(residual):
         problem += f", its surfaces lie {1e3 * residual:.1f} mm from theirs"
     return problem

@@ -1,4 +1,4 @@
-"""Masks movers in the frames of maps."""
+"""Masks movers (moving objects) in the frames from which maps are built."""
 
 import dataclasses as dc
 
@@ -26,11 +26,11 @@ def hide_movers(
 
     Args:
         frame: The frame, with colours, depths and hidden pixels of one size, as
-            `CameraMount.frame` makes it; a frame without a time is assumed to
-            be taken at the movers' time stamp.
+            `CameraMount.frame` makes it. If it has no time, the movers' time
+            stamp is assumed.
         movers: The movers in W, with velocities and bounds.
-        X_WO: Pose in W of the odometry's frame O, shape (3,) [m, rad]; the
-            camera pose of `frame` is expressed in O.
+        X_WO: Pose of the odometry's frame O in W (x, y, yaw), shape (3,) [m,
+            rad]. The camera pose of `frame` is expressed in O.
 
     Returns:
         A frame in which the pixels that may show a mover have no depth and are

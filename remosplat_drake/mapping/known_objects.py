@@ -1,4 +1,4 @@
-"""Keeps known objects out of a map that is built from frames."""
+"""Excludes known objects from a map that is built from frames."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -15,21 +15,22 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 
 _MARGIN = 0.015
-"""Largest distance from an object's surface of measured points that show it
-[m]. It exceeds the error of a pose at which a robot has placed an object."""
+"""Largest distance from an object's surface at which measured points show the
+object [m]. It exceeds the pose error of an object that the robot has placed.
+"""
 
 Placed = Sequence[Sequence[PlacedObject]]
-"""The objects at each of n frames."""
+"""The known objects with their poses, for each of n frames."""
 
 
 def at_poses(
     things: Sequence[SceneObject], placed: Sequence[PlacedObject]
 ) -> list[tuple[SceneObject, bool]]:
-    """Returns objects at poses, and whether each stands on a support.
+    """Returns the objects at the given poses, and whether each is supported.
 
     Args:
         things: The objects at any poses.
-        placed: The poses; those with other names are ignored.
+        placed: The poses; poses of unknown names are ignored.
     """
     by_name = {each.name: each for each in things}
     return [
@@ -70,11 +71,11 @@ def with_known_insides(
 ) -> Coverage:
     """Marks the unseen space inside known objects as free.
 
-    The objects themselves represent this space, and another space when they
-    have been moved.
+    The map must not contain the objects' space, since the controller adds the
+    objects at their present poses.
 
     Args:
-        coverage: The coverage without this knowledge.
+        coverage: The seen space without the known objects.
         things: The objects.
         placed: The objects at each frame.
     """

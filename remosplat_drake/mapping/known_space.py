@@ -33,7 +33,7 @@ from remosplat_drake.signals.coverage import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
-"""Assumed largest size of things on tables, along a camera's ray [m]."""
+"""Assumed largest size of objects on tables, along a camera's ray [m]."""
 
 
 def known_space(
@@ -47,21 +47,21 @@ def known_space(
 ) -> Coverage:
     """Classifies the voxels of the mapped box as surface, free or unseen.
 
-    Space that was seen before remains known, except behind new things. A voxel
-    with a measured point is not free, unless the robot itself was there.
+    Space that was seen before remains known, except behind new objects. A voxel
+    with a measured point is not free, unless the robot itself was in it.
 
     Args:
         capture: The frames that may mark space as free, without their outdated
             parts.
-        come: Pixels that show things that were not in older frames, shape (n,
-            h, w) bool.
+        come: Pixels that show objects that were not in older frames, shape (n,
+            h, w), bool.
         measured: Voxels that contain measured points, see `measured_in_box`.
         splat_W: All surfaces, in W.
-        robot_free: The robot's spheres at the poses at which frames were taken;
-            None for none.
+        robot_free: The robot's spheres at the configurations at which frames
+            were taken; None if there are none.
         config: The box, its voxels and the margin around the robot.
-        before: The space seen before the frames, in the same voxels, as
-            `in_box` returns it; None for nothing.
+        before: The space that was seen before the frames, in the same voxels,
+            as `in_box` returns it; None if nothing was seen.
     """
     coverage = find_seen_space(capture, splat_W, *_box(config), measured)
     if before is not None:
@@ -103,7 +103,7 @@ def measured_in_box(
 def in_box(
     coverage: Coverage, X_WG: np.ndarray, config: MappingConfig
 ) -> Coverage:
-    """Resamples a coverage to the voxels of the mapped box.
+    """Resamples a `Coverage` to the voxels of the mapped box.
 
     Args:
         coverage: The seen space, in voxels of a frame G.
@@ -132,7 +132,7 @@ def in_box(
 
 
 def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
-    """Returns the coverage before the first frame: free space at the robot.
+    """Returns the seen space before any frame: free space around the robot.
 
     Args:
         robot: The robot's spheres at the start.
@@ -148,7 +148,7 @@ def _box(config: MappingConfig) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def _nothing_seen(config: MappingConfig) -> Coverage:
-    """The voxels of the mapped box, all unseen."""
+    """The mapped box with unseen voxels only."""
     lower, upper, voxel = _box(config)
     shape = grid_shape(lower, upper, voxel)
     return Coverage(lower, voxel, np.full(shape, UNSEEN, np.uint8))
@@ -173,9 +173,10 @@ def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
 def _without_shadows(
     coverage: Coverage, capture: Capture, come: np.ndarray
 ) -> Coverage:
-    """Marks formerly free space behind the faces of new things as unseen.
+    """Marks formerly free space behind the faces of new objects as unseen.
 
-    The depth of such a thing is unknown until a view shows its back.
+    The extent of a new object behind its face is unknown until a view shows its
+    back.
     """
     state = coverage.state.copy()
     for view in np.flatnonzero(come.any(axis=(1, 2))):

@@ -1,4 +1,4 @@
-"""`LiveMap`: swaps in the newest map of the mapping process between ticks."""
+"""`LiveMap`: the system that uses the newest map of the mapping process."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -45,17 +45,19 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.task_surroundings import TaskSurroundings
 
 _AHEAD = 1.0
-"""Largest accepted lead of a camera's clock over the control clock [s]."""
+"""Largest accepted time by which a camera's clock is ahead of the control clock
+[s].
+"""
 
 _TRACKING_PERIOD = 0.2
 """Time between two localisations of the base [s]."""
 
 _ROUNDING = 1e-9
-"""Bound on the rounding error of a tick's time [s]."""
+"""Upper limit of the rounding error of a tick's time [s]."""
 
 
 class LiveMap(LeafSystem):
-    """Passes requests to the mapping process, and its maps to the oracle.
+    """Sends requests to the mapping process, and outputs its newest map.
 
     .. pydrake_system::
 
@@ -74,8 +76,8 @@ class LiveMap(LeafSystem):
         - correction
         - hold
 
-    This system never waits for the process: it maps the file of a new map into
-    memory at a tick, and the map takes effect from the next tick on.
+    This system never waits for the process. At a tick, it maps the file of a
+    new map into memory, and the map takes effect from the next tick on.
 
     The input `velocity_executed` is the command u. If it is connected, the map
     and the base pose are replaced at the same instant, half-way between two
@@ -89,10 +91,11 @@ class LiveMap(LeafSystem):
     in frames. `surroundings` takes the `TaskSurroundings` of an operator's
     jobs, whose objects are not in the map. The outputs are the map's
     `DistanceField`, a `MapStatus`, the newest `BaseCorrection` of any map, and
-    `map_age`, the age of the map's newest frame [s]; 0 before the first frame.
+    `map_age`, the age of the map's newest frame [s], which is 0 before the
+    first frame.
 
-    With a fixed latency, maps of simulations take effect exactly this time
-    after their request; the simulation waits for them if necessary.
+    With a fixed latency, a map in a simulation takes effect exactly this time
+    after its request. If necessary, the simulation waits for the map.
 
     Args:
         process: The process that takes the pictures and builds the maps.
@@ -100,13 +103,13 @@ class LiveMap(LeafSystem):
         n_q: Length of a configuration.
         period: Time between two polls of the process [s].
         reopened: The map of a continued session; None for a new session.
-        latency: The fixed latency [s]; None: maps take effect as soon as they
-            are built.
-        tracking: Whether the base is localised continuously.
-        objection: Function of a field, q, u and a payload (or None) that
-            returns the reason why the field must not take effect while the
-            robot is at q, executes u and carries the payload, or an empty
-            string. None permits every field.
+        latency: The fixed latency [s]; with None, maps take effect as soon as
+            they are built.
+        tracking: Whether the base is localised between the frames of maps, too.
+        objection: Function of a field, a configuration q, a command u and a
+            payload (or None). It returns the reason why the field must not take
+            effect while the robot is at q, executes u and carries the payload.
+            An empty string permits the field. None permits every field.
         n_u: Length of a command.
     """
 
@@ -205,20 +208,21 @@ class LiveMap(LeafSystem):
         Args:
             builder: Builder of the diagram.
             configuration: The measured configuration q, not corrected.
-            requests: The `MapRequests` of operators; None for none.
-            settled: `MapRequests` for movers that have come to rest; None for
-                none.
-            passing: The `Movers` that still move; None for none.
+            requests: The `MapRequests` of operators; None if there are none.
+            settled: The `MapRequests` for movers that have come to rest; None
+                if there are none.
+            passing: The `Movers` that still move; None if there are none.
             oracle: The distance oracle, which is connected to the live map.
-            jobs: The system of an operator's jobs, which adds the objects to
-                the map and is then connected instead of the oracle; None for
+            jobs: The system of an operator's jobs, which adds objects to the
+                map. If given, it is connected to the live map in place of the
+                oracle.
+            supervisor: The safety supervisor, which receives the map's age and
+                the reason why a new map does not take effect; None if there is
                 none.
-            supervisor: The safety supervisor, which receives the map's age, and
-                the reason why a new map does not take effect; None for none.
-            executed: The command u of the station; None if maps take effect
-                without a check.
-            localization: The system that corrects the base's odometry; None for
-                none.
+            executed: The command u that the station executes; with None, maps
+                take effect without a check.
+            localization: The system that corrects the base's odometry; None if
+                there is none.
             **arguments: The arguments of `LiveMap`.
         """
         live_map = builder.AddSystem(LiveMap(**arguments))
@@ -321,7 +325,7 @@ class LiveMap(LeafSystem):
             state.get_mutable_abstract_state(cell).set_value(memory)
 
     def _asked(self, context: Context, memory: LiveMapMemory) -> LiveMapMemory:
-        """Passes on new requests."""
+        """Sends new requests to the mapping process."""
         ports = self._requests_input, self._settled_input
         asked = [port.Eval(context) for port in ports if port.HasValue(context)]
         wanted = sum(asked, MapRequests())

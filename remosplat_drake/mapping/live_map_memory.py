@@ -1,4 +1,4 @@
-"""State of the live map between ticks, and its changes."""
+"""`LiveMapMemory`: the state of the live map, and functions that change it."""
 
 import dataclasses as dc
 
@@ -23,20 +23,22 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 @dc.dataclass(frozen=True, eq=False)
 class LiveMapMemory:
-    """State between two ticks; a deep copy is the object itself.
+    """State of the live map between two ticks.
+
+    It is immutable, so a deep copy is the object itself.
 
     Attributes:
-        status: The displayed status.
-        known: The requests that have been passed on.
-        due: Times at which answers take effect, only with a fixed latency:
-            triples of the time [s], the number of requests that must be
-            answered by then, and whether the answer is a map.
+        status: The status that is displayed to operators.
+        known: The requests that have been sent to the mapping process.
+        due: Answers that take effect after a fixed latency. Each is a triple of
+            the time at which it takes effect [s], the number of requests that
+            must be answered by then, and whether the answer is a map.
         correction: The newest correction of the base's odometry.
         tracked: Time of the latest localisation of the base [s].
         candidate: A map that has not taken effect yet, and the pose of the
-            odometry in it; None for none.
+            odometry in it; None if there is no such map.
         hold: Reason why the candidate must not take effect and the robot is
-            stopped; empty for none.
+            stopped; empty if there is none.
     """
 
     status: MapStatus
@@ -54,12 +56,12 @@ class LiveMapMemory:
 def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
     """Records the pose of the odometry in the newest map.
 
-    Until that map takes effect, the pose of the odometry in the map in use does
-    not change.
+    Until the newest map takes effect, the pose of the odometry in the map in
+    use does not change.
 
     Args:
-        memory: The state before.
-        correction: Pose of the odometry in that map.
+        memory: The previous state.
+        correction: Pose of the odometry in the newest map.
     """
     if memory.candidate is not None:
         scene_map = memory.candidate[0]
@@ -74,7 +76,7 @@ def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
     """Discards the map that waits to take effect, and the reason for a stop.
 
     Args:
-        memory: The state before.
+        memory: The previous state.
     """
     return dc.replace(memory, candidate=None, hold="")
 
@@ -83,7 +85,7 @@ def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
     """Applies the waiting map and its pose, or records an objection to it.
 
     Args:
-        memory: The state before.
+        memory: The previous state.
         objection: Reason why the map must not take effect; empty if it may.
     """
     if memory.candidate is None:
@@ -109,15 +111,15 @@ def news(
     passing: Movers,
     objects: tuple[PlacedObject, ...] = (),
 ) -> list[Request]:
-    """Converts new requests into messages, in the order of execution.
+    """Converts new requests to messages, in the order of their execution.
 
     Args:
-        known: All earlier requests.
-        wanted: All requests so far.
+        known: The requests that were already sent.
+        wanted: All requests of the operators so far.
         q: The robot's configuration now, shape (n_q,).
         time: Time now, by the diagram's clock [s].
         passing: Movers that must not be in the map.
-        objects: Known objects, which must not be in the map either.
+        objects: Known objects, which must not be in the map, either.
     """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:

@@ -44,12 +44,13 @@ from remosplat_drake.splat.surfel_tiles import make_tiles
 
 QUICK, FULL = "quick", "full"
 EFFORTS = (QUICK, FULL)
-"""Ways to build a map: quick, while the operator waits, or full, with training
-if the device allows it."""
+"""Ways to build a map: a quick map is built while the operator waits; a full
+one is trained if the device allows it.
+"""
 
 _QUICK_SWEEPS = 2
 _QUICK_DISCS = 20_000
-"""Number of refinement sweeps, and greatest number of discs, of a quick map."""
+"""Number of refinement sweeps, and largest number of discs, of a quick map."""
 
 
 def build_map(
@@ -71,28 +72,31 @@ def build_map(
     objects: Placed = (),
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
-    """Builds a map from frames; the newest of contradicting frames counts.
+    """Builds a map from frames.
 
-    The map contains the surfaces of unconfirmed frames, too. But such a frame
-    does not mark space as free, since its pose may be wrong.
+    If frames contradict each other, the newest one is used. The map also
+    contains the surfaces of unconfirmed frames. But an unconfirmed frame does
+    not mark space as free, since its pose may be wrong.
 
     Args:
         capture: The frames, oldest first, with the robot hidden.
         config: Settings of the live map.
         version: Number of the new map.
-        parent: Number of the previous map; None for none.
+        parent: Number of the previous map; None if there is none.
         frames: Names of the frames.
-        time: When the newest frame was taken [s].
+        time: Time at which the newest frame was taken [s].
         make_field: Function that makes the oracle's distance field from a
             splat.
         effort: `QUICK` or `FULL`.
-        base: An earlier splat that the frames update; None starts empty.
+        base: An earlier splat that the frames update; None starts from an empty
+            map.
         base_seen: The seen space of that splat, as `in_box` returns it; None if
             unknown.
-        unseen_is_solid: Whether unseen space is part of the map.
-        robot_free: The robot's spheres at the poses at which frames were taken;
-            they mark space as free. None for none.
-        camera: Description of the corrected camera errors.
+        unseen_is_solid: Whether unseen space is an obstacle in the map.
+        robot_free: The robot's spheres at the configurations at which frames
+            were taken, which mark space as free; None if there are none.
+        camera: Description of the camera errors that were corrected; empty if
+            there are none.
         things: Known objects, which the map does not contain.
         objects: The poses of these objects at each frame; empty if there are
             none.
@@ -107,8 +111,8 @@ def build_map(
     start = perf_counter()
     report("comparing frames", 0, 1)
     looks = without_specks(capture)
-    # A single frame may have an error along walls that it shares with the
-    # splat.
+    # A single frame may have an error along the walls that it shares with the
+    # earlier splat.
     confirmed = confirmed_frames(looks, base) & (len(looks) > 1)
     # Known objects are neither surfaces nor changes of the scene, but space in
     # front of them is free.
@@ -154,15 +158,15 @@ def _surfaces(
     effort: str,
     report: Report,
 ) -> GaussianSplat:
-    """Makes discs on all seen surfaces, and fits them to the present surfaces.
+    """Makes discs on all seen surfaces, and fits them to present surfaces.
 
-    Earlier surfaces that new objects hide remain.
+    Discs of earlier surfaces that new objects hide are kept.
 
     Args:
         capture: The frames as they were taken.
         changes: Their outdated parts.
-        looks: Confirmed frames without their outdated parts, and with small
-            gaps filled, which may mark space as free.
+        looks: The confirmed frames, without their outdated parts and with small
+            gaps filled. Only these mark space as free.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.
         report: Called with the progress.
@@ -190,7 +194,7 @@ def _surfaces(
 
 
 def within(capture: Capture, max_depth: float) -> Capture:
-    """Removes surfaces beyond a depth [m]."""
+    """Makes depths beyond a largest depth [m] unknown."""
     near = capture.depth <= max_depth
     return dc.replace(capture, depth=capture.depth * near)
 

@@ -1,4 +1,4 @@
-"""Updates the live map's `MapStatus` with events."""
+"""Computes the live map's `MapStatus` from events."""
 
 import dataclasses as dc
 
@@ -16,7 +16,7 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 
 def first_status(scene_map: SceneMap) -> MapStatus:
-    """Returns the status at the start, with the map in use."""
+    """Returns the initial status, with the map in use."""
     return MapStatus(
         scene_map, text=_described(scene_map), frames=len(scene_map.frames)
     )
@@ -25,7 +25,7 @@ def first_status(scene_map: SceneMap) -> MapStatus:
 def noted(status: MapStatus, event: Event) -> MapStatus:
     """Returns the status after an event of the mapping process.
 
-    The event of a new map does not change the status; see `swapped`.
+    The event of a new map does not change the status; `swapped` does.
     """
     match event:
         case FrameAdded(name, total):
@@ -57,7 +57,7 @@ def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
 
 
 def _described(scene_map: SceneMap) -> str:
-    """Describes a map in one line; the scenario's has no number."""
+    """Describes a map in one line; the scenario's own map has no number."""
     if not scene_map.version:
         return scene_map.quality
     return f"version {scene_map.version}: {scene_map.quality}"

@@ -1,4 +1,4 @@
-"""`MappingJob`: the inputs of a mapping process; the next map of a session."""
+"""`MappingJob`: the inputs of a mapping process, and how it builds a map."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -31,9 +31,9 @@ class WrittenMap:
     """A map that has just been built and written to its file.
 
     Attributes:
-        version: The session's record of it.
-        seal: Seal with which the control process opens the file without checks;
-            the result of `write_map`.
+        version: The session's record of the map.
+        seal: The file's seal, from `write_map`, with which the control process
+            opens the file without checks.
     """
 
     version: Version
@@ -42,7 +42,7 @@ class WrittenMap:
 
 @dc.dataclass(frozen=True, eq=False)
 class MappingJob:
-    """The inputs of a mapping process; they can be pickled.
+    """The inputs of a mapping process, which can be pickled.
 
     Attributes:
         session: Folder of the session.
@@ -52,14 +52,14 @@ class MappingJob:
             process.
         make_field: Function that makes the oracle's distance field from a
             splat.
-        q0: Configuration at the start, shape (n_q,); an operator has checked
-            the space around it, see `MappingConfig.start_margin`.
-        base: The splat that the scenario begins with; None for none.
+        q0: Initial configuration, shape (n_q,). An operator has checked the
+            space around it, see `MappingConfig.start_margin`.
+        base: The splat of the scenario; None if it has none.
         base_seen: The seen space of the capture of `base`, as `in_box` returns
             it; None if unknown.
-        unseen_is_solid: Whether unseen space is part of the maps.
+        unseen_is_solid: Whether unseen space is an obstacle in the maps.
         objects: The objects of an operator's jobs, which the maps do not
-            contain; their poses are those of the frames.
+            contain. Each frame contains their poses.
     """
 
     session: Path
@@ -107,7 +107,7 @@ class UsableFrames:
 def next_judgement(
     job: MappingJob, frames: UsableFrames
 ) -> Callable[[Report], Judgement]:
-    """Prepares an estimate of the camera's errors from unchanged frames.
+    """Prepares an estimate of the camera's errors from the frames.
 
     Returns:
         A function that computes the estimate without access to the session, so
@@ -135,7 +135,7 @@ def next_map(
         session: The session that the map belongs to.
         frames: The frames.
         effort: "quick" or "full".
-        camera: Description of the corrected camera errors.
+        camera: Description of the camera errors that were corrected.
 
     Returns:
         A function that builds the map and writes its file. It may take long,
@@ -179,13 +179,14 @@ def _make(
 
 
 def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
-    """Returns balls of free space at the places where the robot has been.
+    """Returns balls of free space in which the robot has been.
 
-    The balls at the start configuration are larger, so that space that the
+    The balls at the initial configuration are larger, so that space that the
     robot itself occludes does not become an obstacle in the first map.
 
     Args:
-        job: The robot, its start configuration, and margins.
+        job: Inputs of the mapping process: robot, initial configuration and
+            margins.
         q: Later configurations of the robot, shape (n, n_q).
     """
     start = job.robot.spheres_at(job.q0)

@@ -1,4 +1,4 @@
-"""`MappingProcess`: the control process's interface to the mapping process."""
+"""`MappingProcess`: starts the mapping process, and sends it requests."""
 
 import logging
 import weakref
@@ -20,39 +20,42 @@ from remosplat_drake.mapping.messages import (
 from remosplat_drake.mapping.worker import serve
 
 DIED = "the mapping process has died; the next request starts it again"
-BUSY = "the mapping process is busy: a request was dropped"
+BUSY = "the mapping process is busy: a request was dropped; repeat it later"
 
 MOST_UNANSWERED = 100
-"""Greatest number of unanswered requests. More could fill the pipe, so that the
-sender would have to wait."""
+"""Largest number of unanswered requests. More requests could fill the pipe, and
+the sender would then have to wait.
+"""
 
 PATIENCE = 600.0
 """Longest time that `wait` waits [s]."""
 
 _NICENESS = 5
-"""Niceness of the process: control has priority, and on two busy cores the
-process still gets a quarter of a core."""
+"""Niceness of the process. Control has priority, and if two cores are busy, the
+process still gets a quarter of a core.
+"""
 
 _log = logging.getLogger(__name__)
 
 
 class MappingProcess:
-    """Takes pictures and builds maps in a process of lower priority (nice 5).
+    """A process with lower priority (nice 5) that builds maps of pictures.
 
-    The control process waits neither for its start nor for its answers. All its
-    state is in the session's folder. If it dies, `poll` reports this once, and
-    the next request starts a new process, which continues with this folder.
+    The control process waits neither for the start of this process nor for its
+    answers. The state of the process is in the session's folder. If the process
+    dies, `poll` reports this once. The next request then starts a new process,
+    which continues with this folder.
 
     Attributes:
         sent: Number of requests so far.
-        answered: Number of requests that are finished or lost.
+        answered: Number of requests that were answered or lost.
     """
 
     def __init__(self, job: MappingJob):
         """Starts the process.
 
         Args:
-            job: All that the process needs.
+            job: All inputs of the process.
         """
         self._job = job
         self.sent = self.answered = 0
@@ -61,8 +64,8 @@ class MappingProcess:
         self._scene: ShowScene | None = None
         self._outbox: deque[Request] = deque()
         self._own_events: deque[Event] = deque()
-        # With a fixed latency, control waits for the process, which niceness
-        # would delay.
+        # With a fixed latency, the control process waits for this process, so
+        # niceness would delay it.
         niceness = _NICENESS if job.config.latency is None else 0
         self._child = ChildProcess(serve, "mapping", niceness)
         self.close = weakref.finalize(self, ChildProcess.end, self._child)
@@ -86,7 +89,7 @@ class MappingProcess:
             self._scene = request
 
     def track(self, request: Track) -> None:
-        """Sends a request to localise the base, if the previous one is done.
+        """Requests a localisation of the base, if the previous one is done.
 
         `wait` does not wait for this request. If the process has died, the
         request does not start a new one.
@@ -103,11 +106,10 @@ class MappingProcess:
         return events
 
     def wait(self, count: int) -> list[Event]:
-        """Waits until requests are answered, ten minutes at most.
+        """Waits until requests are answered, for at most ten minutes.
 
         Args:
-            count: Number of requests, since the beginning, that must be
-                answered.
+            count: Number of requests since the start that must be answered.
 
         Returns:
             The events so far.
@@ -143,7 +145,7 @@ class MappingProcess:
         return event
 
     def _lost(self) -> Event:
-        """Abandons the process and all its requests."""
+        """Drops the process, and counts all its requests as answered."""
         _log.warning(DIED)
         self._child.end(patience=0.0)
         self._outbox.clear()

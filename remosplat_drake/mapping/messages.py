@@ -1,8 +1,8 @@
 """Messages between control process and mapping process.
 
-The control process sends requests, the mapping process events. All messages are
-small, so that neither process waits for the other. Images and maps are passed
-as files of the session.
+The control process sends requests, and the mapping process sends events. All
+messages are small, so that neither process waits for the other. Images and maps
+are passed in files of the session.
 """
 
 import dataclasses as dc
@@ -24,7 +24,7 @@ class AddFrame:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
         passing: Movers that must not be in the map.
-        objects: Known objects, which must not be in the map either.
+        objects: Known objects, which must not be in the map, either.
     """
 
     q: np.ndarray
@@ -35,7 +35,7 @@ class AddFrame:
 
 @dc.dataclass(frozen=True, eq=False)
 class Track:
-    """Request: localise the base; the picture is not kept.
+    """Request: localise the base by a picture that is not stored.
 
     Attributes:
         q: The robot's configuration, shape (n_q,).
@@ -61,7 +61,7 @@ class Build:
 
 @dc.dataclass(frozen=True)
 class Undo:
-    """Request: discard frames that are in no map yet; if none, the last map."""
+    """Request: discard the frames that are in no map, or else the last map."""
 
 
 @dc.dataclass(frozen=True)
@@ -82,7 +82,7 @@ class ShowScene:
 
 @dc.dataclass(frozen=True)
 class Close:
-    """Request: end the process; a map under construction is dropped."""
+    """Request: end the process, and abandon a map under construction."""
 
 
 @dc.dataclass(frozen=True)
@@ -111,7 +111,7 @@ class FrameRefused:
 
 @dc.dataclass(frozen=True, eq=False)
 class Located:
-    """Event: pose of the base in the newest announced map.
+    """Event: pose of the base's odometry in the newest announced map.
 
     Attributes:
         correction: Pose of the base's odometry in the map.
@@ -126,8 +126,8 @@ class Building:
 
     Attributes:
         stage: Name of the stage, for display.
-        done: Number of the stage's steps that are done.
-        total: Number of the stage's steps.
+        done: Number of completed steps of the stage.
+        total: Number of all steps of the stage.
     """
 
     stage: str
@@ -137,15 +137,15 @@ class Building:
 
 @dc.dataclass(frozen=True)
 class MapReady:
-    """Event: a new map, or an older one after an undo, shall take effect.
+    """Event: a map is ready, a new one or an earlier one after an undo.
 
     Attributes:
-        path: The map's file; None for the map that the scenario began with.
+        path: The map's file; None for the scenario's own map.
         version: Number of the map.
         seal: Seal with which the control process opens the file without checks,
             since the mapping process has written it.
-        correction: Pose of the base's odometry in this map; None if it is not
-            corrected.
+        correction: Pose of the base's odometry in this map; None if the
+            odometry is not corrected.
     """
 
     path: Path | None
@@ -178,7 +178,7 @@ class Trouble:
 
 @dc.dataclass(frozen=True)
 class Idle:
-    """Event: the process is idle.
+    """Event: the process has answered all requests.
 
     Attributes:
         answered: Number of requests that were answered since the process

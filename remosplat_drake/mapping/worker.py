@@ -1,7 +1,7 @@
-"""The code of the mapping process.
+"""Runs in the mapping process: takes pictures and builds maps.
 
-The process owns the camera and the session's folder. It has no other state, so
-that a new process can continue after it was killed.
+Only this process uses the camera and writes the session's folder. All its state
+is in this folder, so a new process can continue if it was killed.
 """
 
 import dataclasses as dc
@@ -71,8 +71,9 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.splat.codecs.ply import write_ply
 
 _LOOK = 0.01
-"""Time between two polls of the camera and of the map under construction
-[s]."""
+"""Time between two checks for new messages of the camera, and for progress of
+the map under construction [s].
+"""
 
 _NEWS = 0.2
 """Time between two progress reports of a map [s]."""
@@ -83,12 +84,13 @@ _log = logging.getLogger(__name__)
 def serve(connection: Connection, job: MappingJob) -> None:
     """Runs the mapping process until the other end of its pipe is closed.
 
-    It then ends by `os._exit`, which abandons a map under construction.
+    Then the process ends by `os._exit`, which abandons a map under
+    construction.
 
     Args:
         connection: Pipe from which requests are read and to which events are
             written; see `messages`.
-        job: All that the process needs.
+        job: All inputs of the process.
     """
     try:
         try:
@@ -102,13 +104,13 @@ def serve(connection: Connection, job: MappingJob) -> None:
     except Exception:
         _log.exception("the mapping process ends")
     finally:
-        # A map under construction is abandoned; everything else is already
+        # A map under construction is abandoned; all other data are already
         # saved.
         os._exit(0)
 
 
 def _refuse_all(connection: Connection, reason: str) -> None:
-    """Answers each request with the reason why there is no mapping."""
+    """Answers each request with the reason why no map can be built."""
     connection.send(Trouble(reason))
     answered = 0
     while not isinstance(connection.recv(), Close):
@@ -118,7 +120,7 @@ def _refuse_all(connection: Connection, reason: str) -> None:
 
 
 class _Worker:
-    """Takes pictures immediately, and builds maps one by one."""
+    """Takes pictures at once, and builds maps one after another."""
 
     def __init__(self, connection: Connection, job: MappingJob):
         self._connection = connection
@@ -135,7 +137,7 @@ class _Worker:
         self._received = self._answered = 0
         self._told = 0.0
         # With a fixed latency, each request is finished before the next is
-        # read: the content of maps must not depend on computing time.
+        # read, so that the content of maps does not depend on computing time.
         self._in_order = job.config.latency is not None
 
     def run(self) -> None:
@@ -170,7 +172,7 @@ class _Worker:
         """Returns the seal of a map's file; empty for the scenario's own map.
 
         The control process has no time to check a file from another process. So
-        it is checked here, and written again.
+        this process checks the file, and writes it again.
         """
         if version and version not in self._seals:
             path = self._session.map_path(version)
@@ -238,7 +240,7 @@ class _Worker:
         return odometry_frame(X_WB, q[:3])
 
     def _track(self, q: np.ndarray, taken: float, passing: Movers) -> None:
-        """Localises the base; there is always an answer."""
+        """Localises the base, and always sends an answer."""
         assert self._aligner is not None
         try:
             frame = self._camera.frame(q, taken)
@@ -249,7 +251,7 @@ class _Worker:
             self._tell(Located(self._aligner.correction))
 
     def _resume(self) -> None:
-        """Adds frames that an earlier process has aligned to the aligner."""
+        """Restores the aligner from frames that an earlier process aligned."""
         names, frames = self._session.active, self._session.frames
         if self._aligner is None or all(
             map(self._aligner.knows, self._keys(names))
@@ -339,13 +341,13 @@ class _Worker:
         )
 
     def _is_unjudged(self, names: tuple[str, ...]) -> bool:
-        """Returns whether frames may improve the judgement of the camera."""
+        """Returns whether frames may improve the estimate of camera errors."""
         if len(names) < LEAST_FRAMES:
             return False
         return self._judgement is None or not self._judgement.holds_for(names)
 
     def _chosen_frames(self) -> UsableFrames | None:
-        """Returns the unchanged frames of the next map, if there are enough.
+        """Returns the frames of the next map; None if there are too few.
 
         Damaged frames, and those with uncertain poses, are rejected.
         """
@@ -377,7 +379,7 @@ class _Worker:
         return UsableFrames(names, capture, q[kept], residual[kept], objects)
 
     def _usable(self, frames: UsableFrames) -> UsableFrames | None:
-        """Returns frames that agree, if enough do, without camera errors.
+        """Returns frames that agree, with the camera's errors corrected.
 
         Frames with wrong poses are rejected.
 
@@ -406,7 +408,7 @@ class _Worker:
 
     @property
     def _least_frames(self) -> int:
-        """Returns the least number of frames of a map; one with a splat."""
+        """Returns the least number of frames; it is 1 with a base splat."""
         return MIN_VIEWS if self._job.base is None else 1
 
     def _align(self) -> None:

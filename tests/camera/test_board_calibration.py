@@ -66,7 +66,7 @@ def test_a_camera_that_turned_about_one_axis_is_refused(capture):
         dc.replace(view, X_WF=transform([0, 0, 10 * i], [0.01 * i, 0, 0]))
         for i, view in enumerate(views)
     ]
-    with pytest.raises(RemoSplatError, match="must turn about two axes"):
+    with pytest.raises(RemoSplatError, match="must rotate about two axes"):
         fit_board(still)
 
 

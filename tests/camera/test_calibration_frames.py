@@ -57,7 +57,7 @@ class FalteringCamera(TurningCamera):
     def frame(self, q: np.ndarray, time: float) -> Frame:
         self._asked += 1
         if self._asked % 2:
-            raise RemoSplatError("the wrist camera is silent")
+            raise RemoSplatError("the wrist camera sends no images")
         return super().frame(q, time)
 
 
@@ -68,5 +68,7 @@ def test_a_moment_of_silence_ends_nothing():
 
 def test_a_camera_that_stays_silent_is_named(monkeypatch):
     monkeypatch.setattr(calibration_frames, "_SILENCE", 0.0)
-    with pytest.raises(RemoSplatError, match="the wrist camera is silent"):
+    with pytest.raises(
+        RemoSplatError, match="the wrist camera sends no images"
+    ):
         collect_still_frames(FalteringCamera(), 3, lambda count: True)

@@ -77,7 +77,7 @@ def test_noise_leaves_a_small_error(arc):
 
 def test_turns_about_one_axis_are_refused(scene_capture):
     X_WC = np.array([transform([0, 0, 10 * i], [0, 0, 1]) for i in range(12)])
-    with pytest.raises(RemoSplatError, match="turn about two axes"):
+    with pytest.raises(RemoSplatError, match="rotate about two axes"):
         refine_hand_eye(dc.replace(scene_capture, X_WC=X_WC), np.eye(4))
 
 

@@ -125,7 +125,9 @@ def test_its_frames_are_those_of_the_simulated_camera(frankie, scene):
 def test_a_camera_without_images_is_silent(frankie, monkeypatch):
     monkeypatch.setattr(lcm_camera, "PATIENCE", 0.05)
     camera = LcmCamera(CONFIG, frankie, HardwareConfig(lcm_url=free_url()))
-    with pytest.raises(RemoSplatError, match="the wrist camera is silent"):
+    with pytest.raises(
+        RemoSplatError, match="the wrist camera sends no images"
+    ):
         camera.frame(np.zeros(10), 0.0)
 
 

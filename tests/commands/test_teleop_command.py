@@ -239,7 +239,7 @@ def test_a_folder_with_something_else_is_left_alone(session, capsys):
     session.mkdir()
     (session / "thesis.tex").touch()
     line = refuse(capsys, "StudioLive", "--session", session)
-    assert "a new session needs a new folder" in line
+    assert "choose a new folder" in line
     assert [path.name for path in session.iterdir()] == ["thesis.tex"]
 
 

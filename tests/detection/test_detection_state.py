@@ -310,7 +310,7 @@ def test_an_image_that_contradicts_its_pose_tells_nothing_else():
     misplaced = dc.replace(shot.image, X_WC=wrong)
     after = add_image(watch.detection, misplaced, NO_ROBOT, watch.known, CONFIG)
     view = after.views["0"]
-    assert "looks through" in view.problem
+    assert "measures free space behind" in view.problem
     assert view.seen == 0.0, "known until then, and no longer"
     (told,) = after.movers(CONFIG).cameras
     assert told.seen == 0.0

@@ -52,7 +52,7 @@ class UnreliableCamera(RenderedCamera):
     def frame(self, q: np.ndarray, time: float) -> Frame:
         """See `RenderedCamera.frame`."""
         if time == SILENT:
-            raise RemoSplatError("the wrist camera is silent")
+            raise RemoSplatError("the wrist camera sends no images")
         _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
         largest = LARGEST.get(time, most)
         resource.setrlimit(resource.RLIMIT_FSIZE, (largest, most))

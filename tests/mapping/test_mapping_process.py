@@ -171,7 +171,9 @@ def test_of_equal_requests_the_last_is_enough(mapped):
 def test_a_silent_camera_is_told(mapped, table):
     process, _ = mapped
     events = ask(process, AddFrame(table.q0, SILENT))
-    assert of_type(events, Trouble) == [Trouble("the wrist camera is silent")]
+    assert of_type(events, Trouble) == [
+        Trouble("the wrist camera sends no images")
+    ]
 
 
 def test_a_frame_with_a_wrong_pose_is_refused(mapped, table):
@@ -179,7 +181,7 @@ def test_a_frame_with_a_wrong_pose_is_refused(mapped, table):
     before = Session.open(folder)
     events = ask(process, AddFrame(table.q0, MISPLACED), Build())
     (refused,) = of_type(events, FrameRefused)
-    assert "contradicts the others: its pose is wrong" in refused.reason
+    assert "contradicts the other frames: its pose is wrong" in refused.reason
     after = Session.open(folder)
     assert after.active == before.active
     assert after.frames.names == before.frames.names

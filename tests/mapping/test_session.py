@@ -134,7 +134,7 @@ def test_a_damaged_image_is_named_and_costs_no_other(session):
 
 def test_a_session_is_made_in_an_empty_folder(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RemoSplatError, match="needs a new folder"):
+    with pytest.raises(RemoSplatError, match="choose a new folder"):
         Session.create(tmp_path, SCENARIO)
 
 

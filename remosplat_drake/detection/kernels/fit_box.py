@@ -12,7 +12,7 @@ _SWEEPS = 12
 
 @helper
 def rounded_volume(a, b, c, r):
-    """Volume of a box of half side lengths a, b, c with a radius around it."""
+    """Volume of a box of half side lengths a, b, c, enlarged by a radius."""
     faces = 8.0 * r * (a * b + b * c + c * a)
     edges = 2.0 * math.pi * r * r * (a + b + c)
     return 8.0 * a * b * c + faces + edges + 4.0 / 3.0 * math.pi * r**3
@@ -45,7 +45,7 @@ def _swap(A, R, p, q):
 
 @helper
 def _main_axes(A, R):
-    """Makes R the axes of A, those of its least eigenvalue first."""
+    """Makes R the eigenvectors of A, in the order of ascending eigenvalues."""
     for p in range(3):
         for q in range(3):
             R[p, q] = 1.0 if p == q else 0.0

@@ -8,8 +8,9 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _STEPS = 1000
-"""Largest number of steps along a ray (sphere tracing). Rays that pass
-millimetres beside a face take many."""
+"""Largest number of steps along a ray (sphere tracing). Rays that pass a face
+at a distance of millimetres need many steps.
+"""
 
 _HIT = 2e-4
 """Distance from a surface that counts as a hit [m]."""
@@ -95,7 +96,7 @@ def _capsule(o, d, half_height, radius):
 
 @helper
 def _march(size, radius, o, d, length, near, far):
-    """Finds by sphere tracing where a ray hits a rounded box; -1 if nowhere.
+    """Finds by sphere tracing where a ray hits a rounded box; -1 for a miss.
 
     `o` and `d` are the ray's origin and direction in the solid's frame, and
     `length` is that of the direction.
@@ -141,10 +142,11 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
         K: Intrinsic matrix, shape (3, 3) [pixels].
         X_WC: Camera pose, shape (4, 4).
         solids: The `CastSolids`.
-        first_label: Label of the first solid; those of the others follow.
+        first_label: Label of the first solid; the next solids have the next
+            integers.
         nearest: Least depth of the camera's range [m].
         depth: Depths drawn so far, shape (h, w), float32 [m]; inf for nothing.
-            Nearer surfaces replace them.
+            Nearer surfaces of the solids replace them.
         label: Labels drawn so far, shape (h, w), int32.
     """
     height, width = depth.shape
@@ -156,7 +158,7 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
         z = solids.p_WG[s, 2] - X_WC[2, 3]
         for c in range(3):
             p_CG[s, c] = X_WC[0, c] * x + X_WC[1, c] * y + X_WC[2, c] * z
-    # The nearest first: they hide pixels of the others.
+    # The nearest solids first, since they hide pixels of the others.
     for s in np.argsort(p_CG[:, 2] - solids.reach):
         cx, cy, cz = p_CG[s]
         reach = solids.reach[s]
@@ -186,7 +188,7 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
                 far = float(depth[row, column])
                 if far <= cz - reach:
                     continue
-                # The ball around it comes first.
+                # The ball around the solid is tested first.
                 x = (column + 0.5 - K[0, 2]) / K[0, 0]
                 square = x * x + y * y + 1.0
                 along = (cx * x + cy * y + cz) / square

@@ -11,8 +11,8 @@ from remosplat_drake.base.kernels import helper, kernel
 def is_robot(x, y, z, slack, balls_C, margin) -> bool:
     """Returns whether the ray (x, y, 1) may meet a sphere before the depth z.
 
-    The ray's position has an error up to the margin; the depth, up to the
-    slack.
+    The error of the ray's position is at most the margin, and the error of the
+    depth at most the slack.
     """
     square = x * x + y * y + 1.0
     for s in range(len(balls_C)):
@@ -25,7 +25,7 @@ def is_robot(x, y, z, slack, balls_C, margin) -> bool:
             continue
         root = math.sqrt(discriminant)
         if offset <= 0.0:
-            # The camera is inside the sphere and looks out.
+            # The camera is inside the sphere.
             if (z - slack) * square <= middle + root:
                 return True
         elif middle > 0.0 and middle - root <= (z + slack) * square:
@@ -40,12 +40,12 @@ def robot_mask(p_C, depth, slack, balls_C, margin):
     Args:
         p_C: Points before the camera in C, shape (n, 3) [m].
         depth: Measured depths at their pixels, shape (n,) [m].
-        slack: Bounds of their errors, shape (n,) [m].
+        slack: Bounds of the errors of these depths, shape (n,) [m].
         balls_C: The robot's spheres: centres in C and radii, shape (m, 4) [m].
-        margin: Margin around them [m].
+        margin: Margin around the spheres [m].
 
     Returns:
-        True where the robot may be, shape (n,) bool.
+        Mask of the points that may belong to the robot, shape (n,), bool.
     """
     found = np.zeros(len(p_C), np.bool_)
     for i in range(len(p_C)):

@@ -1,9 +1,9 @@
 """Finds points of a depth image that belong to neither map nor robot.
 
 Distances to the map are stored at the nodes of a grid, in steps of `STEP`, and
-interpolated. The distance to a thin surface has a kink there, which
-interpolation cuts off by up to half the distance between nodes. A margin of
-that size prevents false detections on the map's surfaces.
+interpolated. At a thin surface, the distance has a minimum that interpolation
+overestimates by up to half the distance between nodes. A margin of this size
+prevents false detections on the map's surfaces.
 """
 
 import math
@@ -26,7 +26,7 @@ ASKED = 254
 
 @helper
 def _distance(nodes, i, j, k, fi, fj, fk):
-    """Interpolates the distance within a cell [m]."""
+    """Interpolates the distance to the map within a cell [m]."""
     total = 0.0
     for corner in range(8):
         a, b, c = corner & 1, (corner >> 1) & 1, corner >> 2
@@ -81,22 +81,23 @@ def scan(
         X_WC: Camera pose, shape (4, 4).
         stride: Step between examined pixels, and between examined rows.
         nodes: Distances to the map at the nodes of a grid, shape (nx, ny, nz),
-            uint8; requested ones are marked.
+            uint8. Nodes whose distances are requested are marked.
         lower: Position of the first node in W, shape (3,) [m].
         node: Distance between nodes [m].
-        rules: Range [m], standard deviation of a depth [m] and its growth
-            [1/m], number of standard deviations, error of the camera's pose
-            [m], margin around the robot [m], height of the floor [m]; shape
-            (7,).
+        rules: Seven settings, shape (7,): range [m], standard deviation of a
+            depth [m] and its growth [1/m], number of standard deviations, error
+            of the camera's pose [m], margin around the robot [m], height of the
+            floor [m].
         balls_C: The robot's spheres: centres in C and radii, shape (n, 4) [m].
         asked: Output: flat indices of nodes whose distances must be computed
             before the scan is complete.
-        found: Output: positions in W and depths, shape (h w, 4) [m].
+        found: Output: positions in W and depths of new points, shape (h w, 4)
+            [m].
 
     Returns:
-        Three counts: pixels that show something within the box, nodes in
-        `asked`, and points in `found`. The points are complete if `asked` is
-        empty.
+        Three counts: pixels that show a surface within the box, nodes in
+        `asked`, and points in `found`. The points are complete if no node is in
+        `asked`.
     """
     height, width = depth.shape
     far, floor, growth, sigmas = rules[0], rules[1], rules[2], rules[3]

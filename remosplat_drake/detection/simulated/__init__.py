@@ -1,1 +1,1 @@
-"""Simulated depth cameras to detect movers, fast enough for studies."""
+"""Simulated depth cameras for the detection of movers in simulations."""

@@ -1,4 +1,4 @@
-"""`CameraDetection`: movers detected by a scenario's simulated cameras."""
+"""`CameraDetection`: the system that detects movers by simulated cameras."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -32,10 +32,12 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 NOISE = "realsense_d435"
-"""The noise of simulated cameras."""
+"""Noise model of simulated cameras."""
 
 COLUMNS = 80
-"""Largest number of pixels in a row of a simulated image, for speed."""
+"""Largest number of pixels in a row of a simulated image, which limits the
+computing time.
+"""
 
 
 class CameraDetection(LeafSystem):
@@ -51,11 +53,11 @@ class CameraDetection(LeafSystem):
         output_ports:
         - movers
 
-    `configuration` is the robot's q, `truth` the true `Movers`, and
-    `distance_field` the controller's map: a thing at rest is no longer a mover
-    when a version of the map contains it. Once per period, the cameras that are
-    due take an image, with noise. `movers` are the detections from the images
-    that have arrived, given their latency.
+    `configuration` is the robot's q, `truth` are the true `Movers`, and
+    `distance_field` is the controller's map. An object at rest is no longer a
+    mover when a version of the map contains it. At each update, every camera
+    whose period has passed takes an image, with noise. `movers` are the
+    detections from all images that are older than their latency.
 
     Args:
         detection: The cameras, and the initial state of detection.
@@ -75,7 +77,7 @@ class CameraDetection(LeafSystem):
         self._field = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
         )
-        # A copy of a context has its own cameras, with their own noise.
+        # A copy of a context has its own cameras, with independent noise.
         self._detection = self.DeclareAbstractState(Value[object](detection))
         self._known = self.DeclareAbstractState(Value[object](Movers(0.0)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
@@ -142,9 +144,10 @@ def simulated_detection(
     """Makes the simulated cameras of a scenario.
 
     Args:
-        cameras: The cameras; images wider than `COLUMNS` are smaller here.
+        cameras: The cameras. Images wider than `COLUMNS` are shrunk to this
+            width.
         robot: The robot, which occludes things and may carry cameras.
-        truth: The static scene; None for nothing.
+        truth: The static scene; None for an empty one.
         known: The map.
         config: Errors, margins and bounds.
         seed: Seed of the cameras' noise.
@@ -187,11 +190,11 @@ def placed_cameras(
 def coarse_noise(share: float) -> SensorNoise:
     """Returns the noise of a downsampled image.
 
-    The errors at outlines are given in pixels of the large image, and are
-    converted to pixels of the small image.
+    The noise model contains the errors at outlines in pixels of the large
+    image. They are converted to pixels of the small image.
 
     Args:
-        share: Width of the small image, divided by that of the large image.
+        share: Ratio of the small image's width to the large image's width.
     """
     noise = PRESETS[NOISE]
     return dc.replace(

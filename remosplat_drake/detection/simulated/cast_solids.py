@@ -11,16 +11,16 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 
 class CastSolids(NamedTuple):
-    """k rounded boxes and cylinders.
+    """Arrays of k rounded boxes and cylinders.
 
     Attributes:
-        is_box: Which are boxes, shape (k,).
-        half_extents: Half extents of each box; for a cylinder its radius, its
-            radius again, and its half height, shape (k, 3) [m].
+        is_box: Mask of the boxes, shape (k,); the other solids are cylinders.
+        half_extents: Half extents of each box, shape (k, 3) [m]. For a
+            cylinder, these are its radius (twice) and its half height.
         radius: Radii by which these shapes are rounded, shape (k,) [m].
         R_WG: Orientations, shape (k, 3, 3).
         p_WG: Centres in W, shape (k, 3) [m].
-        reach: Radii of bounding balls around their centres, shape (k,) [m].
+        reach: Radii of bounding balls around the centres, shape (k,) [m].
     """
 
     is_box: np.ndarray
@@ -55,7 +55,7 @@ def scene_solids(scene: PrimitiveScene) -> CastSolids:
 
 
 def mover_solids(movers: Movers) -> CastSolids:
-    """Makes solids of movers, at their stamp."""
+    """Makes solids of movers at the movers' time stamp."""
     half = [mover.half_extents for mover in movers]
     radius = np.array([mover.radius for mover in movers], float)
     core = [float(np.linalg.norm(extents)) for extents in half]

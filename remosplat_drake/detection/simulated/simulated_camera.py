@@ -1,4 +1,4 @@
-"""`SimulatedCamera`: depth images of solids, the robot's spheres and movers."""
+"""`SimulatedCamera`: renders depth images of solids, robot and movers."""
 
 import copy
 import dataclasses as dc
@@ -30,8 +30,8 @@ class SimulatedImage:
 
     Attributes:
         image: The depth image, with its noise.
-        pixels: Number of pixels that truly show each of the movers within
-            the camera's range, in their order, shape (k,).
+        pixels: Number of pixels that would show each of the k movers, within
+            the camera's range and without noise, shape (k,).
     """
 
     image: DepthImage
@@ -41,18 +41,19 @@ class SimulatedImage:
 class SimulatedCamera:
     """A simulated depth camera, which casts one ray per pixel.
 
-    An image of 80 x 60 pixels takes a millisecond. The static scene is drawn
-    once for each pose of the camera.
+    An image of 80 x 60 pixels takes a millisecond. The static scene is rendered
+    only when the camera's pose changes.
 
     Args:
         name: Name of the camera.
         K: Intrinsic matrix, shape (3, 3) [pixels].
         size: Height and width [pixels].
-        scene: The static scene; None for nothing.
-        noise: The camera's imperfections.
-        seed: Seed of its noise; the noise of an image depends on it and on the
-            number of earlier images.
-        far: Greatest depth of the camera, independent of its noise [m].
+        scene: The static scene; None for an empty one.
+        noise: Noise model of the camera.
+        seed: Seed of the noise. The noise of an image depends on the seed and
+            on the number of earlier images.
+        far: Largest depth that the camera measures, apart from its noise model
+            [m].
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class SimulatedCamera:
         movers: Movers | None = None,
         spheres: Spheres | None = None,
     ) -> SimulatedImage:
-        """Takes an image.
+        """Renders an image of the robot, the movers and the static scene.
 
         Args:
             X_WC: The camera's pose (OpenCV axes), shape (4, 4).
@@ -119,7 +120,7 @@ class SimulatedCamera:
 
     @property
     def _range(self) -> tuple[float, float]:
-        """Least and greatest depth that it measures [m]."""
+        """Least and greatest depth that the camera measures [m]."""
         noise = self._noise
         near = max(NEAREST, noise.min_range)
         return near, min(self._far, noise.max_range)

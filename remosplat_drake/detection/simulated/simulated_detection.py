@@ -1,4 +1,4 @@
-"""`SimulatedDetection`: movers from simulated cameras, with latency and noise.
+"""`SimulatedDetection`: detects movers by cameras with latency and noise.
 
 detection = SimulatedDetection(cameras, robot, known, config)
 for each control tick:
@@ -25,7 +25,7 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 
 _EARLY = 1e-9
-"""Bound on rounding errors of times [s]."""
+"""Upper limit of rounding errors of times [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -34,9 +34,10 @@ class PlacedCamera:
 
     Attributes:
         camera: The camera.
-        pose: Its pose X_WC, shape (4, 4), at a configuration q of the robot;
-            for a camera that is fixed in W, q is unused.
-        period: Time between two of its images [s].
+        pose: Function of the robot's configuration q that returns the camera's
+            pose X_WC, shape (4, 4). If the camera is fixed in W, q has no
+            effect.
+        period: Time between two images of the camera [s].
         latency: Time from an image to its detections [s].
     """
 
@@ -49,12 +50,12 @@ class PlacedCamera:
 class SimulatedDetection:
     """The cameras of a simulation, and the detection pipeline.
 
-    The first images of the cameras are spread evenly over a period. An image
-    takes effect one latency after it was taken.
+    The times of the cameras' first images are spread evenly over a period. An
+    image has an effect only when its latency has passed.
 
     Args:
         cameras: The cameras.
-        robot: The robot, which occludes things and may be occluded.
+        robot: The robot, which occludes objects and may be occluded.
         known: The map.
         config: Errors, margins and bounds.
 
@@ -78,14 +79,14 @@ class SimulatedDetection:
         self.detection = DetectionState()
 
     def __deepcopy__(self, memo) -> "SimulatedDetection":
-        # Drake copies the whole state at every update of any part.
+        # Drake copies the whole state at every update of any part of it.
         other = copy.copy(self)
         other._cameras = copy.deepcopy(self._cameras, memo)
         other._due, other._sent = self._due.copy(), self._sent.copy()
         return other
 
     def learn(self, field: DistanceField) -> None:
-        """Uses the given map from now on, if it differs from the present one.
+        """Uses another map from now on.
 
         Args:
             field: The map.
@@ -95,7 +96,7 @@ class SimulatedDetection:
             self._known = KnownScene(field, self._config, surface_W)
 
     def at(self, time: float, q: np.ndarray, truth: Movers) -> Movers:
-        """Advances to a time and returns the movers known then.
+        """Advances to a time, and returns the movers that are known then.
 
         Args:
             time: The present time, which never decreases [s].
@@ -103,8 +104,8 @@ class SimulatedDetection:
             truth: The true movers now.
 
         Returns:
-            The movers at the time of the newest processed image; none before
-            the first one.
+            The movers at the time of the newest processed image. There are none
+            before the first image.
         """
         due = [i for i, t in enumerate(self._due) if t <= time + _EARLY]
         if due:

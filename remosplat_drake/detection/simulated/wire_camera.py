@@ -18,21 +18,21 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class WireCamera:
-    """Casts depth images of scene, robot and movers, and publishes them.
+    """Renders depth images of scene, robot and movers, and publishes them.
 
-    Casting takes longer than a real camera needs, but a simulation can predict
-    motion: an image is computed for a time in the future, by `lead`, and is
-    sent at that time.
+    Rendering takes longer than a real camera needs for an image. But the
+    simulation can predict motions, so it renders an image for a future time,
+    ahead by `lead`, and sends the image at this time.
 
     Args:
         config: The camera.
         robot: The robot, as its spheres.
-        scene: The static scene; None for nothing.
+        scene: The static scene; None for an empty one.
         tracks: Tracks of the movers.
         lcm: The LCM network on which images are published.
 
     Attributes:
-        lead: Time that it takes to make an image [us].
+        lead: Time that is needed to render an image [us].
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class WireCamera:
         self.lead = 0
 
     def take(self, q: np.ndarray, utime: int, time: float) -> None:
-        """Casts and publishes one depth image.
+        """Renders and publishes one depth image.
 
         Args:
             q: The robot's configuration, shape (n_q,).

@@ -1,4 +1,4 @@
-r"""Estimates a base's pose: its odometry, corrected by a localisation.
+r"""Estimates a base's pose from its odometry and from a localisation.
 
 The filter estimates X_WO, the pose of the odometry's frame in the map. It
 represents the error of the estimate as an error e = (x, y, yaw) of the base's
@@ -7,23 +7,25 @@ error's covariance P becomes
 
     F P F^T + Q,    F = [1 0 -dy; 0 1 dx; 0 0 1],
 
-since an error of the heading turns the motion; Q is the noise of the odometry.
-A fix is a pose from the localisation, with covariance R. It may arrive late, so
-the filter stores the odometry and P of the last seconds, and compares a fix
-with the estimate for the time at which it was measured. A Kalman step changes
-X_WO for good, and F propagates the decrease of P from that time to the present.
+since an error of the heading rotates the motion. Q is the noise of the
+odometry. A fix is a pose from the localisation, with covariance R. It may
+arrive late, so the filter stores the odometry and P of the last seconds, and
+compares a fix with the estimate for the time at which it was measured. A Kalman
+step changes X_WO, and F propagates the decrease of P from that time to the
+present.
 
 Errors of a localisation's fixes are correlated, so many fixes are not more
 accurate than one. Therefore P only describes how well fixes agree, and P + R is
 the covariance of the base's pose.
 
-If a localisation drifts, the estimate follows it by a little with each fix. So
-the filter also compares a fix with estimates of some seconds ago, to which only
-odometry has been added since. Their difference from the present estimate is
-added to the bound on the base's error.
+If a localisation drifts, each fix moves the estimate by a small distance in the
+direction of the drift. So the filter also compares a fix with estimates from
+some seconds ago, to which only odometry has been added since then. The
+difference between these estimates and the present one is added to the bound on
+the base's error.
 
 The pose that the controller uses approaches the estimate slowly. The remaining
-difference is added to the bound, too. So a correction changes the bound at
+difference is also added to the bound. So a correction increases the bound at
 once, but the pose does not jump.
 """
 
@@ -42,9 +44,10 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 GATE = 40.0
-"""Squared Mahalanobis distance beyond which a fix counts as a jump. By chance,
-one correct fix of a hundred million exceeds it (chi-squared, 3 degrees of
-freedom)."""
+"""Squared Mahalanobis distance beyond which a fix counts as a jump. One of a
+hundred million correct fixes exceeds it by chance (chi-squared distribution, 3
+degrees of freedom).
+"""
 
 MEMORY = 2.0
 """Age of the oldest stored odometry [s]; fixes that arrive later are
@@ -58,8 +61,9 @@ _ANCHORS = 2
 """Number of stored estimates that later fixes are compared with."""
 
 _AHEAD = 0.1
-"""Time by which the stamp of a fix may be later than the odometry [s], since
-some programs date /tf into the future on purpose."""
+"""Time by which the stamp of a fix may be later than that of the odometry [s],
+since some programs stamp /tf in the future on purpose.
+"""
 
 _WAITING = np.array([1e-3, 1e-3, 5e-4])
 """Standard deviations of the odometry's error after one second at rest [m,
@@ -71,10 +75,10 @@ class Anchor:
     """An estimate that was stored earlier; later fixes do not change it.
 
     Attributes:
-        stamp: Time at which it was stored [s].
+        stamp: Time at which the estimate was stored [s].
         X_WO: The estimate, shape (3,) [m, m, rad].
-        P: Covariance of the base's present x, y, yaw that follow from it and
-            from the odometry since then, shape (3, 3).
+        P: Covariance of the base's present x, y, yaw, computed from this
+            estimate and the odometry since then, shape (3, 3).
     """
 
     stamp: float
@@ -84,7 +88,7 @@ class Anchor:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFilter:
-    """State of the filter with k odometry messages; copying returns itself.
+    """State of the filter with k odometry messages, which is immutable.
 
     Attributes:
         config: Accuracies of localisation and odometry.
@@ -99,7 +103,7 @@ class BaseFilter:
             shape (3, 3).
         fixed: Stamp of the latest fix that was used [s].
         anchors: Earlier estimates that fixes are also compared with.
-        refusal: Why the latest fix was not used; empty if it was.
+        refusal: Reason why the latest fix was not used; empty if it was used.
     """
 
     config: LocalizationConfig
@@ -182,7 +186,7 @@ def with_odometry(
 
 
 def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
-    """Returns the filter, with a larger P, after a jump of the odometry.
+    """Returns the filter with a larger P, after a jump of the odometry.
 
     Args:
         known: The filter after the odometry message that jumped.
@@ -237,7 +241,7 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
     return dc.replace(
         known,
         # Later fixes must not be older than this one, so older odometry is
-        # dropped.
+        # removed.
         stamp=known.stamp[i:],
         X_OB=known.X_OB[i:],
         P=P,
@@ -252,14 +256,14 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
 def _with_anchor(
     anchors: tuple[Anchor, ...], estimate: Anchor
 ) -> tuple[Anchor, ...]:
-    """Adds an estimate if a period has passed, and removes the oldest."""
+    """Stores an estimate if a period has passed, and removes the oldest one."""
     if anchors and estimate.stamp - anchors[-1].stamp < _ANCHOR_PERIOD:
         return anchors
     return (*anchors, estimate)[-_ANCHORS:]
 
 
 def _error(expected: np.ndarray, measured: np.ndarray) -> np.ndarray:
-    """Difference between a measured and an expected pose, in W, shape (3,)."""
+    """Difference between a measured and an expected pose in W, shape (3,)."""
     error = measured - expected
     error[2] = (error[2] + np.pi) % (2 * np.pi) - np.pi
     return error
@@ -314,7 +318,7 @@ def _wrong_frame(config: LocalizationConfig, fix: BaseFix) -> str:
 
 
 def _same(frame: str, other: str) -> bool:
-    """Whether two names denote one frame; in ROS 1 some begin with a slash."""
+    """Whether two names denote one frame; ROS 1 permits a leading slash."""
     return frame.strip("/") == other.strip("/")
 
 

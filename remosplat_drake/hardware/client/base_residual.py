@@ -1,18 +1,18 @@
-"""Detects from a base's displacement that it does not follow its commands.
+"""Detects that a base does not follow its commands, from its displacement.
 
-A base that stops by itself does not report that on ROS. Its measured speed does
-not show it either: at 0.05 m/s, the difference between motion and standstill is
-less than the lag of a base that accelerates. Its displacement over some time
-shows it: errors of the speed average out, and at this speed a base at rest
-falls behind by 5 cm a second.
+On ROS, a base that stops by itself does not report the stop. Its measured speed
+does not show the stop, either: at 0.05 m/s, the difference between motion and
+standstill is less than the lag of a base that accelerates. Its displacement
+over some time shows the stop: errors of the speed average out, and at this
+speed, a base at rest falls behind by 5 cm per second.
 
-The measured speeds are compared with the pose in the same way, which detects a
-pose that drifts.
+The measured speeds are compared with the measured poses in the same way, to
+detect poses that drift.
 
-The base should move as commanded, after a delay. Only a bound on the delay is
-known. So the motion is compared with the commands for several delays up to this
-bound, and the best fit counts. Differences between neighbouring delays do not
-count as errors.
+The base should move as commanded, after a delay. Only an upper limit of the
+delay is known. So the motion is compared with the commands for several delays
+up to this limit, and the best fit counts. Differences that a delay between two
+of these would explain do not count as errors.
 """
 
 import dataclasses as dc
@@ -33,11 +33,12 @@ WINDOWS = np.array([0.4, 2.0])
 the long one a slow drift."""
 
 SLACK = np.array([0.008, 0.012])
-"""Permitted difference of a motion from the commanded one [m, rad]."""
+"""Permitted difference between a motion and the commanded motion [m, rad]."""
 
 SHARE = 0.06
-"""Further permitted difference, as a fraction of the distance driven, for slip
-of the wheels and errors of calibration."""
+"""Additional permitted difference, as a fraction of the distance, because
+wheels slip and calibrations have errors.
+"""
 
 OWN_DELAY = 0.15
 """Longest delay of a base's reported speeds [s]."""
@@ -54,12 +55,12 @@ _CAPACITY = 4096
 
 @dc.dataclass(frozen=True, eq=False)
 class ArcPath:
-    """A path of circular arcs, one for each row.
+    """A path of circular arcs; each row describes one arc.
 
     Attributes:
-        rows: Time, x, y, yaw, speeds forward and to the left and turning rate
-            at each arc's beginning, and further columns, shape (k, 7 or more),
-            C-contiguous.
+        rows: Time, x, y, yaw, speeds forward and to the left, and turning rate
+            at each arc's beginning, shape (k, 7 or more), C-contiguous. Further
+            columns are ignored.
         held: Longest time for which a speed is assumed to last [s].
     """
 
@@ -110,7 +111,7 @@ class ArcPath:
 
 @dc.dataclass(frozen=True)
 class BaseSample:
-    """Pose of a base by its own odometry.
+    """Pose and speed of a base by its own odometry, at one time.
 
     Attributes:
         stamp: Time of measurement, by the base's clock [s].
@@ -181,7 +182,7 @@ class BaseSamples:
 
     @property
     def latest(self) -> BaseSample:
-        """The latest sample; there must be at least one."""
+        """The latest sample; raises an error if there is none."""
         row = self.rows[-1]
         return BaseSample(
             float(row[0]),
@@ -263,7 +264,7 @@ def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
         share: Permitted difference, as a fraction of the distance.
 
     Returns:
-        The difference, in words; empty if they agree.
+        A description of the difference; empty if they agree.
     """
     found = _compared(
         ArcPath(samples.rows, _OWN_HELD),
@@ -300,7 +301,7 @@ def follow_problem(
         commanded.arcs,
         samples.stamp,
         samples.pose,
-        # Before our first command, other programs may have moved the base.
+        # Before this program's first command, other programs may have moved it.
         commanded.began,
         delay,
         share,
@@ -332,8 +333,8 @@ def _compared(
         share: Permitted difference, as a fraction of the distance.
 
     Returns:
-        The measured motion and the expected one, in words, and the duration
-        [s]; empty if they agree.
+        Descriptions of the measured and of the expected motion, and their
+        duration [s]; empty if they agree.
     """
     since = np.maximum(stamp[-1] - WINDOWS, began)
     first = np.searchsorted(stamp, since, "right")

@@ -78,7 +78,7 @@ def path_residuals(rows, held, start, end, moved, late, slack, share):
                 shift_spread = max(shift_spread, shift)
                 angle_spread = max(angle_spread, turn)
         turn_allowed = slack[1] + share * angle + 0.5 * angle_spread
-        # An error of the heading turns the motion.
+        # An error of the heading rotates the motion.
         shift_allowed = slack[0] + share * length + 0.5 * shift_spread
         shift_allowed += 0.5 * turn_allowed * length
         excess[i] = math.inf

@@ -1,4 +1,4 @@
-"""The slow, readable form of `base_residual_kernel.py`."""
+"""Slow, readable reference of `base_residual_kernel.py`."""
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def path_residuals(
     spread = 0.5 * _size(_relative(told[:, :-1], told[:, 1:])).max(axis=1)
     way = np.maximum(_size(told).max(axis=1), _size(moved))
     allowed = slack + share * way + spread
-    # An error of the heading turns the motion.
+    # An error of the heading rotates the motion.
     allowed[:, 0] += 0.5 * allowed[:, 1] * way[:, 0]
     excess = (error / allowed[:, None]).max(axis=2)
     best = excess.argmin(axis=1)

@@ -1,8 +1,9 @@
 """`BaseTrack`: a base's recent poses, and faults of their measurement.
 
-Measurements of the base's pose may be wrong: odometry jumps when a program
-corrects it, a clock is wrong, wheels spin, or a bridge does not report that the
-base has stopped. The messages of the last seconds show each of these faults.
+Measurements of the base's pose may be wrong in several ways. Odometry jumps
+when a program corrects it, a clock may be wrong, wheels may spin, and a bridge
+to ROS may not report that the base has stopped. The messages of the last
+seconds show each of these faults.
 """
 
 import dataclasses as dc
@@ -37,7 +38,7 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 _KEPT = WINDOWS.max() + 0.5
-"""Age at which samples are forgotten [s]."""
+"""Age at which samples are removed [s]."""
 
 _SPACING = 0.015
 """Least time between two samples that are kept [s]."""
@@ -55,25 +56,27 @@ _STEP_RATE = np.array([0.15, 0.4])
 are reported late [m/s, rad/s]."""
 
 CERTAIN = np.zeros(2)
-"""Error bounds of a pose without localisation, which is assumed to be exact [m,
-rad]."""
+"""Error bounds of a pose without localisation [m, rad], which is assumed to be
+exact.
+"""
 
 
 _CLOCK_STEP = 0.1
-"""If the delay changes by more than this between two messages, a clock has been
-set or the network has stalled [s]."""
+"""Change of the delay between two messages [s] beyond which a clock was set or
+the network stalled.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseTrack:
-    """Content of the base's statuses; copying returns the object itself.
+    """The base's recent statuses and their faults; a copy is the object itself.
 
     Attributes:
         samples: The statuses of the last seconds.
         jumped: Pose of the odometry's frame after all jumps, relative to the
             frame of the first status, shape (3,) [m, m, rad].
-        disobeys: Difference of the base's motion from its commands or from its
-            measured speeds, in words; empty if there is none.
+        disobeys: Description of the difference between the base's motion and
+            its commands or its measured speeds; empty if there is none.
         filter: The fusion of odometry and localisation; None without a
             localisation.
         fixes: Timing and faults of the localisation's channel.
@@ -92,8 +95,8 @@ class BaseTrack:
     def latency(self) -> float:
         """Least age of the latest statuses on arrival [s].
 
-        It includes the difference between the base's clock and ours, which
-        cannot be separated from it.
+        It includes the difference between the base's clock and this computer's
+        clock, which cannot be measured separately.
         """
         received = self.samples.received
         recent = received >= received[-1] - _LATENCY_SPAN
@@ -108,8 +111,8 @@ class BaseTrack:
     def uncertainty(self) -> np.ndarray:
         """Bound on the error of the pose in W: shift and turn, (2,) [m, rad].
 
-        It grows with the latency: if stamps are late, the time of the pose is
-        uncertain.
+        It grows with the latency, since the time of a pose is uncertain if its
+        stamp may be late.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
@@ -149,7 +152,8 @@ def with_base_sample(
         track: The previous track.
         state: The status.
         received: Time of its arrival, by our wall clock [s].
-        commanded: The base's commands; None if they are unknown.
+        commanded: The commands that were sent to the base; None if they are
+            unknown.
         config: The longest delay of commands, and the accuracy of fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
@@ -166,8 +170,8 @@ def with_base_sample(
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
     samples = _kept(track.samples, sample.stamp)
     if off.any() or begins_anew:
-        # A jump does not mean that the base ignores its commands; and without
-        # messages its speed is unknown.
+        # A jump does not mean that the base ignores its commands. Without
+        # messages, the base's speed is unknown.
         samples = BaseSamples()
     samples = samples.with_sample(sample)
     share = config.base_share
@@ -216,7 +220,7 @@ def with_localization(
 
 
 def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
-    """Returns why the base's pose is not reliable; empty if it is.
+    """Returns the reason why the base's pose is unreliable, or "".
 
     Args:
         track: The base's track, which has a sample.
@@ -260,7 +264,7 @@ def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
 
 
 def _doubt(track: BaseTrack) -> str:
-    """Returns an error if the pose is too uncertain to move; else ""."""
+    """Returns a reason to stop if the pose is too uncertain, or ""."""
     assert track.filter is not None
     config, (shift, turn) = track.filter.config, track.uncertainty
     if shift <= config.max_shift and turn <= config.max_turn:
@@ -273,7 +277,7 @@ def _doubt(track: BaseTrack) -> str:
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
-    """Removes old samples, and the last one if it is too close to the previous.
+    """Removes old samples, and the last one if it is too close to another.
 
     Args:
         samples: The samples before.

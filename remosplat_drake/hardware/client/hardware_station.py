@@ -18,7 +18,7 @@ from remosplat_drake.station.export import export_ports
 
 
 class HardwareStation(Diagram):
-    """A diagram that represents a real robot, with the ports of a station.
+    """A diagram that represents a real robot, with the ports of all stations.
 
     Its ports are those of `signals.station_ports`, and `movers` if the
     configuration names a process that detects moving objects. It processes the
@@ -27,9 +27,9 @@ class HardwareStation(Diagram):
 
     Attributes:
         link: The LCM connection to the robot's drivers.
-        camera: The system that receives the wrist camera's images; None without
-            one.
-        movers: The system that receives movers; None without one.
+        camera: The system that receives the wrist camera's images; None if the
+            robot has no such camera.
+        movers: The system that receives movers; None if none are received.
     """
 
     def __init__(
@@ -58,8 +58,8 @@ class HardwareStation(Diagram):
         )
         self.camera, images = None, None
         if wrist_camera:
-            # On a shared socket, images would displace statuses from the
-            # buffer.
+            # If images shared the socket of statuses, its buffer would
+            # overflow.
             self.camera = builder.AddNamedSystem(
                 "wrist_camera",
                 WristCameraReceiver(
@@ -89,7 +89,8 @@ class HardwareStation(Diagram):
             context: The station's own context.
 
         Returns:
-            The stamp of the newest `Movers` from cameras; NaN without any.
+            The stamp of the newest `Movers` from cameras; NaN if there are
+            none.
         """
         if self.movers is None:
             return math.nan

@@ -1,4 +1,4 @@
-"""`HeardMovers`: movers (moving objects) received by LCM, and their faults."""
+"""`HeardMovers`: movers (moving objects) that were received over LCM."""
 
 import dataclasses as dc
 
@@ -7,21 +7,22 @@ from remosplat_drake.hardware.wire.movers import decode_movers
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.scene.mover import Movers
 
-NONE_HEARD = Movers(0.0, problem="no message about movers has come")
-"""Movers before the first message: so old that the supervisor stops the
-robot."""
+NONE_HEARD = Movers(0.0, problem="no message with movers has come")
+"""Movers before the first message. They are so old that the supervisor stops
+the robot.
+"""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class HeardMovers:
-    """The latest valid movers; copying returns the object itself.
+    """The latest valid movers; a copy is the object itself.
 
-    After an unusable message, the previous movers are kept. They become older,
-    and the robot keeps away from all positions that they may have reached. When
-    they are too old, the supervisor stops the robot and reports the problem.
+    After an unusable message, the previous movers are kept. As they become
+    older, the robot avoids all positions that they may have reached. When they
+    are too old, the supervisor stops the robot and reports the problem.
 
     Attributes:
-        movers: Movers, with the problem of the latest message if that was
+        movers: The movers, with the problem of the latest message if it was
             unusable.
         refused: Number of unusable messages.
         count: Number of packets of the mailbox that have been processed.
@@ -44,7 +45,8 @@ def with_movers(
         heard: The state so far.
         data: The encoded packet.
         received: Time of its arrival, by our wall clock [s].
-        config: Limit on how far its stamp may be ahead of our clock.
+        config: Settings, with the largest time by which a stamp may be ahead of
+            our clock.
     """
     try:
         movers = decode_movers(data)

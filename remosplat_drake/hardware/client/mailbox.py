@@ -1,4 +1,4 @@
-"""`Mailbox`: the latest packet of a channel."""
+"""`Mailbox`: stores the latest packet of an LCM channel."""
 
 import math
 import time
@@ -9,11 +9,12 @@ from remosplat_drake.hardware.wire.packets import from_utime, stamp_of
 
 
 class Mailbox:
-    """Keeps the latest packet of an LCM channel, still encoded.
+    """Stores the latest packet of an LCM channel, without decoding it.
 
-    Between two calls of `HandleSubscriptions`, Drake's subscription holds one
-    packet and drops newer ones. So the mailbox gets a packet that came soon
-    after the previous call. `RobotLink.flush` fetches a newer one.
+    Between two calls of `HandleSubscriptions`, Drake's subscription stores only
+    the first packet, and drops newer packets. So the mailbox receives a packet
+    that arrived soon after the previous call. `RobotLink.flush` fetches a newer
+    one.
 
     Attributes:
         channel: Name of the LCM channel.
@@ -34,7 +35,7 @@ class Mailbox:
     def stamp(self) -> float:
         """Stamp of the latest packet on the sender's wall clock [s].
 
-        NaN before the first packet.
+        It is NaN before the first packet.
         """
         stamp = None if self.data is None else stamp_of(self.data)
         return math.nan if stamp is None else from_utime(stamp)

@@ -21,24 +21,25 @@ from remosplat_drake.hardware.wire.panda import PandaState, decode_panda_status
 
 @dc.dataclass(frozen=True, eq=False)
 class Measurement:
-    """The latest valid state of each part; copying returns the object itself.
+    """The latest valid states of a robot's parts; a copy is the object itself.
 
-    The state of a part that has sent nothing is None. After an unusable message
-    the previous state is kept, and the part's stream contains the reason.
+    The state of a part that has sent no status is None. After an unusable
+    message, the previous state is kept, and the part's stream contains the
+    problem.
 
     Attributes:
-        arm: Latest good state of the arm.
+        arm: Latest valid state of the arm.
         arm_stream: Timing and faults of the arm's status channel.
-        base: Latest good state of the base.
+        base: Latest valid state of the base.
         base_stream: Timing and faults of the base's status channel.
         base_track: The base's recent poses, and its pose in the map.
-        hand: Latest good state of the gripper.
+        hand: Latest valid state of the gripper.
         counts: Numbers of packets so far, from arm, base, gripper and
             localisation.
         moving_since: Time at which the arm was commanded to move, by our wall
             clock [s]; infinite while its command is zero.
-        intruder: Another program that sends commands or statuses, in words;
-            empty if there is none.
+        intruder: Description of another program that sends commands or
+            statuses; empty if there is none.
         sent: Time at which our latest command was sent, by our wall clock [s];
             -inf before the first.
     """
@@ -62,10 +63,10 @@ class Measurement:
 
         Args:
             now: The time, by our wall clock [s].
-            expiry: Age at which its latest status is stale [s].
+            expiry: Age at which the gripper's latest status is stale [s].
 
         Returns:
-            The reading; NaN if there is none, or if it is stale.
+            The measured values; NaN if there is no status, or if it is stale.
         """
         if self.hand is None or now - self.hand.stamp > expiry:
             return np.full(3, np.nan)
@@ -82,12 +83,12 @@ def with_arm_status(
 ) -> Measurement:
     """Returns the measurement after a status packet from the arm.
 
-    A packet that implies an impossible motion of the arm is used, too: the
-    robot stops, since this packet or the previous one is wrong, and the next
+    A packet that implies an impossible motion of the arm is also used. The
+    robot stops, since either this packet or the previous one is wrong. The next
     packet is compared with this one.
 
     Args:
-        measurement: The measurement before.
+        measurement: The previous measurement.
         data: The encoded packet.
         received: Time of its arrival, by our wall clock [s].
         n: Number of the arm's joints.
@@ -114,7 +115,7 @@ def with_arm_status(
 
 
 def _arm_changed(before: PandaState, after: PandaState) -> bool:
-    """Whether the robot's clock or, if it sends none, a joint has advanced."""
+    """Whether the robot's clock or, if there is none, a joint has changed."""
     if after.robot_stamp:
         return after.robot_stamp != before.robot_stamp
     return not (
@@ -132,7 +133,7 @@ def with_base_status(
     """Returns the measurement after a status packet from the base.
 
     Args:
-        measurement: The measurement before.
+        measurement: The previous measurement.
         data: The encoded packet.
         received: Time of its arrival, by our wall clock [s].
         config: The expiry times.
@@ -144,8 +145,8 @@ def with_base_status(
     except BrokenMessage as error:
         stream = broken(stream, received, str(error))
         return dc.replace(measurement, base_stream=stream)
-    # The base may stand still while the arm moves, so its odometry may remain
-    # the same.
+    # The base may be at rest while the arm moves, so its odometry need not
+    # change.
     stream = advanced(
         stream, base.stamp, received, True, config.base_status_expiry
     )
@@ -160,8 +161,8 @@ def with_base_status(
 def with_hand_status(measurement: Measurement, data: bytes) -> Measurement:
     """Returns the measurement after a status packet from the gripper.
 
-    A malformed packet is ignored, since the robot's safety does not depend on
-    the gripper's width.
+    A malformed packet is ignored, since no safety function of the robot depends
+    on the gripper's width.
     """
     try:
         return dc.replace(measurement, hand=decode_hand_status(data))

@@ -1,4 +1,4 @@
-"""`MoverReceiver`: receives movers from a perception process by LCM."""
+"""`MoverReceiver`: the system that receives movers over LCM."""
 
 import dataclasses as dc
 
@@ -24,8 +24,8 @@ class MoverReceiver(LeafSystem):
         - movers
 
     `receive` stores the newest packet of a mailbox in the state. `movers` are
-    `Movers` with the stamp of their image, which become older without a new
-    message. See `HeardMovers` for unusable messages.
+    the latest `Movers`, with the stamp of their image. See `HeardMovers` for
+    unusable messages.
 
     Args:
         mailbox: The mailbox of the movers' channel.

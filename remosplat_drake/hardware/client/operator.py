@@ -1,4 +1,4 @@
-"""`Operator`: lets a person permit controllers to move their robots."""
+"""`Operator`: sends a person's permission to move robots to controllers."""
 
 import getpass
 import socket
@@ -22,7 +22,7 @@ _YIELD = 5e-3
 
 
 class Operator:
-    """Lists the sessions that command robots, and arms selected ones."""
+    """Lists the sessions that command robots, and arms a selected session."""
 
     def __init__(self, lcm: DrakeLcm):
         """Joins the LCM network.
@@ -54,7 +54,7 @@ class Operator:
         ]
 
     def listen_for(self, duration: float) -> list[Lease]:
-        """Listens for some time [s], and returns the sessions at its end."""
+        """Receives leases for some time [s]; returns the present sessions."""
         end = time.monotonic() + duration
         while time.monotonic() < end:
             self.leases()
@@ -62,7 +62,7 @@ class Operator:
         return self.leases()
 
     def arm(self, session: int) -> None:
-        """Permits a session to move its robot, or to continue after a stop.
+        """Permits a session to move its robot, also after a stop.
 
         Args:
             session: The number of the session, from its lease.

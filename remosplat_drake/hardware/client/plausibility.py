@@ -1,12 +1,13 @@
-"""Detects impossible statuses of an arm, such as those of another robot."""
+"""Detects statuses of an arm that no motion explains."""
 
 import numpy as np
 
 from remosplat_drake.hardware.wire.panda import PandaState
 
 _SLACK = 0.02
-"""Permitted motion of a joint beyond its speed limit [rad], since stamps and
-times of arrival differ slightly from the times of measurement."""
+"""Permitted motion of a joint beyond the motion at its speed limit [rad], since
+stamps and times of arrival differ slightly from the times of measurement.
+"""
 
 _FASTER = 1.2
 """Factor by which a measured rate may exceed the joint's limit, since limits
@@ -16,7 +17,7 @@ apply to commands, and measurements have noise."""
 def arm_jump(
     before: PandaState, after: PandaState, duration: float, limit: np.ndarray
 ) -> str:
-    """Names a joint with an impossible motion; empty if there is none.
+    """Describes an impossible motion of a joint; empty if there is none.
 
     Args:
         before: An earlier state of the arm.

@@ -1,4 +1,4 @@
-"""`RemoteRobot`: the ports of a station, for a robot that is reached by LCM."""
+"""`RemoteRobot`: the system with a station's ports, for a robot on LCM."""
 
 import dataclasses as dc
 
@@ -28,7 +28,7 @@ from remosplat_drake.station.commands import CommandInputs
 
 
 class RemoteRobot(LeafSystem):
-    """A robot whose drivers are other processes, reached by LCM.
+    """A robot whose drivers are other processes on an LCM network.
 
     .. pydrake_system::
 
@@ -51,13 +51,13 @@ class RemoteRobot(LeafSystem):
     If the control loop stops, no commands are sent, and the drivers' watchdogs
     stop the robot.
 
-    The ports have the names of `signals.station_ports`; a robot on a fixed base
-    has no `base` ports, and one without a gripper no `hand` ports.
+    The ports have the names of `signals.station_ports`. A robot on a fixed base
+    has no `base` ports, and a robot without a gripper has no `hand` ports.
     `base.pose_measured` is the odometry, extrapolated to the context's time.
     Before the first status of a part, its outputs are NaN. The outputs of a
     hand are also NaN if its latest status is stale. A command that is not
-    finite is replaced by zeros, and one beyond the base's limits is scaled to
-    them; in both cases `status` contains the reason.
+    finite is replaced by zeros. A command beyond the base's limits is scaled to
+    these limits. In both cases, `status` contains the reason.
     """
 
     def __init__(
@@ -127,8 +127,9 @@ class RemoteRobot(LeafSystem):
     def receive(self, context: Context) -> None:
         """Stores the packets that the link has received in the state.
 
-        It is called between two steps of the diagram. An event would do the
-        same, but Drake would copy the state of the whole diagram at every step.
+        It is called between two steps of the diagram. It is no event of the
+        diagram, since Drake would then copy the state of the whole diagram at
+        every step.
 
         Args:
             context: The system's own context.

@@ -1,4 +1,4 @@
-"""`RobotLink`: receives a robot's statuses and sends it commands over LCM."""
+"""`RobotLink`: receives a robot's statuses, and sends commands, over LCM."""
 
 import dataclasses as dc
 import math
@@ -53,15 +53,15 @@ _BASE_AXES = (
 class RobotLink:
     """The LCM connection to the drivers of one robot.
 
-    It is independent of the diagram: after an error in the diagram, the program
-    can still use the link to bring the robot to rest.
+    It is independent of the diagram. So after an error in the diagram, the
+    program can still use the link to bring the robot to rest.
 
     Attributes:
         lcm: The LCM network.
         guard: Monitor of other senders; None if the drivers are in this
             process.
-        is_armed: Whether an operator has permitted motion. Before that, the
-            hand gets no commands, either.
+        is_armed: Whether an operator has permitted motion. Until then, no
+            commands are sent to the hand, either.
         arm: Mailbox of the arm's statuses.
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
@@ -69,12 +69,13 @@ class RobotLink:
         localization: Mailbox of the base's localisation; None if none is
             configured.
         movers: Mailbox of movers; None if none is configured.
-        commanded: The commands to the base so far.
-        period: Control period [s], which is sent to the drivers so that they
-            know when to brake. None: it is not sent, and commands only expire.
-        u: The command that was sent last, shape (n_u,) [m/s, rad/s].
-        sent: Time at which it was sent, by our wall clock [s]; -inf before the
-            first.
+        commanded: The commands that were sent to the base so far.
+        period: Control period [s], which is sent to the drivers together with
+            the braking ramp. With None, no ramp is sent, and commands only
+            expire.
+        u: The latest command that was sent, shape (n_u,) [m/s, rad/s].
+        sent: Time at which this command was sent, by our wall clock [s]; -inf
+            before the first command.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class RobotLink:
         Args:
             config: LCM URL, channels, expiry times and the base's limits.
             robot: The robot.
-            name: Name of this program, for people.
+            name: Name of this program, for display.
 
         Raises:
             FieldError: A value of the configuration is unusable.
@@ -128,7 +129,7 @@ class RobotLink:
         )
 
     def take_out(self) -> None:
-        """Empties Drake's subscriptions, so that they keep newer packets."""
+        """Empties Drake's subscriptions, so that they store newer packets."""
         self._hear(0)
 
     def _hear(self, milliseconds: int) -> None:
@@ -140,10 +141,10 @@ class RobotLink:
     def flush(self, timeout: float) -> bool:
         """Fetches the newest packets into the mailboxes.
 
-        The packets in Drake's subscriptions came soon after the previous call,
-        so they may be old. They are fetched first. If the arm's status among
-        them is older than one period of its statuses, the function waits for
-        the next one.
+        The packets in Drake's subscriptions arrived soon after the previous
+        call, so they may be old. They are fetched first. If the arm's status
+        among them is older than one period of its statuses, the function waits
+        for the next status.
 
         Args:
             timeout: Longest wait for the arm [s].
@@ -166,7 +167,7 @@ class RobotLink:
         """Waits for a new message of arm, base and all configured parts.
 
         Raises:
-            RemoSplatError: No message came on a channel, which the text names.
+            RemoSplatError: No message came on a channel, which the error names.
         """
         self.take_out()
         silent = {
@@ -190,7 +191,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """Returns a measurement, updated with the packets that came later."""
+        """Updates a measurement with the packets that have arrived since."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
@@ -238,7 +239,7 @@ class RobotLink:
         )
 
     def command_problem(self, u: np.ndarray) -> str:
-        """Returns why a command must not be sent; empty if it may be sent.
+        """Returns the reason why a command must not be sent, or "".
 
         Args:
             u: Base and arm velocities, shape (n_u,) [m/s, rad/s].
@@ -257,9 +258,10 @@ class RobotLink:
         """Sends a velocity command to base and arm, stamped now.
 
         Args:
-            u: Velocities, shape (n_u,) [m/s, rad/s]. They are scaled by one
-                factor to the base's limits, and replaced by zeros if any is not
-                finite. Both are faults, which the station's status reports.
+            u: Velocities, shape (n_u,) [m/s, rad/s]. If they exceed the base's
+                limits, all are scaled by one factor. If any is not finite,
+                zeros are sent. Both are faults, which the station's status
+                reports.
         """
         if not np.isfinite(u).all():
             u = np.zeros_like(u)
@@ -321,7 +323,7 @@ class RobotLink:
             raise RemoSplatError(f"{self._config.url}: {problem}")
 
     def take_request(self) -> str:
-        """Returns the operator that has requested motion; empty for none."""
+        """Returns the operator who has requested motion, or ""."""
         return self.guard.take_request() if self.guard else ""
 
     def tell(self, mode: str, reason: str) -> None:

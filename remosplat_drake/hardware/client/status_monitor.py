@@ -1,4 +1,4 @@
-"""Computes a real robot's station status, with reasons to stop."""
+"""Computes the station status of a real robot, with reasons to stop."""
 
 import math
 
@@ -29,13 +29,13 @@ def station_status(
 ) -> StationStatus:
     """Computes the status of the station: whether the robot may move.
 
-    The age of the status is the age of the arm's state. The base's odometry has
-    a lower rate. It is extrapolated to the present, and has an expiry time of
-    its own.
+    The age of the station status is that of the arm's state. The base's
+    odometry has a lower rate. It is extrapolated to the present, and has its
+    own expiry time.
 
     Args:
         measurement: The latest states from the drivers.
-        config: Expiry times, and the channels to name in reasons.
+        config: Expiry times, and names of the channels, which reasons contain.
         has_base: Whether the robot has a mobile base.
         now: Our wall clock [s].
     """
@@ -67,7 +67,7 @@ def _arm_problem(
     measurement: Measurement, config: HardwareConfig, now: float
 ) -> str:
     limits = StreamLimits(config.arm_status_limit, config.frozen_after)
-    # The robot's own clock always advances, but joints may stand still.
+    # The robot's own clock always advances, but joints may be at rest.
     should_change = bool(measurement.arm and measurement.arm.robot_stamp) or (
         now - measurement.moving_since > config.frozen_after
     )
@@ -117,7 +117,7 @@ def _base_stop(base: BaseState | None) -> str:
     if base is None:
         return ""
     if base.emergency_stop:
-        return "emergency stop of the base"
+        return "emergency stop of the base is pressed"
     if base.protective_stop:
         return "protective stop of the base"
     if base.mode in (base_status.STOPPED, base_status.FAULT):

@@ -1,4 +1,4 @@
-"""Checks a channel's messages for silence, stale stamps and frozen content."""
+"""Detects missing messages, stale stamps and frozen content of a channel."""
 
 import dataclasses as dc
 import math
@@ -6,12 +6,12 @@ import math
 
 @dc.dataclass(frozen=True)
 class Stream:
-    """The history of one status channel, in a few numbers.
+    """Times of the latest messages of a status channel, and their faults.
 
     Attributes:
         stamp: Stamp of the latest valid message, by the sender's wall clock
             [s].
-        received: When the latest message came, by our wall clock [s].
+        received: Time at which the latest message came, by our wall clock [s].
         jump: Latest jump of the sender's clock [s]; 0 if there was none.
         changed: Time at which the content of a message last differed from the
             previous one, by our wall clock [s].
@@ -30,10 +30,10 @@ class StreamLimits:
     """Limits beyond which a channel's messages are not reliable.
 
     Attributes:
-        expiry: Difference from our clock, to the past or the future, beyond
-            which a stamp is stale [s].
-        frozen_after: Longest time for which the content may stay the same if it
-            should change [s].
+        expiry: Difference between a stamp and our clock, to the past or the
+            future, beyond which the stamp is stale [s].
+        frozen_after: Longest time for which the content may be constant while
+            it should change [s].
     """
 
     expiry: float
@@ -45,15 +45,15 @@ def advanced(
 ) -> Stream:
     """Returns a stream's history after another valid message.
 
-    If the sender's clock was set, the stamps advance by another amount than the
-    times of arrival.
+    If the sender's clock was set, the differences of stamps and of times of
+    arrival are not equal; this is a jump.
 
     Args:
         stream: The history so far.
         stamp: Stamp of the new message, by the sender's wall clock [s].
         received: Time of its arrival, by our wall clock [s].
         changed: Whether its content differs from that of the previous message.
-        expiry: Jumps of the clock beyond this value are stored [s].
+        expiry: Jump of the sender's clock beyond which it is stored [s].
     """
     first = math.isinf(stream.stamp)
     jump = (stamp - stream.stamp) - (received - stream.received)
@@ -70,8 +70,8 @@ def broken(stream: Stream, received: float, problem: str) -> Stream:
 
     Args:
         stream: The history so far.
-        received: When the message came, by our wall clock [s].
-        problem: The faults of the message.
+        received: Time at which the message came, by our wall clock [s].
+        problem: Description of the message's faults.
     """
     return dc.replace(stream, received=received, broken=problem)
 
@@ -79,12 +79,12 @@ def broken(stream: Stream, received: float, problem: str) -> Stream:
 def stream_problem(
     stream: Stream, now: float, limits: StreamLimits, should_change: bool
 ) -> str:
-    """Describes the fault of a stream in a few words; empty if there is none.
+    """Describes the fault of a stream; empty if there is none.
 
     Args:
         stream: The stream's history.
         now: Our wall clock [s].
-        limits: When a stream is stale or frozen.
+        limits: Limits beyond which a stream is stale or frozen.
         should_change: Whether the content should change, because the robot has
             been commanded to move.
     """

@@ -2,9 +2,9 @@
 
 It identifies the senders on all channels by their addresses. A command of
 another sender, or statuses from two senders at once, are a problem until half a
-second after the last one. A lease or a report from the same address contains
-the name of the sender. Programs that send no lease, such as a driver of another
-project, are detected, too.
+second after the last such message. If the same address also sends a lease or a
+report, this message contains the name of the sender. Programs that send no
+lease, such as a driver of another project, are also detected.
 """
 
 import dataclasses as dc
@@ -36,7 +36,7 @@ PRESENT = 0.5
 """A sender counts as present for this time after its last message [s]."""
 
 _FORGOTTEN = 60.0
-"""A sender is forgotten if it sends nothing for this time [s]."""
+"""Time without messages of a sender after which it is removed [s]."""
 
 _MOST_NAMES = 100
 """Largest number of known addresses."""
@@ -76,16 +76,18 @@ class Senders:
 class Watch:
     """The senders on the network, and the conflicts between them.
 
-    This class uses neither clock nor socket: its methods get the packets and
-    the time.
+    This class uses neither clock nor socket: its methods receive the packets
+    and the time.
 
     Attributes:
         identity: Our identity.
-        own: Our address, known when our own lease has come back; empty before.
+        own: This process's address, which it learns when it receives its own
+            lease; empty before.
         requested_by: Operator that requested motion since `take_request`.
         broken: Number of malformed leases, reports and requests.
         strange: Number of messages of unexpected senders on channels of
-            commands and statuses, and channel and address of the latest.
+            commands and statuses, and channel and address of the latest such
+            message.
     """
 
     def __init__(
@@ -98,8 +100,9 @@ class Watch:
 
         Args:
             identity: Our identity.
-            commands: Channels on which only we may send.
-            statuses: Channels with statuses. On each, only one driver may send.
+            commands: Channels on which only this process may send.
+            statuses: Channels with statuses; on each of them, only one driver
+                may send.
         """
         self.identity = identity
         self.own = ""
@@ -148,7 +151,7 @@ class Watch:
             self._claims.hear(sender, now)
 
     def drivers(self, now: float) -> tuple[int, ...]:
-        """Returns the sessions of the drivers that send our statuses."""
+        """Returns the sessions of the drivers that send the statuses."""
         sessions = (
             self._drivers[senders.present(now)[0]].identity.session
             for senders in self._statuses.values()
@@ -157,7 +160,7 @@ class Watch:
         return tuple(dict.fromkeys(sessions))
 
     def take_request(self) -> str:
-        """Returns the operator that requested motion since the last call."""
+        """Returns the operator who requested motion since the last call."""
         operator, self.requested_by = self.requested_by, None
         return operator or ""
 
@@ -166,8 +169,8 @@ class Watch:
 
         Args:
             now: Our wall clock [s].
-            listens_only: Whether we send no commands, so that other programs
-                may send commands.
+            listens_only: Whether this process sends no commands. Other programs
+                may then send commands.
         """
         if not listens_only:
             channels: Mapping = {**self._commands, SESSION_LEASE: self._claims}
@@ -202,7 +205,7 @@ class Watch:
                     known.pop(sender, None)
 
     def _keep(self, known: dict, sender: str, what, now: float) -> None:
-        """Stores the identity of an address, up to a hundred addresses."""
+        """Stores the identity of an address; at most 100 are kept."""
         if sender in known or len(known) < _MOST_NAMES:
             known[sender], self._told[sender] = what, now
 
@@ -211,19 +214,19 @@ class WireGuard:
     """Monitors the network of a robot's link, and sends our lease.
 
     Attributes:
-        sent: Number of messages that we have sent so far.
-        mode: Mode of our supervisor, which the lease contains.
+        sent: Number of messages that this process has sent so far.
+        mode: Mode of the supervisor, which the lease contains.
         reason: Reason for that mode.
     """
 
     def __init__(self, lcm: DrakeLcm, config: HardwareConfig, name: str):
-        """Joins the network with another socket, to get senders' addresses.
+        """Joins the network with another socket, to read senders' addresses.
 
         Args:
-            lcm: The network on which our commands go out.
-            config: The names of the channels, and whether we are in shadow
-                mode, in which nothing is sent, not even a lease.
-            name: Our name, for people.
+            lcm: The network on which this process sends its commands.
+            config: The names of the channels, and the flag of the shadow mode,
+                in which nothing is sent, not even a lease.
+            name: Name of this program, for display.
 
         Raises:
             RemoSplatError: The LCM URL is not a multicast address.
@@ -273,10 +276,11 @@ class WireGuard:
         """Claims the drivers by a lease, when no other program commands them.
 
         Args:
-            patience: Longest time to wait until no other program commands [s].
+            patience: Longest time to wait until no other program sends commands
+                [s].
 
         Returns:
-            Why the drivers were not claimed; empty if they were.
+            The reason why the drivers were not claimed; empty if they were.
         """
         end = time.monotonic() + patience
         while problem := self._objection():
@@ -299,11 +303,11 @@ class WireGuard:
         return self._watch.problem(time.time(), listens_only=self._shadow)
 
     def take_request(self) -> str:
-        """Returns the operator that has requested motion; empty for none."""
+        """Returns the operator who has requested motion, or ""."""
         return self._watch.take_request()
 
     def summary(self) -> str:
-        """Returns the numbers of unexpected messages, in words; or ""."""
+        """Describes the unexpected messages; empty if there are none."""
         (strange, latest), broken = self._watch.strange, self._watch.broken
         said = []
         if strange and not self._shadow:

@@ -1,4 +1,4 @@
-"""`WristCameraReceiver`: outputs images of a real robot's wrist camera."""
+"""`WristCameraReceiver`: the system that receives a wrist camera's images."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -12,7 +12,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 
 class WristCameraReceiver(LeafSystem):
-    """The latest images that arrived by LCM.
+    """Outputs the latest images that arrived over LCM.
 
     .. pydrake_system::
 
@@ -100,7 +100,7 @@ class ImageDecoder:
         """Starts without an image.
 
         Args:
-            channel: Name of the channel, for people.
+            channel: Name of the channel, which problems contain.
         """
         self._channel = channel
         self._packet = b""

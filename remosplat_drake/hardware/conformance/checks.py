@@ -1,4 +1,4 @@
-"""Checks the messages of a robot, with a finding for each rule."""
+"""Checks the messages of a robot; makes a `Finding` for each rule."""
 
 import dataclasses as dc
 from collections.abc import Iterator, Sequence
@@ -32,8 +32,9 @@ _AHEAD = 0.002
 """Largest time by which a stamp may be ahead of our clock [s]."""
 
 _SAME = 0.15
-"""Permitted deviation of an axis' gain, its motion per commanded motion, from
-1."""
+"""Permitted deviation of an axis' gain from 1. The gain is the axis' motion per
+commanded motion.
+"""
 
 _OTHER = 0.1
 """Greatest permitted motion of an axis per commanded motion of another axis."""
@@ -46,19 +47,19 @@ _RESOLUTION = 0.005
 """Resolution of delays [s]."""
 
 _MODE_WORDS = (
-    "a mode in which the part moves, and another one while it is stopped"
+    "a mode in which the part moves, and another mode while it is stopped"
 )
 
 
 def judge(
     record: RobotRecord, config: HardwareConfig, actuators: Sequence[Actuator]
 ) -> list[Finding]:
-    """Evaluates a record; see `Seen` for its required content.
+    """Evaluates a record, whose required content `Seen` checks.
 
     Args:
         record: The received messages.
         config: Rates and limits of the controller.
-        actuators: Models of how the axes follow their commands, base first.
+        actuators: Actuator models of all axes, those of the base first.
     """
     findings = []
     for part in record.parts:
@@ -103,7 +104,7 @@ class Seen:
         self._drivers |= record.drivers.keys()
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
-        """Lists the missing observations, in words for an operator.
+        """Lists the missing observations, as texts for an operator.
 
         Args:
             stop: Whether stops of all parts are required.
@@ -123,7 +124,7 @@ class Seen:
 
 @dc.dataclass
 class _Range:
-    """The range of an axis' position [rad, m], updated piece by piece."""
+    """The range of an axis' position [rad, m], updated with each record."""
 
     end: float = 0.0
     low: float = 0.0
@@ -202,7 +203,7 @@ def _gaps(part: PartRecord, config: HardwareConfig) -> Finding:
     limit = config.base_status_expiry
     if part.part == "arm":
         limit = config.arm_status_limit
-    # A late message leaves the same gap as a lost one.
+    # A late message causes the same gap as a lost message.
     longest = float(np.diff(part.received, prepend=part.received[0]).max())
     return judged(
         f"{part.part}: silence",

@@ -1,8 +1,8 @@
 """Measures how the axes of a part follow their commands.
 
-The description's model of the actuators predicts a motion from the commands.
-The measured motion is compared with it, for several delays that are added to
-that of the model.
+The actuator model in the robot's description predicts a motion from the
+commands. The measured motion is compared with this prediction, for several
+delays that are added to the delay of the model.
 """
 
 import dataclasses as dc
@@ -17,14 +17,16 @@ _GRID = 0.002
 """Time between two states of the model [s]."""
 
 _DELAYS = np.arange(-0.1, 0.4, 0.005)
-"""Tried delays, each in addition to the delay in the model [s]."""
+"""Delays with which motions are compared, in addition to the model's delay [s].
+"""
 
 _WINDOW = 0.1
-"""Duration of compared motions [s]; it is short, since drift and rest contain
-no information."""
+"""Duration of each of the motions that are compared [s]. It is short, since
+drift and times at rest contain no information.
+"""
 
 MOVED = 0.02
-"""Least commanded motion of an axis for an evaluation [rad, m]."""
+"""Least commanded motion of an axis that is evaluated [rad, m]."""
 
 _HELD = 0.1
 """Longest time for which a command is valid, as in the drivers [s]."""
@@ -35,14 +37,14 @@ class Following:
     """Result of the comparison of n axes with their commands.
 
     Attributes:
-        moved: Whether each was commanded to move far enough for an evaluation,
+        moved: Mask of the axes with enough commanded motion for an evaluation,
             shape (n,).
         gains: Motion of axis i per commanded motion of axis j, shape (n, n);
-            zero if j has not moved.
+            zero if axis j was not evaluated.
         late: Delay of each axis in addition to the delay in its model, shape
             (n,) [s].
         velocity: Ratio of each axis' reported velocity to the change of its
-            position per time, shape (n,); NaN if it has not moved.
+            position per time, shape (n,); NaN if the axis has not moved.
     """
 
     moved: np.ndarray
@@ -55,9 +57,8 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
     """Compares a part's motion with its commands.
 
     Args:
-        part: Its messages.
-        actuators: Models of how the part's axes follow their commands, in the
-            order of the axes.
+        part: Messages of the part.
+        actuators: Actuator models of the part's axes, in the order of the axes.
     """
     n = len(part.axes)
     gains, late = np.zeros((n, n)), np.full(n, np.nan)
@@ -100,11 +101,12 @@ def commanded_ways(part: PartRecord) -> np.ndarray:
     """Integrates a part's commands, without a model of its actuators.
 
     Args:
-        part: Its messages.
+        part: Messages of the part.
 
     Returns:
-        Positions at the ends of the commands, relative to the start, shape (c,
-        n) [rad, m]; the latest command has not ended yet.
+        Positions at the ends of the c commands, relative to the start, shape
+        (c, n) [rad, m]. The latest command has not ended, so its row is up to
+        its start.
     """
     held = np.minimum(np.diff(part.sent), _HELD)
     return np.cumsum(held[:, None] * part.u[:-1], axis=0)
@@ -113,7 +115,7 @@ def commanded_ways(part: PartRecord) -> np.ndarray:
 def _model(
     part: PartRecord, actuators: Sequence[Actuator]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Predicts the motion from the commands, with the actuator model.
+    """Predicts the motion from the commands by the actuator models.
 
     Returns:
         Times, shape (m,) [s], and positions relative to the first, shape (m,
@@ -136,7 +138,7 @@ def _model(
 
 
 def _velocity_share(stamp: np.ndarray, way: np.ndarray, v: np.ndarray) -> float:
-    """Ratio of reported velocity to change of position; NaN at rest.
+    """Ratio of reported velocity to measured velocity; NaN at rest.
 
     The ratio is fitted by least squares over the whole motion.
     """

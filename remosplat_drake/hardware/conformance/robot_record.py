@@ -1,4 +1,4 @@
-"""`RobotRecord`: commands to a robot and its statuses, as arrays."""
+"""`RobotRecord`: recorded commands and statuses of a robot, as arrays."""
 
 import collections
 import dataclasses as dc
@@ -32,16 +32,16 @@ class PartRecord:
     """Commands and statuses of one part of a robot, with n axes.
 
     Attributes:
-        part: Its name, `arm` or `base`.
-        channel: Channel of its statuses.
-        axes: Names of its axes.
+        part: Name of the part, `arm` or `base`.
+        channel: Channel of the part's statuses.
+        axes: Names of the part's axes.
         sent: Stamps of the commands, ascending, shape (c,) [s].
         u: The commands, shape (c, n) [rad/s, m/s].
         received: Times of arrival of the statuses, by our clock, shape (k,)
             [s].
-        stamp: Times of their measurement, by the driver's clock, shape (k,)
-            [s].
-        way: Positions of the axes relative to the first status, shape (k, n)
+        stamp: Times of measurement of the statuses, by the driver's clock,
+            shape (k,) [s].
+        way: Displacements of the axes since the first status, shape (k, n)
             [rad, m].
         v: Reported velocities, shape (k, n) [rad/s, m/s].
         modes: Reported modes, in the order of their first occurrence.
@@ -68,8 +68,8 @@ class RobotRecord:
     """Commands and statuses of a robot.
 
     Attributes:
-        arm: Its arm.
-        base: Its base; None for a fixed robot.
+        arm: Record of the arm.
+        base: Record of the base; None for a robot on a fixed base.
         drivers: Names of the drivers that started, keyed by session.
         duration: Duration of reception [s].
     """
@@ -94,7 +94,7 @@ def gather(
     """Collects a robot's messages in a record.
 
     Args:
-        packets: The messages, in their order.
+        packets: The messages, in the order of their arrival.
         config: Names of the channels.
         robot: The robot.
         duration: Duration of reception [s].
@@ -216,7 +216,7 @@ def _decoded(kind, data: bytes):
 
 
 def _read(statuses: list[Packet], read):
-    """Returns rows, modes, and counts of the faults of malformed statuses."""
+    """Returns rows, modes, and numbers of malformed statuses by their fault."""
     rows, modes, broken = [], {}, collections.Counter()
     for packet in statuses:
         try:

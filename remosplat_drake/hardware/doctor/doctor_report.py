@@ -1,4 +1,4 @@
-"""`DoctorReport`: a file with all findings, and the check of its validity."""
+"""`DoctorReport`: the findings of `remosplat doctor`, in a file."""
 
 import dataclasses as dc
 import json
@@ -14,7 +14,7 @@ from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED, Finding
 
 LONGEST_AGE = 12 * 3600.0
-"""Age beyond which a report is no longer valid [s]: a working day."""
+"""Age beyond which a report is invalid [s], a working day."""
 
 
 @dc.dataclass(frozen=True)
@@ -25,7 +25,7 @@ class DoctorReport:
         host: Name of the computer.
         url: LCM URL of the robot.
         time: Time of the checks, by the wall clock [s].
-        findings: One for each check, in their order.
+        findings: One finding for each check, in the order of the checks.
     """
 
     host: str
@@ -35,14 +35,14 @@ class DoctorReport:
 
     @property
     def failed(self) -> list[Finding]:
-        """The failed checks; while there are any, no robot may be driven."""
+        """The failed checks. If there are any, the report permits no run."""
         return [f for f in self.findings if f.result == FAILED]
 
     def lacking(self, needed: Collection[str]) -> list[str]:
-        """Lists needed checks that are missing, and why.
+        """Lists needed checks that are missing, with reasons.
 
-        A skipped check counts as missing; a check that ended in advice does
-        not.
+        A skipped check counts as missing. A check with the result ADVICE does
+        not count as missing.
 
         Args:
             needed: Names of the needed checks.
@@ -55,14 +55,14 @@ class DoctorReport:
         ]
 
     def save(self, path: Path) -> None:
-        """Writes the report as JSON; see `write_atomically` for errors."""
+        """Writes the report as JSON, by `write_atomically`."""
         write_atomically(path, json.dumps(dc.asdict(self), indent=2) + "\n")
 
 
 def needed_checks(has_base: bool) -> tuple[str, ...]:
-    """Returns the checks that must not be skipped before a robot is driven.
+    """Returns the checks that must not be skipped before a run.
 
-    The check of collision thresholds is not among them, since it is only
+    They do not include the check of collision thresholds, since it is only
     possible on the computer of the arm's driver.
 
     Args:
@@ -135,15 +135,15 @@ def objection(
     now: float,
     needed: Collection[str],
 ) -> str:
-    """Returns why a report does not allow a run; empty if it does.
+    """Returns the reason why a report does not permit a run, or "".
 
     Args:
         report: The report.
         host: Name of this computer.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that must have been made; they must neither
-            have failed nor have been skipped.
+        needed: Names of the checks that must neither have failed nor have been
+            skipped.
     """
     if report.host != host:
         return f"was made on another computer, {report.host}"
@@ -152,8 +152,8 @@ def objection(
     age = now - report.time
     if not 0 <= age <= LONGEST_AGE:
         return (
-            f"is {age / 3600:.1f} hours old; wanted: at most"
-            f" {LONGEST_AGE / 3600:.0f}"
+            f"is {age / 3600:.1f} hours old; at most {LONGEST_AGE / 3600:.0f} "
+            "hours are valid"
         )
     if report.failed:
         return f"contains a failure: {report.failed[0].line}"
@@ -164,13 +164,13 @@ def objection(
 def check_doctor(
     path: Path, url: str, now: float, needed: Collection[str]
 ) -> None:
-    """Raises an error if a robot has no valid report without failures.
+    """Raises an error unless a valid report permits to move a robot.
 
     Args:
         path: File of the report.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that a run needs, as for `objection`.
+        needed: Names of the checks that the run needs, see `objection`.
 
     Raises:
         RemoSplatError: There is no report, or it is not valid for this run.

@@ -1,4 +1,4 @@
-"""Checks for which the robot moves, or a person presses a button."""
+"""Checks during which the robot moves, or a person presses a button."""
 
 import dataclasses as dc
 import re
@@ -41,7 +41,9 @@ STEP_SPEED, STEP_DURATION = 0.1, 1.0
 """Speed and duration of the base's motion for the step response [m/s, s]."""
 
 LONGEST_DELAY = 0.5
-"""Longest permitted time until half of the commanded change of speed [s]."""
+"""Longest permitted time until the base has made half of a commanded change of
+speed [s].
+"""
 
 PATIENCE = 60.0
 """Longest wait for a person to press or release a button [s]."""
@@ -52,7 +54,7 @@ _SILENT = 0.5
 
 
 def needed_drills(has_base: bool) -> tuple[str, ...]:
-    """Returns the drills that a robot must pass before it is driven.
+    """Returns the drills that a robot must pass before a run.
 
     Args:
         has_base: Whether the robot has a mobile base.
@@ -61,7 +63,7 @@ def needed_drills(has_base: bool) -> tuple[str, ...]:
 
 
 class WatchedRobot:
-    """Receives a robot's statuses, and sends nothing.
+    """Receives the statuses of a robot, and sends nothing.
 
     Attributes:
         measurement: The last measurement.
@@ -74,7 +76,7 @@ class WatchedRobot:
             config: The LCM network and its channels.
             robot: The robot.
         """
-        # In shadow mode, the link cannot publish anything, not even by mistake.
+        # In shadow mode, the link publishes nothing, not even by mistake.
         self._link = RobotLink(dc.replace(config, shadow=True), robot)
         self.measurement = Measurement()
 
@@ -87,7 +89,7 @@ class WatchedRobot:
         self.measurement = self._link.updated(self.measurement)
 
     def arm_stop(self) -> str:
-        """Returns how the arm's statuses show a stop; empty if they do not."""
+        """Describes the sign of a stop in the arm's statuses, or ""."""
         arm = self.measurement.arm
         silence = time.time() - self.measurement.arm_stream.received
         if arm is None or silence > _SILENT:
@@ -96,7 +98,7 @@ class WatchedRobot:
         return "" if mode in ("idle", "move", "other") else f"mode {mode}"
 
     def base_stop(self) -> str:
-        """Returns how the base's statuses show a stop; empty if they do not."""
+        """Describes the sign of a stop in the base's statuses, or ""."""
         base = self.measurement.base
         silence = time.time() - self.measurement.base_stream.received
         if base is None or silence > _SILENT:
@@ -112,10 +114,10 @@ class StepResponse:
     """Response of the base to a step of its commanded speed.
 
     Attributes:
-        rise: Time until the base had half of the commanded speed [s]; inf if
-            never.
+        rise: Time until the base had half of the commanded speed [s]; inf if it
+            never had.
         fall: Time from the end of the command until the base had less than half
-            of that speed [s].
+            of the commanded speed [s].
         speed: Greatest speed [m/s].
         rest: Speed at the end [m/s].
     """
@@ -145,7 +147,7 @@ def step_response(times: np.ndarray, speeds: np.ndarray) -> StepResponse:
 
 
 def base_step(robot: RobotModel, period: float) -> np.ndarray:
-    """Makes the commands for the base's step, one row per period, (k, n_u).
+    """Makes the commands for the step, one row per control period, (k, n_u).
 
     Args:
         robot: The robot, for the acceleration of its base.
@@ -162,14 +164,14 @@ def base_step(robot: RobotModel, period: float) -> np.ndarray:
 def drill_base_step(
     drive: Callable[[], tuple[np.ndarray, np.ndarray]],
 ) -> Finding:
-    """Drives the base forward for a moment, and checks how it follows.
+    """Drives the base forward for a moment, and checks its response.
 
     Args:
         drive: Function that sends the commands of `base_step`, through
             supervisor and station as in a run. It returns the times of the
-            ticks since the first one, shape (n,) [s], and the measured speeds,
-            shape (n,) [m/s]; or raises a RemoSplatError with the reason of a
-            failure.
+            ticks since the first tick, shape (n,) [s], and the measured speeds,
+            shape (n,) [m/s]. If the motion fails, it raises a RemoSplatError
+            with the reason.
     """
     wanted = (
         f"{STEP_SPEED} m/s forward and back to rest, each half within"
@@ -210,10 +212,10 @@ def drill_stop(
 
     Args:
         name: `USER_STOP` for the arm, or `EMERGENCY_STOP` for the base.
-        stopped: Function that returns how the statuses show the stop; empty if
-            they do not.
+        stopped: Function that describes the sign of the stop in the statuses,
+            or returns "".
         robot: The robot.
-        say: Prints the instruction for the person.
+        say: Function that prints an instruction for the person.
         patience: Longest wait for the person [s].
     """
     part = "arm" if name == USER_STOP else "base"
@@ -256,7 +258,7 @@ def _wait(robot: WatchedRobot, done: Callable[[], str], patience: float) -> str:
 
 
 def _watch_rest(robot: WatchedRobot) -> float:
-    """The fastest measured motion within a second without commands."""
+    """Largest measured speed within a second without commands."""
     fastest, end = 0.0, time.monotonic() + 1.0
     while time.monotonic() < end:
         robot.listen()
@@ -289,12 +291,12 @@ def check_actuators(robot: RobotModel) -> Finding:
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Checks the collision thresholds of the arm's driver.
 
-    Statuses do not contain the thresholds, and those set in Franka's Desk have
-    no effect, since the driver sets its own. Its command line shows them, if it
-    runs on this computer.
+    Statuses do not contain the thresholds. Those set in Franka's Desk have no
+    effect, since the driver sets its own thresholds. If the driver runs on this
+    computer, its command line contains them.
 
     Args:
-        processes: The folder with the processes' information.
+        processes: Folder of the process information, /proc.
     """
     check = "collision thresholds"
     wanted = "at most 40 N m and 40 N, set by the driver"

@@ -1,10 +1,11 @@
-"""`Finding`: the outcome of one check."""
+"""`Finding`: the result of one check."""
 
 import dataclasses as dc
 
 PASSED, ADVICE, FAILED, SKIPPED = "passed", "advice", "failed", "skipped"
-"""Results of checks. A run is refused after a FAILED check, or if a needed
-check was SKIPPED; see `doctor_report.needed_checks`."""
+"""Results of checks. A run is refused if any check has the result FAILED, or if
+a needed check was SKIPPED; see `doctor_report.needed_checks`.
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -43,7 +44,7 @@ def judged(
     remedy: str,
     otherwise: str = FAILED,
 ) -> Finding:
-    """Makes a finding, with the advice only if the check has not passed.
+    """Makes a finding, which contains advice only if the check did not pass.
 
     Args:
         check: Name of the check.

@@ -1,4 +1,4 @@
-"""Checks of this computer: clock, priorities, socket buffers."""
+"""Checks this computer's clock, priorities and socket buffers."""
 
 import ctypes
 import re
@@ -92,12 +92,12 @@ def clock_offset(tracking: str) -> float | None:
 
 
 def check_priority() -> Finding:
-    """Checks whether processes may have real-time priorities here."""
+    """Checks whether processes may have real-time priorities."""
     _, hard = resource.getrlimit(resource.RLIMIT_RTPRIO)
     is_unlimited = hard == resource.RLIM_INFINITY
     capabilities = Path("/proc/self/status").read_text()
     match = re.search(r"^CapEff:\s*([0-9a-f]+)", capabilities, re.M)
-    # Bit 23 is CAP_SYS_NICE, which root has.
+    # Bit 23 is CAP_SYS_NICE, which the root user has.
     is_root = match is not None and bool(int(match[1], 16) >> 23 & 1)
     return judged(
         "real-time priority",
@@ -112,10 +112,10 @@ def check_priority() -> Finding:
 
 
 def check_buffers(has_camera: bool) -> Finding:
-    """Checks that sockets can buffer packets until they are read.
+    """Checks that socket buffers are large enough for waiting packets.
 
     Args:
-        has_camera: Whether images are received, too.
+        has_camera: Whether images are also received.
     """
     path = _SYSCTL / "net/core/rmem_default"
     size = int(path.read_text())

@@ -1,4 +1,4 @@
-"""Checks of the LCM network: its senders, their rates and their clocks."""
+"""Checks the LCM network: its senders, their rates and their clocks."""
 
 import collections
 import contextlib
@@ -26,8 +26,9 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 PROBE = "REMOSPLAT_DOCTOR"
-"""Channel for test packets of the doctor to itself; no other program uses
-it."""
+"""Channel on which the doctor sends test packets to itself; no other program
+uses it.
+"""
 
 LISTENING = 2.0
 """Duration for which messages are received [s]."""
@@ -35,7 +36,7 @@ LISTENING = 2.0
 _LISTENING_PERIOD = 1e-3
 
 ARM_RATE, BASE_RATE = 200.0, 9.0
-"""Least rates of statuses [Hz]; a real Panda has 1 kHz."""
+"""Least rates of statuses [Hz]; a real Panda sends at 1 kHz."""
 
 ARM_SHARE = 0.8
 """Least fraction of an arm's statuses that must arrive, if the configured rate
@@ -98,7 +99,7 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
 def check_publishers(
     packets: Sequence[Packet], config: HardwareConfig, has_base: bool
 ) -> list[Finding]:
-    """Checks that each status has one sender, and commands have none yet.
+    """Checks that each status channel has one sender, and commands have none.
 
     Args:
         packets: The received packets.
@@ -138,7 +139,7 @@ def _publisher_advice(channel: str, wanted: int, found: int) -> str:
 
 
 def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
-    """Checks that our commands reach the drivers' computers.
+    """Checks that commands of this computer reach the drivers' computers.
 
     Args:
         packets: The received packets.
@@ -180,11 +181,11 @@ class _Source:
 
     Attributes:
         part: Name of the part.
-        channel: Its channel.
+        channel: Channel of the statuses.
         rate: Least rate [Hz].
         ages: Times of arrival minus stamps [s].
         problem: Faults of the latest malformed status.
-        modes: The mode in the latest status.
+        modes: The mode in the latest status, by name.
     """
 
     part: str

@@ -1,4 +1,4 @@
-"""`ArclMonitor`: reads an Omron base's stops over ARCL, its text protocol."""
+"""`ArclMonitor`: reads the stops of an Omron base over the protocol ARCL."""
 
 import contextlib
 import re
@@ -31,8 +31,7 @@ _STATUS_EVERY = 20
 """Number of queries about the motors per query about the state of charge."""
 
 _LOGIN = 5.0
-"""Longest wait for the password prompt, and for the acceptance of the password
-[s]."""
+"""Longest wait for the password prompt, and for the reply to it [s]."""
 
 _SILENCE = 2.0
 """Time without an answer after which the connection counts as lost [s]."""
@@ -41,15 +40,15 @@ _PAUSE = 1.0
 """Time between two attempts to connect [s]."""
 
 _LONGEST_LINE = 4096
-"""Number of bytes beyond which a line is invalid, and dropped."""
+"""Number of bytes beyond which a line is invalid and ignored."""
 
 
 class ArclMonitor:
-    """A `StopSource` that reads an Omron base's stops, in a separate thread.
+    """A `StopSource` that reads the stops of an Omron base in a thread.
 
-    It logs in, queries the motors' state ten times a second, and reconnects
-    whenever the connection is lost. Without a recent answer the base's state is
-    unknown.
+    It logs in, queries the state of the motors ten times a second, and
+    reconnects if the connection is lost. Without a recent answer, the base's
+    state is unknown.
     """
 
     def __init__(
@@ -65,7 +64,8 @@ class ArclMonitor:
             host: Name or address of the robot.
             port: TCP port of ARCL.
             password: The password of ARCL's server.
-            say: Prints why there is no connection, once for each new reason.
+            say: Function that prints the reason why there is no connection. It
+                is called once for each new reason.
         """
         self._address, self._password, self._say = (host, port), password, say
         self._state = ArclState()
@@ -101,8 +101,8 @@ class ArclMonitor:
         """Logs in, and sends queries until the connection ends.
 
         Raises:
-            OSError: The robot is silent, has closed the connection, or rejects
-                the password.
+            OSError: The robot does not answer, has closed the connection, or
+                rejects the password.
         """
         lines = _Lines(link)
         lines.wait_for(PROMPT, _LOGIN)
@@ -136,7 +136,7 @@ class _Lines:
         self._rest = b""
 
     def read(self, timeout: float) -> list[str]:
-        """Waits for data for `timeout` [s], and returns complete lines."""
+        """Waits up to `timeout` [s] for data, and returns complete lines."""
         self._link.settimeout(timeout)
         with contextlib.suppress(TimeoutError):
             data = self._link.recv(_LONGEST_LINE)
@@ -148,9 +148,9 @@ class _Lines:
         return [line.decode("ascii", "replace") for line in lines]
 
     def wait_for(self, text: str, limit: float) -> None:
-        """Reads until a text has come, in upper or lower case.
+        """Reads until a text has come; ignores upper and lower case.
 
-        The text may be in an incomplete line, as a prompt is.
+        The text may be in an incomplete line, such as a prompt.
 
         Raises:
             OSError: The text does not come within `limit` [s].

@@ -1,9 +1,9 @@
-"""Reads an Omron base's ARCL messages, line by line.
+"""Parses the ARCL messages of an Omron base, line by line.
 
-ARCL is text over TCP: a password, then commands and answers, with messages of
-the robot in between. This module uses the following parts of the Advanced
-Robotics Command Language Reference Guide (18448-000) and of OmronAPAC's ROS
-packages:
+ARCL is a text protocol over TCP. It consists of a password, then commands and
+answers, with messages of the robot in between. This module uses the following
+parts of the Advanced Robotics Command Language Reference Guide (18448-000) and
+of OmronAPAC's ROS packages:
 
     queryMotors     Motors enabled | Motors disabled | EStop pressed |
                     EStop relieved but motors still disabled
@@ -23,7 +23,7 @@ QUERY = "queryMotors"
 """Command that queries whether the motors may turn."""
 
 STATUS = "status"
-"""Command that queries the state of charge, among others."""
+"""Command that queries the state of charge and other values."""
 
 PROMPT = "enter password"
 """Password prompt of the robot, in lower case."""
@@ -43,12 +43,12 @@ _MOTORS = {
 
 @dc.dataclass(frozen=True)
 class ArclState:
-    """The base's state according to the lines so far.
+    """The base's state according to the lines that have come so far.
 
     Attributes:
         stops: The base's stops, by the latest line about them.
         heard: Time of that line, by a monotonic clock [s]; -inf before the
-            first one.
+            first line.
     """
 
     stops: BaseStops = FREE
@@ -66,10 +66,10 @@ class ArclState:
 
 
 def with_line(state: ArclState, line: str, t: float) -> ArclState:
-    """Returns the state after a line; other lines do not change it.
+    """Returns the state after a line, which may not change it.
 
     Args:
-        state: The state before.
+        state: The previous state.
         line: The line, without its end.
         t: Time of its arrival, by a monotonic clock [s].
     """
@@ -86,7 +86,7 @@ def with_line(state: ArclState, line: str, t: float) -> ArclState:
 
 
 def _share(percent: str) -> float:
-    """Converts a charge in percent to a fraction; -1 if it is not a number."""
+    """Converts a charge in percent to a fraction; -1 for no valid number."""
     try:
         charge = 0.01 * float(percent)
     except ValueError:

@@ -1,7 +1,7 @@
-"""`ArmDriver`: executes LCM commands on any arm that accepts velocities.
+"""`ArmDriver`: executes LCM commands on an arm that accepts joint rates.
 
 The channels (`PANDA_COMMAND`, `PANDA_STATUS`), the messages and the rules for
-commands are those of drake-franka-driver. Its messages can represent arms of
+commands are those of drake-franka-driver. Its messages can represent arms with
 any number of joints.
 """
 
@@ -38,9 +38,10 @@ class ArmReport:
         v: Joint rates, shape (n,) [rad/s].
         time: The arm's own clock [s].
         mode: A value of lcmt_panda_status.robot_mode.
-        problem: Why the arm no longer follows commands; empty if it does.
-        utime: Time of the measurement, by the wall clock [us]; None if the arm
-            does not send it, so that the time of arrival is used.
+        problem: Reason why the arm no longer follows commands; empty if it
+            does.
+        utime: Time of the measurement, by the wall clock [us]. If the arm does
+            not send it, this is None, and the time of arrival is used.
     """
 
     q: np.ndarray
@@ -52,7 +53,7 @@ class ArmReport:
 
 
 class ArmLink(Protocol):
-    """The interface of an arm for `ArmDriver`."""
+    """Protocol of an arm that `ArmDriver` drives."""
 
     def command(self, velocity: np.ndarray) -> None:
         """Sends joint rates to the arm, shape (n,) [rad/s]."""
@@ -68,7 +69,7 @@ class ArmLink(Protocol):
 
 
 class ArmDriver:
-    """Receives commands, passes them to the arm, and publishes statuses."""
+    """Sends commands from LCM to an arm, and publishes the arm's statuses."""
 
     def __init__(
         self,
@@ -82,7 +83,7 @@ class ArmDriver:
         Args:
             lcm: The LCM network.
             link: The arm.
-            joints: Number of its joints.
+            joints: Number of the arm's joints.
             inbox: Source of commands; None accepts every sender.
         """
         self._lcm, self._link = lcm, link
@@ -131,8 +132,8 @@ def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
 
     Args:
         report: The arm's report.
-        now: Present wall clock time [us], which is the stamp if the report has
-            none.
+        now: Present wall clock time [us], which is the stamp if the report
+            contains no time.
     """
     status, zeros = lcmt_panda_status(), [0.0] * len(report.q)
     status.utime = now if report.utime is None else report.utime

@@ -1,4 +1,4 @@
-"""Passes the arm's state from the 1 kHz callback to `PANDA_STATUS`."""
+"""Converts states in the 1 kHz callback to messages of `PANDA_STATUS`."""
 
 from typing import Any
 
@@ -31,8 +31,9 @@ def arm_record(
 
     Args:
         state: A `RobotState` of libfranka.
-        command: The command that answers it.
-        now: Wall clock [us]; a double holds it exactly until the year 2255.
+        command: The command that answers this state.
+        now: Wall clock [us]; a double represents it exactly until the year
+            2255.
     """
     values = [
         now,

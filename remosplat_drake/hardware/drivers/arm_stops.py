@@ -1,4 +1,4 @@
-"""`ArmStops`: an arm's stops, from ROS topics other than its joint states."""
+"""`ArmStops`: reads an arm's stops from ROS topics."""
 
 import math
 from typing import NamedTuple
@@ -21,7 +21,7 @@ class ArmHold(NamedTuple):
 
     Attributes:
         mode: The arm's mode, a value of lcmt_panda_status.robot_mode.
-        reason: Why the arm must not move; empty if it may move.
+        reason: Reason why the arm must not move; empty if it may move.
     """
 
     mode: int = lcmt_panda_status.kMove

@@ -1,11 +1,11 @@
-"""The mobile base driver's rules for `BASE_COMMAND`: watchdog and clamping.
+"""Rules of a mobile base's driver for `BASE_COMMAND`: watchdog and limits.
 
 There are two watchdogs: the base stops if the stamp of the latest command
 expires, as for the arm, and if no command has arrived for 0.2 s. A command with
-a braking ramp is instead held for 1.5 control periods and followed by the ramp
+a braking ramp is instead held for 1.5 control periods, and followed by the ramp
 to rest, which the controller has verified. A command beyond the maxima is
-clamped, because the LD-60's ROS node would reject it, and would continue at the
-old speed with its own watchdog disabled.
+scaled to them. Otherwise the LD-60's ROS node would reject the command, and
+would continue at the previous speed with its own watchdog disabled.
 """
 
 import dataclasses as dc
@@ -32,15 +32,16 @@ class BaseMaxima:
     """Greatest velocities that a base executes.
 
     The defaults are those of the LD-60's ROS node. It rejects turning rates
-    above 50 degrees a second, 0.87266 rad/s, so a clamped command must be below
-    that.
+    above 50 degrees per second (0.87266 rad/s), so the default is below this
+    rate.
 
     Attributes:
         forward: Greatest speed forward [m/s].
-        reverse: Greatest speed backwards [m/s]; no sensor watches that
-            direction.
-        sideways: Greatest speed to either side [m/s]. 0 for a base that cannot
-            move sideways; a command with such motion then becomes a stop.
+        reverse: Greatest speed backwards [m/s]; no sensor observes the space
+            behind the base.
+        sideways: Greatest speed to either side [m/s]. It is 0 for a base that
+            cannot move sideways; a command with a sideways speed then becomes a
+            stop.
         yaw_rate: Greatest turning rate, either way [rad/s].
     """
 
@@ -51,7 +52,7 @@ class BaseMaxima:
 
 
 def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
-    """Scales a command by one factor to the maxima, which keeps its arc.
+    """Scales a command by one factor to the maxima; its arc stays the same.
 
     A command that is not finite becomes a stop.
 
@@ -67,7 +68,7 @@ def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
         return np.zeros(3)
     upper = np.array([maxima.forward, maxima.sideways, maxima.yaw_rate])
     lower = -np.array([maxima.reverse, maxima.sideways, maxima.yaw_rate])
-    # By rounding, the scaled command may be slightly beyond a bound.
+    # Because of rounding, the scaled command may slightly exceed a bound.
     return np.clip(scaled_command(velocity, lower, upper), lower, upper)
 
 
@@ -87,7 +88,7 @@ class BaseCommands:
         """Starts without a command.
 
         Args:
-            maxima: Greatest velocities that are executed; None: the maxima of
+            maxima: Greatest velocities that are executed; None takes those of
                 the LD-60.
             expiry: Greatest difference between a stamp and the driver's
                 clock [s].
@@ -108,7 +109,7 @@ class BaseCommands:
 
         Args:
             channel: `COMMAND_RAMP`, or the channel of the commands.
-            data: The encoded packet; a malformed one is ignored.
+            data: The encoded packet; a malformed packet is ignored.
             time: Time now, by a monotonic clock [s].
         """
         if channel == COMMAND_RAMP:
@@ -117,7 +118,7 @@ class BaseCommands:
             self.receive(data, time)
 
     def receive(self, data: bytes, time: float) -> None:
-        """Processes a command; a malformed one is ignored.
+        """Processes a command; a malformed command is ignored.
 
         Args:
             data: The encoded `base_command`.
@@ -138,7 +139,7 @@ class BaseCommands:
 
         Args:
             now: The driver's wall clock [us].
-            time: Time now, by the clock that `receive` was given [s].
+            time: Time now, by the same clock as for `receive` [s].
 
         Returns:
             Speeds forward and to the left, and turning rate, shape (3,)
@@ -147,7 +148,7 @@ class BaseCommands:
         share = self._share(now, time - self._arrival)
         self._is_new = False
         if not share:
-            # An expired command is dropped; otherwise a command with a stamp in
+            # An expired command is removed. Otherwise a command with a stamp in
             # the future would be executed later.
             self._velocity = np.zeros(3)
         return share * self._velocity

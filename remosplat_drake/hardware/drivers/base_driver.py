@@ -1,4 +1,4 @@
-"""`BaseDriver`: executes LCM commands on any velocity-controlled base."""
+"""`BaseDriver`: executes LCM commands on a velocity-controlled base."""
 
 import math
 from collections import deque
@@ -43,13 +43,14 @@ PERIOD = 0.01
 """Period of the driver's loop [s]."""
 
 FAREWELL = 0.5
-"""Time for which zeros are sent after the last nonzero velocity [s]. Then the
-driver sends nothing, so another program, for example for a joystick, may drive
-the base."""
+"""Time for which zeros are sent after the last nonzero velocity [s]. After this
+time, the driver sends nothing, so that another program, for example for a
+joystick, may drive the base.
+"""
 
 
 class BaseLink(Protocol):
-    """The interface of a base for `BaseDriver`."""
+    """Protocol of a base that `BaseDriver` drives."""
 
     def publish(self, velocity: np.ndarray) -> None:
         """Sends a velocity to the base.
@@ -88,7 +89,7 @@ class Queue(Generic[Message]):
         self._messages: deque[Message] = deque(maxlen=100)
 
     def put(self, message: Message) -> None:
-        """Adds a message; if more than 100 wait, the oldest are dropped."""
+        """Adds a message; at most the newest 100 messages are kept."""
         self._messages.append(message)
 
     def fetch(self) -> list[Message]:
@@ -100,7 +101,7 @@ class StopFlags:
     """The latest values of topics that report whether the base may move."""
 
     def __init__(self, topics: RosBase):
-        """Starts without values; flags without a value are unknown."""
+        """Starts without values; a flag without a value is unknown."""
         self._fields = tuple(topics.flags.values())
         self._values = TopicValues[bool](expiry_of(topics.stop_expiry))
 
@@ -126,7 +127,7 @@ class StopFlags:
 
 
 class BaseDriver:
-    """Passes commands from LCM to a base, and measurements back."""
+    """Sends commands from LCM to a base, and publishes its measurements."""
 
     def __init__(
         self,
@@ -142,9 +143,9 @@ class BaseDriver:
         Args:
             lcm: The LCM network.
             link: The connection to the base.
-            maxima: Greatest velocities of the base; None: the maxima of the
+            maxima: Greatest velocities of the base; None takes those of the
                 LD-60.
-            sources: Further sources of the base's stops.
+            sources: Further sources of the base's stops, besides `link`.
             inbox: Source of commands; None accepts every sender.
             tell: Called with a message when odometry is unusable.
         """

@@ -1,4 +1,4 @@
-"""`BaseStops`: a base's stops, from sources other than its odometry."""
+"""`BaseStops`: the causes that stop a mobile base."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ class BaseStops:
         emergency: Whether an emergency stop is latched.
         protective: Whether the safety scanner has stopped the motors.
         motors_off: Whether the motors are off for another reason.
-        is_unknown: Whether a configured source is silent.
+        is_unknown: Whether a configured source sends nothing.
         battery: State of charge, 0 to 1; negative if unknown.
     """
 
@@ -31,7 +31,7 @@ FREE = BaseStops()
 
 
 class StopSource(Protocol):
-    """The interface of a source of a base's stops."""
+    """Protocol of a source of a base's stops."""
 
     def stops(self, t: float) -> BaseStops:
         """Returns the base's stops.
@@ -43,7 +43,7 @@ class StopSource(Protocol):
 
 
 def merged(stops: Iterable[BaseStops]) -> BaseStops:
-    """Combines several sources: any of them stops the base."""
+    """Combines the stops of several sources, each of which stops the base."""
     every = [FREE, *stops]
     return BaseStops(
         emergency=any(s.emergency for s in every),
@@ -57,8 +57,7 @@ def merged(stops: Iterable[BaseStops]) -> BaseStops:
 def tell(status: base_status, stops: BaseStops) -> None:
     """Writes stops into a status message, in place.
 
-    If the state is unknown although a source is configured, the base counts as
-    faulty.
+    If a configured source sends nothing, the status reports a fault.
     """
     status.emergency_stop = int(stops.emergency)
     status.protective_stop = int(stops.protective)

@@ -1,9 +1,10 @@
 """`CallbackProcess`: runs the arm's 1 kHz control in a separate process.
 
 The arm's controller requires a command every millisecond, which a callback
-computes. The process that exchanges LCM messages cannot delay the callback: no
-other thread uses its Python interpreter, and garbage collection is off. If the
-other process ends, this one continues until the arm is at rest.
+computes. The process that exchanges LCM messages cannot delay the callback,
+since no other thread uses the callback's Python interpreter, and garbage
+collection is off. If the LCM process ends, the callback's process continues
+until the arm is at rest.
 """
 
 import signal
@@ -33,8 +34,9 @@ from remosplat_drake.hardware.drivers.velocity_callback import (
 from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
 
 STALLED = 0.1
-"""Time without a state after which the callback counts as stalled [s]. The
-robot has then aborted its motion, as it does after 20 ms."""
+"""Time without a state after which the callback counts as stalled [s]. By then,
+the robot has aborted its motion, which it does after 20 ms.
+"""
 
 _READY = ""
 _AFTERWARDS = 0.05
@@ -44,7 +46,7 @@ class CallbackProcess:
     """The driver's connection to the process with the callback."""
 
     def __init__(self, library: str, host: str, limits: CollisionLimits):
-        """Starts the process and waits until it controls the arm.
+        """Starts the process, and waits until it controls the arm.
 
         Args:
             library: Name of the module with libfranka's interface.
@@ -52,7 +54,7 @@ class CallbackProcess:
             limits: Collision thresholds of the arm.
 
         Raises:
-            RemoSplatError: The process cannot control the arm; the text
+            RemoSplatError: The process cannot control the arm; the error
                 contains the reason.
         """
         self._setpoints = SharedRecord(SETPOINT_SIZE)
@@ -69,7 +71,7 @@ class CallbackProcess:
         self._heard = time.monotonic()
 
     def command(self, velocity: Sequence[float], end: bool = False) -> None:
-        """Passes a setpoint to the callback; it expires after a short time.
+        """Passes a setpoint, which expires soon, to the callback.
 
         Args:
             velocity: Joint rates, seven [rad/s].
@@ -87,7 +89,7 @@ class CallbackProcess:
         return record
 
     def problem(self) -> str:
-        """Returns why the arm is no longer controlled; empty if it is."""
+        """Returns the reason why the arm is not controlled any more, or ""."""
         if self._child.has_news():
             return self._answer() or "the motion has ended"
         silence = time.monotonic() - self._heard
@@ -120,7 +122,7 @@ def _control(
     states: SharedRecord,
 ) -> None:
     """The main function of the process, which controls the arm."""
-    # The motion ends if a setpoint requests it, or if no setpoints come.
+    # The motion ends if a setpoint requests the end, or if no setpoint comes.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         with realtime_priority(DRIVER_PRIORITY), garbage_collection_disabled():

@@ -1,4 +1,4 @@
-"""`CollisionObjects`: converts MoveIt's collision objects to a scenario's."""
+"""`CollisionObjects`: converts MoveIt's collision objects for a scenario."""
 
 import dataclasses as dc
 from typing import Any
@@ -21,12 +21,12 @@ _DIGITS = 6
 
 @dc.dataclass(frozen=True, eq=False)
 class _Thing:
-    """An object: its pose, and shapes with their poses in it.
+    """An object: its pose, and its shapes with their poses in its frame.
 
     Attributes:
-        X_WO: Pose of its frame O in W.
-        shapes: Its shapes, as pairs of the pose X_OS and the fields in a
-            scenario.
+        X_WO: Pose of the object's frame O in W.
+        shapes: The object's shapes, as pairs of the pose X_OS and the fields in
+            a scenario.
     """
 
     X_WO: RigidTransform
@@ -40,13 +40,13 @@ class CollisionObjects:
         """Starts without an object.
 
         Args:
-            frame: The frame that is the world W of the scenario.
+            frame: Name of the frame that is the scenario's world W.
         """
         self._frame = frame.strip("/")
         self._things: dict[str, _Thing] = {}
 
     def put_scene(self, message) -> list[str]:
-        """Applies a moveit_msgs/PlanningScene, complete or as a difference.
+        """Applies a moveit_msgs/PlanningScene, either complete or a difference.
 
         Args:
             message: The message.
@@ -68,7 +68,8 @@ class CollisionObjects:
             message: The message.
 
         Returns:
-            The object's name and why it was rejected; empty if it was not.
+            The object's name and the reason for its rejection; empty if it was
+            not rejected.
         """
         name, operation = message.id, message.operation
         if operation == _REMOVE and not name:
@@ -86,8 +87,8 @@ class CollisionObjects:
     def entries(self) -> list[dict[str, Any]]:
         """Returns the objects as entries for a scenario's `objects`.
 
-        An object of several shapes becomes several entries, named with a
-        number.
+        An object of several shapes becomes several entries, with numbers in
+        their names.
         """
         entries = []
         for name, thing in self._things.items():

@@ -9,14 +9,15 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.hardware.drivers.franka_host import one_line
 
 LIBFRANKA = "panda_py.libfranka"
-"""The module that drives a real arm."""
+"""Module with libfranka's interface to a real arm."""
 
 IMPEDANCE = [3000.0, 3000.0, 3000.0, 2500.0, 2500.0, 2000.0, 2000.0]
-"""Stiffness of the arm's own joint impedance control [N m/rad], as
-drake-franka-driver and libfranka's examples set it."""
+"""Stiffness of the arm's own joint impedance control [N m/rad], as in
+drake-franka-driver and libfranka's examples.
+"""
 
 NO_LOW_PASS = 1000.0
-"""Cutoff frequency at which libfranka's low pass is off [Hz]."""
+"""Cutoff frequency with which libfranka's low-pass filter is off [Hz]."""
 
 
 @dc.dataclass(frozen=True)
@@ -24,11 +25,13 @@ class CollisionLimits:
     """Collision thresholds, beyond which the arm stops by a reflex.
 
     The defaults are those of libfranka's `generate_joint_velocity_motion`.
-    Settings in Desk have no effect, since the driver sets its own.
+    Settings in Franka's Desk have no effect, since the driver sets these
+    thresholds.
 
     Attributes:
-        torque: External torques on the joints, seven [N m].
-        force: External force and torque on the hand, six [N, N m].
+        torque: Thresholds of external torques on the joints, seven [N m].
+        force: Thresholds of external force and torque on the hand, six [N, N
+            m].
     """
 
     torque: tuple[float, ...] = (20.0, 20.0, 18.0, 18.0, 16.0, 14.0, 12.0)
@@ -42,7 +45,7 @@ class FrankaArm:
         """Connects to the arm, without changing its settings.
 
         Args:
-            library: Name of the module to use: `LIBFRANKA`, or one with the
+            library: Name of the module: `LIBFRANKA`, or another module with the
                 same interface.
             host: Name or address of the arm's controller.
 
@@ -62,13 +65,14 @@ class FrankaArm:
             raise self._error(error) from error
 
     def take(self, limits: CollisionLimits) -> None:
-        """Prepares the arm for `move`: collision limits and impedance.
+        """Sets collision thresholds and impedance, before `move`.
 
         Args:
             limits: Collision thresholds of the arm.
 
         Raises:
-            RemoSplatError: The arm is not ready to move, or refuses.
+            RemoSplatError: The arm is not ready to move, or rejects the
+                settings.
         """
         mode = self.state().robot_mode.name
         if mode != "kIdle":
@@ -84,7 +88,7 @@ class FrankaArm:
             raise self._error(error) from error
 
     def state(self) -> Any:
-        """Waits for the next `RobotState`; must not be called during `move`.
+        """Waits for the next `RobotState`; not to be called during `move`.
 
         Raises:
             RemoSplatError: The connection is lost.
@@ -97,11 +101,12 @@ class FrankaArm:
     def move(self, callback: Callable[[Any, Any], Any]) -> str:
         """Controls the joint rates by a callback until the motion ends.
 
-        Libfranka's own limiter and low pass are off, since the callback limits
-        and smooths the rates itself, and reports violations.
+        Libfranka's own rate limiter and low-pass filter are off, since the
+        callback limits and smooths the rates itself, and reports violations.
 
         Returns:
-            Why the robot has aborted the motion; empty if it has not.
+            The reason why the robot has aborted the motion; empty if it has
+            not.
         """
         try:
             self._robot.control_joint_velocity(

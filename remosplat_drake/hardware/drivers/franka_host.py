@@ -1,4 +1,4 @@
-"""Connects to a Franka controller, and reads its version."""
+"""Checks the connection to a Franka controller, and formats its errors."""
 
 import socket
 
@@ -15,7 +15,7 @@ def check_reachable(host: str, hand: bool = False) -> None:
 
     Args:
         host: Name or address of the arm's controller.
-        hand: Whether to connect to the hand, which has a TCP port of its own.
+        hand: Whether the hand's TCP port is checked, in place of the arm's.
 
     Raises:
         RemoSplatError: No answer comes within three seconds.
@@ -31,5 +31,5 @@ def check_reachable(host: str, hand: bool = False) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """Returns the text of an error of libfranka without line breaks."""
+    """Formats an error of libfranka without line breaks."""
     return " ".join(str(error).split())

@@ -1,4 +1,4 @@
-"""`HandDriver`: drives any parallel gripper by LCM commands."""
+"""`HandDriver`: executes LCM commands on a parallel gripper."""
 
 import math
 import threading
@@ -19,12 +19,12 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class HandLink(Protocol):
-    """The interface of a gripper for `HandDriver`."""
+    """Protocol of a gripper that `HandDriver` drives."""
 
     def measure(self) -> tuple[float, float] | None:
         """Returns the fingers' opening and the force of each finger [m, N].
 
-        Returns None if they are unknown; then no status is sent.
+        Returns None if they are unknown. No status is then sent.
         """
         ...
 
@@ -42,10 +42,10 @@ class HandLink(Protocol):
 
 
 class HandDriver:
-    """Receives commands, moves the hand and publishes statuses at 10 Hz.
+    """Moves a hand by commands from LCM, and publishes statuses at 10 Hz.
 
     A repeated command is ignored. If several different commands come during a
-    motion, only the last one is executed, after the motion.
+    motion, only the last of them is executed, after the motion.
     """
 
     def __init__(

@@ -19,7 +19,7 @@ def read_command(data: bytes) -> tuple[float, float] | None:
         data: The encoded lcmt_schunk_wsg_command.
 
     Returns:
-        Width and force [m, N]; None if the message is broken.
+        Width and force [m, N]; None if the message is malformed.
     """
     try:
         message = decode(lcmt_schunk_wsg_command, data)

@@ -1,9 +1,9 @@
 """`JointInterpolator`: smooths commands at 100 Hz to joint rates at 1 kHz.
 
-Commands arrive as a staircase. With libfranka's rate limiter alone, the robot
-would not abort, but its jerk would be near the limit. So Ruckig plans from the
-present rates and accelerations to each new command, within the bounds on
-acceleration and jerk in velocity control.
+Commands are piecewise constant. If libfranka's rate limiter alone smoothed
+them, the robot would not abort, but its jerk would be near the limit. So Ruckig
+plans from the present rates and accelerations to each new command, within the
+bounds on acceleration and jerk in velocity control.
 """
 
 from collections.abc import Sequence
@@ -18,14 +18,16 @@ The motion lags by the same time. A longer duration would give a smoother motion
 with more lag."""
 
 _SHARE = 0.99
-"""Fraction of the bound on jerk that plans use; the rest is for rounding."""
+"""Fraction of the bound on jerk that plans use, so that rounding does not
+exceed the bound.
+"""
 
 
 class JointInterpolator:
     """Joint rates that follow commands with bounded jerk.
 
-    The joints are synchronised: they deviate from the line between two commands
-    only as far as their accelerations at the start require.
+    The joints are synchronised: their rates deviate from the straight line
+    between two commands only as far as the initial accelerations require.
 
     Attributes:
         velocity: Latest joint rates, seven [rad/s].

@@ -1,4 +1,4 @@
-"""Reads the joints of an arm from sensor_msgs/JointState."""
+"""Reads the joint positions and rates of an arm from ROS messages."""
 
 import math
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ class JointStates:
 
         Args:
             joints: Names of the joints, in the order of the result.
-            cutoff: Cutoff frequency of the low pass for differentiated
-                positions [Hz]; None uses the messages' velocities.
+            cutoff: Cutoff frequency of the low-pass filter for differentiated
+                positions [Hz]. None uses the messages' velocities.
         """
         self._joints = list(joints)
         self._rates = None if cutoff is None else _Differentiator(cutoff)
@@ -34,12 +34,12 @@ class JointStates:
             message: A JointState.
 
         Returns:
-            The report; None if a joint is absent, since several broadcasters
-            may share a topic, or if there is no rate yet.
+            The report. It is None if a joint is absent, since several
+            broadcasters may share a topic, or if no rate can be computed yet.
 
         Raises:
             BrokenMessage: A joint has no position or no velocity, or the
-                message has no stamp, so that its age is unknown.
+                message has no stamp, without which its age is unknown.
         """
         row = {name: i for i, name in enumerate(message.name)}
         if not set(self._joints) <= set(row):
@@ -75,7 +75,7 @@ class JointStates:
 
 
 class _Differentiator:
-    """Computes rates from positions, with a first-order low pass."""
+    """Computes rates from positions, with a first-order low-pass filter."""
 
     def __init__(self, cutoff: float):
         self._cutoff = cutoff
@@ -84,11 +84,11 @@ class _Differentiator:
         self._stamp = -math.inf
 
     def after(self, q: np.ndarray, stamp: float) -> np.ndarray | None:
-        """Returns the rates after a position [rad/s]; None for the first.
+        """Returns the rates after a position [rad/s]; None at the first one.
 
         Args:
             q: The position, shape (n,) [rad].
-            stamp: Time of its measurement [s].
+            stamp: Time at which the position was measured [s].
         """
         step, before = stamp - self._stamp, self._q
         if step == 0:

@@ -1,4 +1,4 @@
-"""`LatestRamp`: the latest braking ramp that a driver has received."""
+"""`LatestRamp`: stores the latest braking ramp that a driver has received."""
 
 from contextlib import suppress
 
@@ -7,14 +7,14 @@ from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 
 class LatestRamp:
-    """Stores the latest ramp; its command has the same stamp."""
+    """Stores the latest ramp, and finds the ramp of a command by its stamp."""
 
     def __init__(self):
         """Starts without a ramp."""
         self._ramp: Ramp | None = None
 
     def receive(self, data: bytes) -> None:
-        """Stores an encoded ramp; a malformed one is ignored."""
+        """Stores an encoded ramp; a malformed ramp is ignored."""
         with suppress(BrokenMessage):
             self._ramp = decode_ramp(data)
 

@@ -1,4 +1,4 @@
-"""`LeasedInbox`: a driver's commands, from only one controller at a time.
+"""`LeasedInbox`: accepts a driver's commands from one controller at a time.
 
 Each controller has a session, and claims drivers by messages called leases. A
 driver accepts commands only from the session whose lease names the driver. It
@@ -34,12 +34,13 @@ _YIELD = 5e-4
 
 @dc.dataclass(frozen=True)
 class Hold:
-    """The session that a driver follows; none without a lease.
+    """The session that a driver follows.
 
     Attributes:
-        lease: The session's latest lease; None while there is none.
-        sender: Address from which its lease and its commands come.
-        heard: Time of its last message, by a monotonic clock [s].
+        lease: The session's latest lease; None if the driver follows no
+            session.
+        sender: Address from which the session sends its lease and its commands.
+        heard: Time of the session's last message, by a monotonic clock [s].
     """
 
     lease: Lease | None = None
@@ -53,7 +54,7 @@ class Hold:
 
         Args:
             lease: The lease.
-            sender: Address that it came from.
+            sender: Address from which the lease came.
             driver: The driver's own session.
             now: Time now, by a monotonic clock [s].
         """
@@ -70,7 +71,7 @@ class Hold:
         return self
 
     def at(self, now: float) -> "Hold":
-        """Returns the followed session at a time; none after a silence."""
+        """Returns the followed session at a time, none after `LEASE_EXPIRY`."""
         return self if now - self.heard <= LEASE_EXPIRY else Hold()
 
     def admits(self, sender: str, now: float) -> bool:
@@ -81,8 +82,8 @@ class Hold:
 class LeasedInbox:
     """Returns accepted messages of a driver, and reports on rejected ones.
 
-    It takes the place of an `Inbox`. A driver must call `fetch` continuously,
-    since this also sends the reports.
+    It replaces an `Inbox`. A driver must call `fetch` continuously, since
+    `fetch` also sends the reports.
     """
 
     def __init__(
@@ -98,12 +99,12 @@ class LeasedInbox:
         """Joins the LCM network.
 
         Args:
-            lcm: The LCM network, on which the driver's statuses go out, too.
+            lcm: The LCM network, on which the driver also sends its statuses.
             channels: Channels of commands, which need a lease.
-            name: The driver's name, for people.
+            name: Name of the driver, for display.
             open_channels: Channels for which no lease is needed.
-            on_news: Called with a message when the driver follows another
-                session, and when it first refuses one.
+            on_news: Function that is called with a text when the driver follows
+                another session, and when it first rejects a session.
             clock: A monotonic clock [s].
 
         Raises:
@@ -174,7 +175,7 @@ class LeasedInbox:
             self._on_news(f"refuses {channel} from {sender}")
 
     def _tell(self, now: float, obeyed: int) -> None:
-        """Sends a report of this driver and its session, ten times a second."""
+        """Sends a report on this driver and its session, ten times a second."""
         lease = self._hold.at(now).lease
         self._report = dc.replace(
             self._report,

@@ -1,4 +1,4 @@
-"""MoveIt's messages as DDS types, in addition to `ros2_messages`.
+"""Defines MoveIt's messages as DDS types, in addition to `ros2_messages`.
 
 The types are valid for ROS 2 since Humble. This module needs the optional extra
 `ros2`.

@@ -1,12 +1,13 @@
-"""An arm driver's rules for `PANDA_COMMAND` in velocity mode.
+"""Rules of an arm's driver for `PANDA_COMMAND` in velocity mode.
 
-drake-franka-driver has the same rules. A command is valid while its stamp
-differs from the driver's clock by less than the expiry time, to the past or the
-future. Without a valid command the arm is commanded to rest. A command with a
-braking ramp only has to be valid on arrival. It is held for 1.5 control periods
-and followed by the ramp to rest, which the controller has verified. After a
-message that is not a velocity command, drake-franka-driver exits. This driver
-counts and ignores it, so that a stray packet does not end a motion.
+drake-franka-driver has the same rules, with one exception. A command is valid
+while its stamp differs from the driver's clock by less than the expiry time, to
+the past or the future. Without a valid command, the arm is commanded to rest. A
+command with a braking ramp only has to be valid on arrival. It is held for 1.5
+control periods, and followed by the ramp to rest, which the controller has
+verified. The exception is a message that is not a velocity command:
+drake-franka-driver exits, but this driver counts and ignores the message, so
+that a wrong packet does not end a motion.
 """
 
 import numpy as np
@@ -32,7 +33,7 @@ JOINTS = 7
 
 
 class CommandError(RemoSplatError):
-    """An error in a message that should be an arm's velocity command."""
+    """Raised if a message is not a valid velocity command of an arm."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
@@ -79,8 +80,9 @@ class ArmCommands:
     Attributes:
         received: Number of commands so far.
         broken: Number of messages that are not velocity commands.
-        complaint: Error of the latest such message; empty if there was none.
-        expired: Number of commands that expired without a successor.
+        complaint: Error of the latest such message; empty if there was no such
+            message.
+        expired: Number of commands that expired before a newer command came.
     """
 
     def __init__(self, joints: int = JOINTS, expiry: float = COMMAND_EXPIRY):
@@ -106,7 +108,7 @@ class ArmCommands:
 
         Args:
             channel: `COMMAND_RAMP`, or the channel of the commands.
-            data: The encoded packet; a malformed one is ignored.
+            data: The encoded packet; a malformed packet is ignored.
         """
         if channel == COMMAND_RAMP:
             self._ramp.receive(data)

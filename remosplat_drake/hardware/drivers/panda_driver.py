@@ -1,7 +1,7 @@
-"""`PandaDriver`: drives a Franka Panda arm by LCM commands.
+"""`PandaDriver`: executes LCM commands on a Franka Panda arm.
 
-It has drake-franka-driver's rules for commands. A `CallbackProcess`, in another
-process, controls the arm.
+Its rules for commands are those of `panda_commands`. A `CallbackProcess`, in
+another process, controls the arm.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class ControlledArm(Protocol):
-    """The interface of an arm for `PandaDriver`."""
+    """Protocol of an arm that `PandaDriver` drives."""
 
     def command(self, velocity: Sequence[float], end: bool = False) -> None:
         """Sends joint rates, seven [rad/s], or ends the motion."""
@@ -37,7 +37,7 @@ class ControlledArm(Protocol):
 
 
 class PandaDriver:
-    """Receives commands, passes them to the arm, and publishes statuses."""
+    """Sends commands from LCM to the arm, and publishes the arm's statuses."""
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class PandaDriver:
         arm: ControlledArm,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes to commands; nothing moves before the first command.
+        """Subscribes to commands; the arm stays at rest before the first one.
 
         Args:
             lcm: The LCM network.
@@ -69,7 +69,7 @@ class PandaDriver:
         self._tell()
 
     def brake(self) -> bool:
-        """Commands zero velocity, and then the end of the arm's motion.
+        """Commands zero velocity, and then ends the arm's motion.
 
         Returns:
             Whether the arm's command is already zero.

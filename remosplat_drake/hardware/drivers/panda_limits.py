@@ -1,4 +1,4 @@
-"""Rate limits of the Panda's velocity commands, as in libfranka.
+"""Limits the rates of the Panda's velocity commands, as libfranka does.
 
 The limits are those of Franka's table for the Panda (FER), not of the FR3.
 Derivatives are backward differences over one tick, as the robot takes them.
@@ -85,16 +85,16 @@ AT_REST = JointCommand(np.zeros(7), np.zeros(7))
 def violation(
     command: JointCommand, last: JointCommand, limits: RateLimits = PANDA
 ) -> str:
-    """Returns which limit of the robot a command violates.
+    """Describes the robot's limit that a command violates.
 
     Args:
         command: The command of this tick.
-        last: The command of the tick before.
+        last: The command of the previous tick.
         limits: Bounds on velocity, acceleration and jerk.
 
     Returns:
-        One line that names joint, quantity and bound; empty if the robot would
-        accept the command.
+        One line with joint, quantity and bound; empty if the robot would accept
+        the command.
     """
     jerk = (command.acceleration - last.acceleration) / TICK
     for name, unit, values, bounds in (
@@ -130,15 +130,16 @@ def low_pass(
 def limit_rate(
     target: np.ndarray, last: JointCommand, limits: RateLimits = LIMITER
 ) -> JointCommand:
-    """Returns the next tick's possible command that is closest to a target.
+    """Returns the command within the limits that is closest to a target.
 
-    Near the greatest velocity the acceleration is bounded in proportion to the
-    remaining velocity. So the jerk also stays within its bound when the command
-    reaches the velocity bound. The law is libfranka's.
+    Near the greatest velocity, the bound on the acceleration is proportional to
+    the difference from this velocity. So the jerk also stays within its bound
+    when the command reaches the greatest velocity. The law is that of
+    libfranka.
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].
-        last: The command of the tick before, within the limits.
+        last: The command of the previous tick, within the limits.
         limits: Bounds on velocity, acceleration and jerk.
     """
     slope = limits.jerk / limits.acceleration
@@ -162,6 +163,6 @@ def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].
-        last: The command of the tick before, within the limits.
+        last: The command of the previous tick, within the limits.
     """
     return limit_rate(low_pass(target, last.velocity), last)

@@ -1,4 +1,4 @@
-"""`PandaPythonHand`: a real Franka hand through panda-python."""
+"""`PandaPythonHand`: drives a real Franka hand through panda-python."""
 
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.hardware.drivers.franka_host import (
@@ -56,11 +56,12 @@ class PandaPythonHand:
         """Moves the fingers; if they close, they may grasp an object.
 
         Args:
-            width: Opening to go to [m].
+            width: Commanded opening [m].
             force: Gripping force [N].
 
         Raises:
-            RemoSplatError: The hand refuses, or the connection is lost.
+            RemoSplatError: The hand rejects the command, or the connection is
+                lost.
         """
         widens = width > self.measure()[0] - _NARROWER
         self._force = force

@@ -1,4 +1,4 @@
-"""`Ros1Link`: a base on ROS 1, through rospy.
+"""`Ros1Link`: connects to a base on ROS 1, through rospy.
 
 rospy is not on PyPI. It must be installed from Debian, or as part of a ROS
 installation that uses the same Python.
@@ -28,7 +28,8 @@ from remosplat_drake.hardware.wire.localization import BaseFix
 
 DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 """Folder of Debian's rospy. It is appended to the search path, so that its
-modules do not replace ours."""
+modules do not replace installed ones.
+"""
 
 
 class Ros1Link:

@@ -1,8 +1,8 @@
-"""`Ros2ArmLink`: an arm with ros2_control's controllers, over DDS.
+"""`Ros2ArmLink`: connects to an arm with ros2_control, over DDS.
 
 Controllers receive joint rates or trajectories, and `joint_state_broadcaster`
-sends sensor_msgs/JointState. Neither reports whether the arm is stopped; other
-topics may report it.
+sends sensor_msgs/JointState. Neither of them reports whether the arm is
+stopped, but other topics may do so.
 """
 
 import dataclasses as dc
@@ -75,18 +75,22 @@ class Ros2ArmLink:
         self._waits = False
         self._q: np.ndarray | None = None
         if not config.emergency_stop:
-            tell("no `emergency_stop`: the arm's emergency stop is not known")
+            tell(
+                "the setting `emergency_stop` is empty: the arm's emergency"
+                " stop is not known"
+            )
         if not config.mode:
             tell(
-                "no `mode`: the arm's mode is not known, and assumed to be"
-                " `move`"
+                "the setting `mode` is empty: the arm's mode is not known, "
+                "and assumed to be `move`"
             )
 
     def command(self, velocity: np.ndarray) -> None:
         """Sends joint rates to the controllers.
 
-        A stopped arm is commanded to rest. After its release, rates are sent
-        only after a command of rest, so a release does not start a motion.
+        A stopped arm is commanded to rest. When the stop is released, rates are
+        sent only after a command of rest has come, so that the release does not
+        start a motion.
 
         Args:
             velocity: The rates, shape (n,) [rad/s].
@@ -114,7 +118,7 @@ class Ros2ArmLink:
         return dc.replace(report, mode=hold.mode)
 
     def close(self) -> None:
-        """Does nothing; the DDS participant ends with this object."""
+        """Does nothing, since the DDS participant ends with this object."""
 
     def _hold(self) -> ArmHold:
         """Returns the present stop of the arm; reports changes of it."""

@@ -1,4 +1,4 @@
-"""Sends joint rates to ros2_control's controllers of several kinds."""
+"""Sends joint rates to controllers of ros2_control."""
 
 import math
 import time
@@ -13,12 +13,14 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.robot_description import RobotDescription
 
 HORIZON = COMMAND_EXPIRY
-"""Time for which a trajectory continues at its rates before it brakes [s].
-Without a newer trajectory, the arm comes to rest."""
+"""Time for which a trajectory continues at the commanded rates before it brakes
+[s]. If no newer trajectory comes, the arm comes to rest.
+"""
 
 _LEAD = 0.2
-"""A trajectory may be ahead of the measured joints by at most their motion in
-this time at their greatest rates [s]."""
+"""Time that limits the lead of a trajectory [s]: it may be ahead of the
+measured joints by at most their motion in this time at their greatest rates.
+"""
 
 
 class Controllers:
@@ -50,15 +52,17 @@ class Controllers:
 
         Args:
             rates: Joint rates of the whole arm, shape (n,) [rad/s].
-            q: Its joint positions, shape (n,) [rad]; None if they are unknown.
+            q: Joint positions of the arm, shape (n,) [rad]; None if they are
+                unknown.
         """
         for write in self._writers:
             write(rates, q)
 
 
 Write = Callable[[np.ndarray, np.ndarray | None], None]
-"""Function that sends the rates of the whole arm [rad/s]. It also takes the
-arm's positions [rad], or None if they are unknown."""
+"""Type of functions that send the rates of the whole arm [rad/s]. They also
+receive the arm's positions [rad], or None if these are unknown.
+"""
 
 
 def _rows(
@@ -138,7 +142,7 @@ class TrajectoryStretch:
 
         Args:
             rates: Joint rates of the whole arm, shape (n,) [rad/s].
-            q: Its measured positions, shape (n,) [rad].
+            q: Measured joint positions of the arm, shape (n,) [rad].
 
         Returns:
             A trajectory_msgs/JointTrajectory.

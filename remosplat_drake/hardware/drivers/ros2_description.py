@@ -1,4 +1,4 @@
-"""`Ros2Description`: compares the URDF on /robot_description with our model."""
+"""`Ros2Description`: compares a robot's URDF on ROS 2 with its description."""
 
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.robot.robot_description import RobotDescription
@@ -6,7 +6,7 @@ from remosplat_drake.robot.urdf_agreement import urdf_problem
 
 
 class Ros2Description:
-    """The robot's URDF, which must agree with our model before motion."""
+    """The URDF on a topic, which must agree with the robot's description."""
 
     def __init__(
         self, node: Ros2Node, topic: str, description: RobotDescription
@@ -16,7 +16,7 @@ class Ros2Description:
         Args:
             node: The participant of the robot's domain.
             topic: Topic of std_msgs/String, latched.
-            description: Our description of the robot.
+            description: The description that the controller uses.
         """
         from remosplat_drake.hardware.drivers import ros2_messages as ros
 
@@ -26,7 +26,7 @@ class Ros2Description:
         self._problem = "nothing came yet"
 
     def problem(self) -> str:
-        """Returns why the robot must not move; empty if it may move."""
+        """Returns the reason why the robot must not move, or ""."""
         for sample in taken(self._reader):
             self._take(sample.data)
         return f"{self._topic}: {self._problem}" if self._problem else ""

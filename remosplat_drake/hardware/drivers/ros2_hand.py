@@ -1,8 +1,9 @@
-"""`Ros2HandLink`: a gripper that takes control_msgs/GripperCommand on a topic.
+"""`Ros2HandLink`: connects to a gripper on ROS 2 with commands on a topic.
 
-ROS 2's GripperActionController receives the same numbers by an action, which is
-not supported: actions use services, whose requests differ between
-implementations of DDS.
+Commands are control_msgs/GripperCommand messages. ROS 2's
+GripperActionController receives the same values by an action, which is not
+supported: actions use services, whose requests differ between implementations
+of DDS.
 """
 
 import math
@@ -29,7 +30,7 @@ _SETTLED = 0.5
 """Time at standstill after which a motion counts as ended [s]."""
 
 _LONGEST = 10.0
-"""Longest time of a motion [s]."""
+"""Longest duration of a motion [s]."""
 
 
 class Ros2HandLink:
@@ -115,7 +116,7 @@ class Ros2HandLink:
             time.sleep(0.01)
 
     def close(self) -> None:
-        """Does nothing; the DDS participant ends with this object."""
+        """Does nothing, since the DDS participant ends with this object."""
 
     def _take(self, message) -> None:
         """Reads the fingers' positions from a joint state, if present."""

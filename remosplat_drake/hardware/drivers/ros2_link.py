@@ -1,4 +1,4 @@
-"""`Ros2Link`: a base on ROS 2, over DDS without a ROS installation."""
+"""`Ros2Link`: connects to a base on ROS 2, over DDS without ROS."""
 
 import time
 
@@ -91,4 +91,4 @@ class Ros2Link:
         return self._flags.stops(t)
 
     def close(self) -> None:
-        """Does nothing; the DDS participant ends with this object."""
+        """Does nothing, since the DDS participant ends with this object."""

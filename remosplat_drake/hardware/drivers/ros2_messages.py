@@ -1,4 +1,4 @@
-"""ROS 2's messages as DDS types, with the names that ROS uses in DDS.
+"""Defines ROS 2's messages as DDS types, with ROS's names for them in DDS.
 
 In DDS, the type `geometry_msgs/msg/Twist` is called
 `geometry_msgs::msg::dds_::Twist_`, and the topic `/cmd_vel` is `rt/cmd_vel`.
@@ -343,7 +343,7 @@ class CompressedImage(
 class UVCoordinate(
     IdlStruct, typename="visualization_msgs::msg::dds_::UVCoordinate_"
 ):
-    """visualization_msgs/UVCoordinate: a place in a texture."""
+    """visualization_msgs/UVCoordinate: a position in a texture."""
 
     u: float32 = 0.0
     v: float32 = 0.0

@@ -12,10 +12,10 @@ from remosplat_drake.base.errors import (
 )
 
 _MOST = 100
-"""Number of samples that are taken at once."""
+"""Largest number of samples that are read at once."""
 
 _LAST_DOMAIN = 232
-"""Largest domain, beyond which DDS has no UDP ports."""
+"""Largest ROS_DOMAIN_ID; for larger numbers, DDS has no UDP ports."""
 
 
 def environment_domain() -> int:
@@ -42,9 +42,10 @@ class Ros2Node:
         """Joins a ROS 2 domain.
 
         Args:
-            domain: The robot's ROS_DOMAIN_ID; None: the value of the
+            domain: The robot's ROS_DOMAIN_ID; None takes the value of the
                 environment variable, or 0.
-            what: The feature that needs CycloneDDS, for an error's text.
+            what: Name of the feature that needs CycloneDDS, which errors
+                contain.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed or finds no network, or

@@ -1,4 +1,4 @@
-"""`Ros2Target`: targets from ROS 2, for a teleoperation."""
+"""`Ros2Target`: forwards targets from ROS 2 to a teleoperation."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -16,12 +16,13 @@ from remosplat_drake.hardware.wire.messages.velocity_target import (
 
 
 class TargetKind(NamedTuple):
-    """A kind of target.
+    """A kind of target message: poses or velocities.
 
     Attributes:
-        name: Its name in messages of the program, in the plural.
+        name: Name of the kind in texts, in the plural.
         message: Name of the ROS message in `ros2_messages`.
-        convert: Converts a ROS message to an LCM message without a stamp.
+        convert: Function that converts a ROS message to an LCM message without
+            a stamp.
     """
 
     name: str
@@ -30,7 +31,7 @@ class TargetKind(NamedTuple):
 
 
 class Ros2Target:
-    """Passes stamped messages of one ROS 2 topic to LCM, as targets."""
+    """Forwards stamped messages of a ROS 2 topic to LCM, as targets."""
 
     def __init__(
         self,
@@ -47,13 +48,13 @@ class Ros2Target:
 
         Args:
             lcm: The LCM network.
-            channel: Channel on which the teleoperation listens.
+            channel: LCM channel from which the teleoperation receives targets.
             topic: Topic of the messages.
             frame: Name of the frame that is the world W; messages in other
                 frames are ignored.
             kind: Whether they are poses or velocities.
-            domain: A ROS_DOMAIN_ID; None: the value of the environment
-                variable.
+            domain: A ROS_DOMAIN_ID; None takes the value of the environment
+                variable, or 0.
             tell: Called with a message when messages are unusable.
 
         Raises:
@@ -68,7 +69,7 @@ class Ros2Target:
         self._reader = node.reader(topic, getattr(ros, kind.message))
 
     def step(self) -> None:
-        """Passes on new messages."""
+        """Forwards new messages."""
         for sample in taken(self._reader):
             target = self._kind.convert(sample)
             target.utime = stamp_utime(sample.header.stamp)
@@ -86,7 +87,7 @@ class Ros2Target:
 
 
 def _problem(header, target: pose_target | velocity_target, frame: str) -> str:
-    """Returns why a message is unusable; empty if it is usable."""
+    """Returns the reason why a message is unusable, or ""."""
     named = header.frame_id.strip("/")
     if named != frame.strip("/"):
         return f"frame_id is {named!r}, not {frame!r}"

@@ -1,4 +1,4 @@
-"""Conversion between the base's LCM messages and ROS 1 or ROS 2 messages.
+"""Converts between the base's LCM messages and ROS 1 or ROS 2 messages.
 
 The messages of both ROS versions have the same fields, except for stamps.
 """
@@ -22,7 +22,7 @@ class Odometry:
     """The planar part of a base's odometry.
 
     Attributes:
-        utime: Time of its measurement [us]; 0 if the message has no stamp.
+        utime: Time of measurement [us]; 0 if the message has no stamp.
         pose: x, y and yaw of the base in the map [m, m, rad].
         velocity: Speeds along the base's x and y axes, and turning rate about
             its z axis [m/s, m/s, rad/s].
@@ -69,8 +69,8 @@ def read_pose(message, child_frame: str) -> BaseFix:
 
     Args:
         message: The message; its header names the frame of the pose.
-        child_frame: Name of the frame whose pose it is, which the message does
-            not contain.
+        child_frame: Name of the frame whose pose the message contains. The
+            message does not contain this name.
     """
     position = message.pose.pose.position
     rotation = message.pose.pose.orientation
@@ -123,7 +123,7 @@ def _fix(header, position, rotation, P: np.ndarray, child: str) -> BaseFix:
 
 
 def write_twist(message, velocity: np.ndarray):
-    """Fills a geometry_msgs Twist whose fields are zero, and returns it.
+    """Writes a velocity to a geometry_msgs Twist of zeros, and returns it.
 
     Args:
         message: A Twist of either ROS version.
@@ -135,7 +135,7 @@ def write_twist(message, velocity: np.ndarray):
 
 
 def odometry_problem(odometry: Odometry) -> str:
-    """Returns why odometry is unusable; empty if it is usable.
+    """Returns the reason why odometry is unusable, or "".
 
     Odometry without a stamp is unusable, since its age is unknown.
     """
@@ -154,7 +154,7 @@ def status_of(odometry: Odometry, stops: BaseStops = FREE) -> base_status:
     the commands.
 
     Args:
-        odometry: The measurement, without a problem.
+        odometry: The measurement, for which `odometry_problem` returns "".
         stops: The base's stops.
     """
     status = base_status()

@@ -1,4 +1,4 @@
-"""`SharedRecord`: a record of numbers in shared memory, with a seqlock."""
+"""`SharedRecord`: numbers in shared memory, protected by a seqlock."""
 
 import struct
 from multiprocessing.shared_memory import SharedMemory
@@ -25,7 +25,7 @@ class SharedRecord:
 
         Args:
             size: Number of values.
-            name: Name of the shared memory; None makes new memory, which
+            name: Name of existing shared memory. None makes new memory, which
                 this object owns.
         """
         self._size = size

@@ -1,4 +1,4 @@
-"""`TopicValues`: latest values of ROS topics, which expire after a silence."""
+"""`TopicValues`: the latest values of ROS topics, which may expire."""
 
 import math
 from typing import Generic, TypeVar
@@ -7,23 +7,24 @@ Value = TypeVar("Value")
 
 
 def expiry_of(expiry: float | None) -> float:
-    """Returns the silence after which a topic's value expires, inf for None.
+    """Converts a configured expiry time [s]; None becomes inf.
 
     Args:
-        expiry: This silence in a configuration [s]; None if values never
-            expire.
+        expiry: Time without messages after which a topic's value expires [s];
+            None if values never expire.
     """
     return math.inf if expiry is None else expiry
 
 
 class TopicValues(Generic[Value]):
-    """The latest values of topics; they expire if a topic is silent."""
+    """The latest values of topics, which expire without new messages."""
 
     def __init__(self, expiry: float):
         """Starts without values.
 
         Args:
-            expiry: Silence after which the value of a topic expires [s].
+            expiry: Time without messages after which a topic's value expires
+                [s].
         """
         self._expiry = expiry
         self._values: dict[str, tuple[Value, float]] = {}
@@ -47,7 +48,7 @@ class TopicValues(Generic[Value]):
         }
 
     def silence(self, name: str, t: float) -> float:
-        """Returns how long a topic has been silent [s]; inf if always.
+        """Returns the time since a topic's latest message [s]; inf if none.
 
         Args:
             name: Name of the topic.

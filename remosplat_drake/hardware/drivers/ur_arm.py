@@ -1,4 +1,4 @@
-"""`UrArmLink`: a Universal Robots arm, through ur_rtde's `speedJ`."""
+"""`UrArmLink`: connects to a Universal Robots arm, by ur_rtde's `speedJ`."""
 
 import numpy as np
 from drake import lcmt_panda_status
@@ -29,12 +29,12 @@ _PAUSED = "its program has ended"
 class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
-    If this process ends, the arm stops, since the controller's watchdog ends a
-    program that receives nothing.
+    If this process ends, the arm stops, because the controller's watchdog ends
+    a program that receives no commands.
     """
 
     def __init__(self, host: str, description: RobotDescription):
-        """Uploads ur_rtde's program and waits until it runs.
+        """Uploads ur_rtde's program, and waits until it runs.
 
         Args:
             host: Name or address of the controller.
@@ -92,7 +92,7 @@ class UrArmLink:
         )
 
     def _mode(self) -> tuple[int, str]:
-        """Returns the mode in libfranka's terms, and why the arm is stopped."""
+        """Returns the mode, as in libfranka, and the reason of a stop."""
         if self._receive.isEmergencyStopped():
             return lcmt_panda_status.kUserStopped, "emergency stop"
         if self._receive.isProtectiveStopped():
@@ -102,7 +102,7 @@ class UrArmLink:
         return lcmt_panda_status.kMove, ""
 
     def close(self) -> None:
-        """Brakes and ends the program."""
+        """Brakes the arm, and ends the program."""
         try:
             if self._control.isProgramRunning():
                 self._control.speedStop(DECELERATION)

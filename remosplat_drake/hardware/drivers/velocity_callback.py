@@ -1,7 +1,7 @@
 """`VelocityCallback`: the function that libfranka calls once a millisecond.
 
-It never waits: it exchanges setpoints and states with the other process by
-shared memory.
+It exchanges setpoints and states with the other process by shared memory, so it
+never waits.
 """
 
 import time
@@ -32,8 +32,8 @@ class VelocityCallback:
 
         Args:
             servo: Computes the commands.
-            setpoints: Record that the other process writes.
-            states: Record that the other process reads.
+            setpoints: Shared record that the other process writes.
+            states: Shared record that the other process reads.
             joint_velocities: Libfranka's class `JointVelocities`.
         """
         self._servo = servo
@@ -46,9 +46,8 @@ class VelocityCallback:
 
         Args:
             state: A `RobotState`.
-            period: The `Duration` since the last call. It is more than 1 ms
-                after lost packets, which the robot has replaced by extrapolated
-                commands.
+            period: The `Duration` since the last call. It is more than 1 ms if
+                packets were lost; the robot has then extrapolated the commands.
         """
         if period.to_msec() > 1:
             self._servo.resume(state.dq_d, state.ddq_d)

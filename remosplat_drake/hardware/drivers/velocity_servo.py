@@ -1,7 +1,7 @@
 """`VelocityServo`: computes the arm's command in each millisecond.
 
-It runs inside the arm's 1 kHz callback, and its only input is a setpoint with
-its age. If the process that writes setpoints fails, the arm comes to rest.
+It runs in the arm's 1 kHz callback. Its only input is a setpoint with its age,
+so if the process that writes setpoints fails, the arm comes to rest.
 """
 
 import math
@@ -35,15 +35,15 @@ _STAND = [0.0] * 7
 
 
 class VelocityServo:
-    """Follows setpoints; brakes if they are stale or invalid.
+    """Follows setpoints of joint rates, and brakes if they are stale.
 
-    After it has braked because of stale setpoints, it follows setpoints again
-    only after a setpoint of zero. That shows that the commanding program has
+    After it has braked because of stale setpoints, it ignores setpoints until
+    one of them is zero. A zero setpoint shows that the commanding program has
     noticed the stop, and starts a new motion.
 
     Attributes:
         command: The arm's last command.
-        reason: Why the motion ends; empty during the motion.
+        reason: Reason why the motion ends; empty during the motion.
         is_finished: Whether the motion has ended, with the command zero.
     """
 
@@ -64,7 +64,7 @@ class VelocityServo:
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
     ) -> None:
-        """Continues from the motion by which the robot replaced lost packets.
+        """Continues from the motion that the robot extrapolated.
 
         Args:
             velocity: The robot's desired joint rates, seven [rad/s].
@@ -79,8 +79,8 @@ class VelocityServo:
         """Computes the command of one tick.
 
         Args:
-            setpoint: Requested joint rates, seven [rad/s]; beyond their bounds
-                they are scaled by one factor.
+            setpoint: Requested joint rates, seven [rad/s]. If they exceed their
+                bounds, they are scaled by one factor.
             age: Age of the setpoint [s].
             end: Whether to end the motion when the arm is at rest.
         """
@@ -125,7 +125,7 @@ class VelocityServo:
         return self._brake()
 
     def _brake(self) -> JointCommand:
-        """Brakes by libfranka's own law, which does not depend on inputs."""
+        """Brakes by libfranka's own law, which needs no inputs."""
         self.command = limit_rate(np.zeros(7), self.command)
         self.is_finished = self._rests()
         return self.command

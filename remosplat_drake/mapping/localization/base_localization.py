@@ -1,4 +1,4 @@
-"""`BaseLocalization`: transforms the measured configuration into the map."""
+"""`BaseLocalization`: the system that corrects the base's odometry."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,11 +20,11 @@ from remosplat_drake.robot.planar_pose import (
 from remosplat_drake.signals.base_correction import BaseCorrection
 
 SIGMAS = 3.0
-"""The bound of the base's error is this number of standard deviations."""
+"""Number of standard deviations in the bound of the base's error."""
 
 
 class BaseLocalization(LeafSystem):
-    """Corrects the base's odometry by the map, in small steps.
+    """Transforms the measured configuration to the map's frame.
 
     .. pydrake_system::
 
@@ -39,15 +39,15 @@ class BaseLocalization(LeafSystem):
 
     The input is the measured q, whose base is in the odometry's frame O; the
     output is q in the map's frame W. `correction` is a `BaseCorrection`. The
-    applied correction follows it slowly, so that the controller is not
-    disturbed. But the correction of a new map takes effect at once, because map
-    and base then move together. Commands need no correction, since they are
-    velocities in the base's own frame.
+    applied correction changes slowly towards this input, so that the controller
+    is not disturbed. But the correction of a new map takes effect at once,
+    because the map and the base's pose in it then change together. Commands
+    need no correction, since they are velocities in the base's own frame.
 
-    `base_uncertainty` bounds the error of the base's pose, shift and turn [m,
-    rad]. The input bounds the error of the measured pose. The output adds two
-    parts: a bound from the correction's covariance, which grows between frames,
-    and the part of the correction that is not applied yet.
+    `base_uncertainty` bounds the errors of the base's position [m] and heading
+    [rad]. The input bounds the error of the measured pose. The output is larger
+    by two parts: a bound from the correction's covariance, which grows between
+    frames, and the part of the correction that is not applied yet.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -66,10 +66,10 @@ class BaseLocalization(LeafSystem):
             "correction", Value(BaseCorrection())
         )
         self._uncertainty = self.DeclareVectorInputPort("base_uncertainty", 2)
-        # x, y, yaw of X_WO, and the version of the map.
+        # The state is x, y, yaw of X_WO, and the version of the map.
         state = self.DeclareDiscreteState(4)
-        # The time matters only when the version changes, and then the
-        # correction changes, too.
+        # Time is no input of this update: it matters only if the version
+        # changes, and then the correction changes, too.
         known = {
             self._measured.ticket(),
             self._correction.ticket(),
@@ -119,7 +119,7 @@ class BaseLocalization(LeafSystem):
         output.SetFromVector(bound)
 
     def _in_effect(self, context: Context) -> np.ndarray:
-        """Returns X_WO and version; a new version applies at once."""
+        """Returns X_WO and the map version; a new version applies at once."""
         known = context.get_discrete_state(0).CopyToVector()
         if not self._correction.HasValue(context):
             return known

@@ -37,36 +37,42 @@ _SAMPLES = 300
 """Number of points of a frame that are compared with other frames."""
 
 _MOST_DEVIATIONS = 4.0
-"""Poses beyond this number of standard deviations from the prediction are
-rejected."""
+"""Poses that differ from the prediction by more than this number of standard
+deviations are rejected.
+"""
 
 _TRUSTED, _USEFUL = 0.004, 0.015
-"""Largest standard deviations of the base's position [m]: for frames in a map,
-and for frames to which other frames are aligned."""
+"""Largest standard deviations of the base's position [m]: first for frames in a
+map, then for frames to which other frames are aligned.
+"""
 
 _LEAST_SIDES = 6.0
-"""The first frame must constrain each horizontal direction by at least this
-number of points on upright surfaces."""
+"""Least number of points on upright surfaces that must constrain each
+horizontal direction in the first frame.
+"""
 
 _BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
-"""A frame does not fit if the median distance of its surfaces from those of
-other frames exceeds this [m]. Noise alone causes smaller distances."""
+"""Largest median distance of a frame's surfaces from those of other frames at
+which the frame fits [m]. Noise alone causes smaller distances.
+"""
 
 _LEAST_SHARED = 0.1
-"""Least fraction of its points that a frame must share with other frames to be
-aligned to them."""
+"""Least fraction of a frame's points that other frames must show, too, so that
+the frame can be aligned to them.
+"""
 
 _NEW = 0.7
-"""Fraction of points shared with other frames below which a frame becomes a
-keyframe."""
+"""Fraction of points that other keyframes also show, below which a frame
+becomes a keyframe.
+"""
 
 _MOST_KEYFRAMES = 120
-"""Largest number of keyframes that are not part of a map."""
+"""Largest number of stored keyframes that are not part of a map."""
 
 Key = tuple[str, float]
-"""Key of a frame: its name and time, since names may be reused."""
+"""Key of a frame: its name and its time, since names may be reused."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -75,9 +81,10 @@ class Tracked:
 
     Attributes:
         estimate: The base's pose, with its uncertainty.
-        residual: Median distance of the frame's surfaces from those of the
-            others [m]; NaN if it shares none.
-        problem: Why the frame cannot be used in a map; empty if it can.
+        residual: Median distance of the frame's surfaces from those of other
+            frames [m]; NaN if it shares no surface with them.
+        problem: Reason why the frame cannot be used in a map; empty if it can
+            be used.
     """
 
     estimate: BaseEstimate
@@ -87,7 +94,7 @@ class Tracked:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Keyframe:
-    """A frame for comparisons; without a key it is not part of a map."""
+    """A frame to which others are aligned; without a key it is in no map."""
 
     key: Key | None
     tracked: BaseEstimate
@@ -107,8 +114,9 @@ class Graph:
             rad].
         covariance: Covariances of these poses, shape (n, 3, 3).
         X_WC: Poses of the cameras in the map (OpenCV axes), shape (n, 4, 4).
-        residual: Median distance of each keyframe's surfaces from those of the
-            others, shape (n,) [m]; NaN for keyframes that share none.
+        residual: Median distance of each keyframe's surfaces from those of
+            other keyframes, shape (n,) [m]; NaN for a keyframe that shares no
+            surface.
     """
 
     kept: tuple[_Keyframe, ...]
@@ -120,7 +128,7 @@ class Graph:
     residual: np.ndarray
 
     def rows(self, keys: list[Key]) -> np.ndarray:
-        """Returns the indices of the keyframes with these keys, shape (m,)."""
+        """Returns the indices of the keyframes with the given keys, (m,)."""
         index = {kept.key: i for i, kept in enumerate(self.kept)}
         return np.array([index[key] for key in keys], int)
 
@@ -135,7 +143,8 @@ def make_aligner(
         robot: The robot that carries the camera.
 
     Returns:
-        The aligner; None if the base is fixed or its odometry is trusted.
+        The aligner; None if the base is fixed, or if its odometry is assumed
+        exact.
     """
     if not robot.n_base or not config.corrects_base:
         return None
@@ -175,10 +184,10 @@ class FrameAligner:
         self._covariance = np.zeros((0, 3, 3))
 
     def track(self, frame: Keyframes, key: Key | None = None) -> Tracked:
-        """Localises the base at a frame, starting from the previous frame.
+        """Localises the base at a frame, from the previous frame's pose.
 
         Args:
-            frame: The frame, one row.
+            frame: The frame, as one keyframe.
             key: Name and time of the frame; None if it must not be part of a
                 map.
         """
@@ -209,7 +218,8 @@ class FrameAligner:
     ) -> Tracked:
         """Defines W by a frame, if the frame constrains the base.
 
-        A bare floor does not, since it looks the same from everywhere.
+        A bare floor does not constrain the base, since all its parts look the
+        same.
         """
         self._latest = expected
         if not holds(frame, expected.X_WB):
@@ -247,8 +257,8 @@ class FrameAligner:
     def align(self) -> Graph:
         """Refines the poses of all keyframes before a map is built.
 
-        The aligner itself changes only in `adopt`. Until the map is built,
-        tracking continues in the map in use.
+        This does not change the aligner; `adopt` does so when the map is built.
+        Until then, tracking continues in the map in use.
         """
         assert self._frames is not None
         tracked = [kept.tracked for kept in self._kept]
@@ -271,15 +281,15 @@ class FrameAligner:
         )
 
     def adopt(self, graph: Graph) -> dict[str, np.ndarray]:
-        """Moves keyframes, and the base with them, to their poses in a map.
+        """Moves all keyframes and the base to their poses in a new map.
 
         Args:
             graph: The result of `align`. Keyframes that were added since then
                 move with the graph's reference keyframe.
 
         Returns:
-            Poses of the base in the map at all named frames, by the frames'
-            names, each of shape (3,) [m, rad].
+            Poses of the base in the map at all frames with a name, keyed by
+            this name, each of shape (3,) [m, rad].
         """
         assert self._latest is not None
         index = {id(kept): i for i, kept in enumerate(graph.kept)}
@@ -302,13 +312,13 @@ class FrameAligner:
     def resume(
         self, frame: Keyframes, key: Key, X_WB: np.ndarray | None
     ) -> None:
-        """Adds a frame of an earlier process.
+        """Adds a frame that an earlier process has aligned.
 
         Args:
             frame: The frame, one row.
             key: Name and time of the frame.
-            X_WB: Pose of the base in a map, shape (3,) [m, rad]; None if it is
-                in no map.
+            X_WB: Pose of the base in a map, shape (3,) [m, rad]; None if the
+                frame is in no map.
         """
         if X_WB is None:
             self.track(frame, key)
@@ -333,7 +343,7 @@ class FrameAligner:
 
 
 def misfit(placed: Placed, expected: BaseEstimate) -> str:
-    """Returns why a frame's placement is implausible; empty if it is plausible.
+    """Returns the reason why a frame's pose is implausible, or "".
 
     Args:
         placed: The frame's pose from shared surfaces.
@@ -360,7 +370,7 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
 
 
 def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
-    """Returns why a pose is too uncertain for a map; empty if it is not.
+    """Returns the reason why a pose is too uncertain for a map, or "".
 
     Args:
         covariance: Covariance matrix of the base's pose, whose first rows are x
@@ -374,7 +384,7 @@ def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
 
 
 def holds(frame: Keyframes, X_WB: np.ndarray) -> bool:
-    """Returns whether a frame's upright surfaces face two directions.
+    """Returns whether upright surfaces of a frame constrain the base.
 
     Args:
         frame: The frame, one row.

@@ -1,9 +1,9 @@
-"""Localises the base at one frame, relative to fixed keyframes.
+"""Localises the base at one frame, relative to keyframes with fixed poses.
 
-The frame is compared with all keyframes whose images may contain its points, at
-any base pose within the uncertainty, so that loops are closed as early as
-possible. The pose is the least-squares solution of point-to-plane equations and
-of the prediction from odometry and drift.
+The frame is compared with all keyframes that may show its points, for any base
+pose within the uncertainty. So loops are closed as early as possible. The pose
+is the least-squares solution of point-to-plane equations and of the prediction
+from odometry and drift.
 """
 
 import dataclasses as dc
@@ -29,41 +29,48 @@ _POINTS = 40
 """Number of points of a frame that are compared with other views."""
 
 _DEVIATIONS = 3.0
-"""For the search for overlapping views, images are extended beyond their edges
-by this number of standard deviations of the base's position."""
+"""In the search for overlapping views, images are extended beyond their edges
+by this number of standard deviations of the base's position.
+"""
 
 _LEAST_OVERLAP = 0.15
-"""A view is compared with the frame if it shows at least this fraction of the
-frame's points."""
+"""Least fraction of a frame's points that a view must show to be compared with
+the frame.
+"""
 
 _NEAR, _OLD = 5, 3
-"""Numbers of views that a frame is compared with: views that show most of its
-points, and the oldest views."""
+"""Numbers of views with which a frame is compared: first of the views that show
+most of its points, then of the oldest views.
+"""
 
 _CLOSE = 0.012
-"""No search for a start is needed if the standard deviation of the prediction
-is at most this [m]."""
+"""Standard deviation of the prediction up to which the refinement starts from
+the prediction, without a search for a start [m].
+"""
 
 _SEARCH = Level(0.03, 0.01, 0.8, 1)
 _SEARCH_STEP = 0.04
 _SEARCH_STRIDE = 6
 _FARTHEST = 0.25
-"""Parameters of the search for a start: limits within which a point matches a
-surface, step between tried positions [m], stride of tested points, and radius
-around the prediction [m]."""
+"""Parameters of the search for a start of the refinement: limits within which a
+point matches a surface, step between candidate positions [m], step between
+tested points, and radius around the prediction [m].
+"""
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
-"""A surface is upright if the cosine of the angle between its normal and the
-vertical is below the first value. The fit of upright surfaces is measured if
-they have at least the second number of points."""
+"""Largest cosine of the angle between an upright surface's normal and the
+vertical, and least number of points on upright surfaces from which their fit is
+measured.
+"""
 
 _WIDE = LEVELS[0]
 """Limits within which points of two frames belong to the same surface, when a
 frame's fit is computed."""
 
 _SLIPPERY = 0.03
-"""Least ratio of the information on the two horizontal directions; below it,
-the information on the weaker direction is ignored."""
+"""Ratio of the information on the two horizontal directions below which the
+information on the weaker direction is ignored.
+"""
 
 _CONVERGED = 1e-5
 """A stage of the refinement ends when its steps are below this [m, rad]."""
@@ -71,13 +78,13 @@ _CONVERGED = 1e-5
 
 @dc.dataclass(frozen=True, eq=False)
 class Placed:
-    """The placement of one frame, and its fit.
+    """The estimated pose of the base at one frame, and the frame's fit.
 
     Attributes:
         estimate: Estimate of the base's pose.
         residual: Median distance of the frame's points from the surfaces of
-            other keyframes [m]; NaN if they share none.
-        shared: Fraction of the frame's points that other keyframes show, too.
+            keyframes [m]; NaN if they share no surface.
+        shared: Fraction of the frame's points that keyframes also show.
     """
 
     estimate: BaseEstimate
@@ -137,9 +144,10 @@ def place(
     """Localises the base at the last keyframe.
 
     Args:
-        keyframes: The keyframes, and the frame as the last of them.
+        keyframes: The keyframes, and after them the frame.
         X_WB: Poses of the base, shape (n, 3) [m, rad]; the last row is ignored.
-        covariance: Covariances of all poses except the last, (n - 1, 3, 3).
+        covariance: Covariances of all poses except the last, shape (n - 1, 3,
+            3).
         expected: The predicted pose of the base at the last keyframe.
     """
     last = len(X_WB) - 1
@@ -183,10 +191,10 @@ def updated(
 ) -> BaseEstimate:
     """Returns the estimate after the placement of a frame.
 
-    The keyframes' errors displace all frames aligned to them in the same way,
-    so these errors do not average out. The covariance of the keyframes is
-    therefore added. If the result is worse than the previous covariance, the
-    previous one is kept.
+    The errors of keyframes displace all frames that are aligned to them in the
+    same way, so these errors do not average out. The covariance of the
+    keyframes is therefore added. If the result is larger than the previous
+    covariance, the previous one is used.
 
     Args:
         expected: The previous estimate.
@@ -211,7 +219,7 @@ def updated(
 def without_slips(
     H: np.ndarray, g: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drops the information on a direction in which the base can slide.
+    """Removes the information on a direction in which the base can slide.
 
     A floor and one wall constrain a base in only one horizontal direction. The
     little information on the other direction comes from noise, and is removed.
@@ -242,12 +250,12 @@ def without_slips(
 def best_start(
     keyframes: Keyframes, X_WB: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Finds a start for the refinement of the last keyframe's pose.
+    """Finds an initial pose for the refinement of the last keyframe's pose.
 
-    From a poor start, the refinement would match upright surfaces with those of
-    other objects. So many positions around the prediction are tried. The one
-    with the largest number of the keyframe's points on surfaces of other
-    keyframes is chosen.
+    From a poor initial pose, the refinement would match upright surfaces with
+    those of other objects. So many positions around the prediction are
+    compared. The result is the position at which most of the keyframe's points
+    are on surfaces of other keyframes.
 
     Args:
         keyframes: The keyframes.
@@ -255,7 +263,7 @@ def best_start(
         reach: Largest distance from the prediction [m].
 
     Returns:
-        The pose of the base at the start, shape (3,) [m, rad].
+        The initial pose of the base, shape (3,) [m, rad].
     """
     last = len(keyframes) - 1
     pairs = np.array([(other, last) for other in range(last)])
@@ -282,12 +290,12 @@ def best_start(
 def fit(
     keyframes: Keyframes, X_WB: np.ndarray, pairs: np.ndarray
 ) -> tuple[float, float]:
-    """Measures the fit of the last keyframe to the others.
+    """Measures the fit of the last keyframe to all other keyframes.
 
     Args:
         keyframes: The keyframes.
         X_WB: Poses of the base, shape (n, 3) [m, rad].
-        pairs: Indices (other, last), shape (m, 2).
+        pairs: Indices (i, n - 1) of the compared pairs, shape (m, 2).
 
     Returns:
         Distance and overlap. The distance is the median distance of the last

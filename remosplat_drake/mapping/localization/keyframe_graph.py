@@ -2,11 +2,11 @@ r"""Keyframe graph: estimates base poses from shared surfaces and motions.
 
 The unknowns are the base's poses b = (x, y, yaw) in W at all keyframes. The
 camera's pose on the base is known from the arm's joints. Gauss-Newton minimises
-the sum of two kinds of squared residuals. The first are distances of one view's
-points from the planes of others (`pair_kernel`). The second are, for
-consecutive keyframes i and j, the differences (b_i^-1 b_j) - (t_i^-1 t_j)
-between their motion and the motion of the tracked poses t, divided by its
-standard deviations.
+the sum of two kinds of squared residuals. The first kind are the distances of
+one view's points from the planes of other views (`pair_kernel`). The second
+kind are, for consecutive keyframes i and j, the differences (b_i^-1 b_j) -
+(t_i^-1 t_j) between their motion and the motion of the tracked poses t. They
+are divided by the standard deviations of the tracked motion.
 """
 
 import dataclasses as dc
@@ -42,8 +42,10 @@ _PARTNERS = 12
 """Approximate number of views that each view is compared with."""
 
 _CORRELATION = 10.0
-"""Neighbouring residuals are correlated: this number of them has the
-information of one independent residual; see `estimate_correlation`."""
+"""Number of residuals that have as much information as one independent
+residual, since neighbouring residuals are correlated; see
+`estimate_correlation`.
+"""
 
 _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2
 """Least covariance of tracked motions [m^2, rad^2]."""
@@ -54,7 +56,7 @@ _CONVERGED = 1e-5
 
 @dc.dataclass(frozen=True, eq=False)
 class Keyframes:
-    """n keyframes in the order in which they were taken.
+    """Keyframes in the order in which they were taken; there are n.
 
     Attributes:
         stack: Images of the keyframes, as planes and points.
@@ -114,9 +116,11 @@ class Solution:
 
     Attributes:
         X_WB: The base's poses, shape (n, 3) [m, rad].
-        covariance: Covariances of the poses, shape (n, 3, 3); 0 for the first.
-        residual: Median distance of each keyframe's points from the others'
-            surfaces, shape (n,) [m]; NaN for those that share none.
+        covariance: Covariances of the poses, shape (n, 3, 3); 0 for the first
+            pose.
+        residual: Median distance of each keyframe's points from the surfaces of
+            other keyframes, shape (n,) [m]; NaN for a keyframe that shares no
+            surface.
     """
 
     X_WB: np.ndarray
@@ -176,13 +180,14 @@ def surface_equations(
     level: Level,
     spread: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns Hessian (3n, 3n) and gradient (3n,) of shared surfaces.
+    """Returns Hessian (3n, 3n) and gradient (3n,) of the surface residuals.
 
     Args:
         keyframes: The keyframes.
         X_WB: Poses of the base, shape (n, 3) [m, rad].
         pairs: Indices of the keyframes that are compared, shape (m, 2).
-        level: Limits beyond which residuals are ignored.
+        level: The stage of the refinement, whose limits the residuals must
+            meet.
         spread: The result of `residual_spread`.
     """
     state = State(keyframes.camera_poses(X_WB))
@@ -194,7 +199,7 @@ def surface_equations(
 def motion_equations(
     X_WB: np.ndarray, tracked: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns Hessian (3n, 3n) and gradient (3n,) of tracked motions.
+    """Returns Hessian (3n, 3n) and gradient (3n,) of the motion residuals.
 
     Args:
         X_WB: Poses of the base, shape (n, 3) [m, rad].
@@ -243,7 +248,7 @@ def residuals(
 
 
 def _planar(X_WC: np.ndarray, X_WB: np.ndarray) -> np.ndarray:
-    """Returns the Jacobian of cameras by bases, (6n, 3n), theta_W and t_W."""
+    """Returns the Jacobian of camera errors by base poses, (6n, 3n)."""
     n = len(X_WB)
     P = np.zeros((n, 6, n, 3))
     own = np.arange(n)

@@ -1,4 +1,4 @@
-"""A session on disk: all data of a teleoperation in one folder.
+"""Stores a session: all data of a teleoperation, in one folder.
 
 | Path                       | Written by                 | When              |
 |----------------------------|----------------------------|-------------------|
@@ -16,11 +16,11 @@
 | `runs/0001/events.jsonl`   | `recording.TrajectoryLog`  | each event        |
 | `runs/0001/map_knowledge.json` | `remosplat teleop`     | each run on a map |
 
-`app.teleop_session` creates the session. Then the mapping process, which holds
-the lock, writes all files except those in `runs/`, which the control process
-writes. Each file is either replaced atomically or only extended, so that a
-killed process loses only the data that it was writing.
+`app.teleop_session` creates the session. The mapping process then holds the
+lock, and writes all files except those in `runs/`. The control process writes
+the files in `runs/`. A file is either replaced atomically or only extended. So
+if a process is killed, only the data that it was writing are lost.
 
-`app.teleop_session` opens a session to continue it; `app.recorded_run` reads a
-run with its maps for `remosplat replay`.
+`app.teleop_session` also opens a session to continue it. `app.recorded_run`
+reads a run with its maps for `remosplat replay`.
 """

@@ -1,8 +1,8 @@
-"""`FrameStore`: a session's frames, as a growing capture.
+"""`FrameStore`: the frames of a session, in a folder that is a capture.
 
 `remosplat reconstruct` can read the folder. Images are written before
-`transforms.json` lists them, and this file is replaced atomically. So an
-interruption loses only the frame that was being added.
+`transforms.json` lists them, and this file is replaced atomically. So if the
+process is interrupted, only the frame that was being added is lost.
 """
 
 import contextlib
@@ -29,26 +29,29 @@ from remosplat_drake.capture.readers.text_files import read_json
 from remosplat_drake.scene.objects.placed_object import PlacedObject
 
 _BASE_POSE = "base_pose"
-"""Field of a frame with the base's pose in a map."""
+"""Field of a frame in `transforms.json` that contains the base's pose in a map.
+"""
 
 _OBJECTS = "objects"
-"""Field of a frame with the objects that were known when it was taken."""
+"""Field of a frame that contains the objects that were known when it was taken.
+"""
 
 _NAME = re.compile("frame [0-9]{1,9}")
 
 
 class FrameStore:
-    """The frames in a folder, in the order in which they were taken.
+    """The frames of a session, in the order in which they were taken.
 
     `load` reads the images. A frame's name, "frame 3" for example, is for
     display.
     """
 
     def __init__(self, folder: Path):
-        """Reads which frames a folder holds.
+        """Reads the list of frames of a folder.
 
         Args:
-            folder: The folder; without a `transforms.json` it holds none.
+            folder: The folder. Without a `transforms.json`, it contains no
+                frames.
 
         Raises:
             RemoSplatError: `transforms.json` is invalid.
@@ -96,7 +99,7 @@ class FrameStore:
         q: np.ndarray,
         objects: Sequence[PlacedObject] = (),
     ) -> str:
-        """Saves a frame, and returns the name that it gets.
+        """Saves a frame, and returns its new name.
 
         Args:
             frame: The frame; it must have a time.
@@ -104,8 +107,8 @@ class FrameStore:
             objects: The known objects at that time.
 
         Raises:
-            RemoSplatError: The frame is invalid or cannot be written; nothing
-                is saved then.
+            RemoSplatError: The frame is invalid or cannot be written. Then
+                nothing is saved.
         """
         view = assemble(self._path.parent, [frame])
         last = self.names[-1] if self._index else "frame 0"
@@ -153,11 +156,11 @@ class FrameStore:
         self._document = document
 
     def load(self, names: tuple[str, ...]) -> dict[str, str]:
-        """Reads frames into memory, and removes all others from memory.
+        """Reads frames into memory, and removes all other frames from it.
 
         Returns:
-            Reasons why frames cannot be used, by the frames' names; empty if
-            all can.
+            Reasons why frames cannot be used, keyed by the frames' names; empty
+            if all frames can be used.
         """
         before, self._cache = self._cache, {}
         problems = {}
@@ -169,10 +172,10 @@ class FrameStore:
         return problems
 
     def capture(self, names: tuple[str, ...]) -> Capture:
-        """Makes a capture of loaded frames, unchanged.
+        """Makes a capture of loaded frames, without any correction.
 
         Args:
-            names: Names of the frames, at least one; see `load`.
+            names: Names of the frames, at least one, which `load` has read.
         """
         frames = [self._cache[name] for name in names]
         return assemble(self._path, frames)
@@ -188,11 +191,11 @@ class FrameStore:
         return np.array(matrices, float).reshape(-1, 4, 4)
 
     def configurations(self, names: tuple[str, ...]) -> np.ndarray:
-        """Returns the robot's configurations at frames, shape (n, n_q)."""
+        """Returns the configurations at which frames were taken, (n, n_q)."""
         return np.array([self._entry(name)["configuration"] for name in names])
 
     def objects(self, name: str) -> tuple[PlacedObject, ...]:
-        """Returns the known objects when a frame was taken."""
+        """Returns the objects that were known when a frame was taken."""
         return tuple(
             PlacedObject(
                 each["name"],
@@ -211,7 +214,7 @@ class FrameStore:
         return self._cache[name]
 
     def base_pose(self, name: str) -> np.ndarray | None:
-        """Returns the base's pose in a map at a frame, x, y, yaw in W.
+        """Returns the base's pose in W (x, y, yaw) at a frame.
 
         Args:
             name: Name of the frame.
@@ -226,8 +229,8 @@ class FrameStore:
         """Records the base's poses in a map at frames.
 
         Args:
-            poses: x, y, yaw in W by the frames' names, shape (3,) [m, rad];
-                frames that no longer exist are ignored.
+            poses: x, y, yaw in W, each of shape (3,) [m, rad], keyed by the
+                frames' names; removed frames are ignored.
 
         Raises:
             FileError: `transforms.json` cannot be written.

@@ -1,10 +1,10 @@
-"""Maps as files, `*.rsmap`: `write_map` and `open_map`.
+"""Writes and opens the files of maps, `*.rsmap`.
 
-A control process loads a new map with its hierarchy in about a millisecond: it
-receives the file's seal from the mapping process, which has just written the
-file, and maps the file into memory. A file from another source or from another
-run of the program is read, checked and prepared again, as `array_file` and
-`map_parts` describe.
+The control process opens a new map with its hierarchy in about a millisecond.
+It receives the file's seal from the mapping process, which has just written the
+file, and maps the file into memory without checks. A file from another source,
+or from another run of the program, is read, checked and prepared again, as
+`array_file` and `map_parts` describe.
 """
 
 from pathlib import Path
@@ -56,11 +56,11 @@ def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
 
     Args:
         path: The file.
-        seal: The return value of `write_map` in this run of the program. With
-            it the file opens in about a millisecond, and arrays are views of
-            the file, which may be deleted or replaced afterwards, but not
-            modified. Without it the whole content is checked and prepared,
-            which takes some hundredths of a second.
+        seal: The return value of `write_map` in this run of the program. With a
+            seal, opening takes about a millisecond, and arrays are views of the
+            file. The file may then be deleted or replaced, but not modified.
+            Without a seal, the whole content is checked and prepared, which
+            takes some hundredths of a second.
 
     Raises:
         VersionError: The file has an unsupported version of the format.

@@ -1,10 +1,11 @@
-"""Converts a `SceneMap` to a document and arrays, and back.
+"""Converts a `SceneMap` to a JSON document and arrays, and back.
 
 The document and arrays contain the map's inputs: the splat, the seen space
 around it, and the settings of its fields. They also contain prepared data, such
-as hierarchies, for readers that trust the writer. Other readers compute these
-data again, because kernels follow the links of a hierarchy without checks, and
-links of an untrusted file could be invalid.
+as hierarchies. These are used only if a seal shows that this program has
+written the file. Otherwise they are computed again, because kernels follow the
+links of a hierarchy without checks, and the links in an unknown file could be
+invalid.
 """
 
 import dataclasses as dc
@@ -53,19 +54,21 @@ _OfSplat = (
 )
 
 _MOST_PARTS = 8
-"""Largest number of parts of a composite field; parts are not composite."""
+"""Largest number of parts of a composite field. A part is not itself composite.
+"""
 
 _LARGEST = 1e6
-"""Largest number in a splat, such as a size, or a distance from the origin of W
-[m]."""
+"""Largest valid absolute value of a number in a splat, such as a size or a
+coordinate in W [m].
+"""
 
 
 def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
     """Converts a map to a JSON document and named arrays.
 
     Raises:
-        RemoSplatError: A file cannot hold the field, or the field belongs to
-            another splat.
+        RemoSplatError: The field has a kind that cannot be stored, or belongs
+            to another splat.
     """
     arrays: Arrays = {}
     document = {
@@ -95,7 +98,7 @@ def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
 
 
 def put_together(file: ArrayFile) -> SceneMap:
-    """Makes a map from the output of `take_apart` in a file.
+    """Makes a map from the document and arrays of a file.
 
     Raises:
         RemoSplatError: The file is incomplete, or its content is not a map.
@@ -187,7 +190,7 @@ def _field(
 
 
 def _prepared(file: ArrayFile, prefix: str) -> Arrays | None:
-    """Returns the prepared arrays of a field; none from untrusted files."""
+    """Returns the prepared arrays of a field; none from unknown files."""
     if not file.is_sealed:
         return None
     return {
@@ -320,7 +323,7 @@ def _coverage(file: ArrayFile) -> Coverage:
 def _tiles(
     file: ArrayFile, splat_W: GaussianSplat | None
 ) -> tuple[SurfelTile, ...]:
-    """Returns the tiles; for an untrusted file they are computed again."""
+    """Returns the tiles; for an unknown file, they are computed again."""
     counts = file.document.wholes("tiles")
     if not file.is_sealed:
         return make_tiles(splat_W) if counts and splat_W is not None else ()

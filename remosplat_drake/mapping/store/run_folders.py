@@ -5,7 +5,7 @@ from pathlib import Path
 from remosplat_drake.base.errors import FieldError, FileError
 
 RUNS = "runs"
-"""Name of the folder of all runs, within that of the session."""
+"""Name of the folder of all runs in the session's folder."""
 
 
 def new_run(session: Path) -> Path:
@@ -35,7 +35,8 @@ def find_run(session: Path, number: int | None = None) -> Path:
 
     Raises:
         FileError: The session has no runs.
-        FieldError: It has no such run; the error lists the existing ones.
+        FieldError: The session has no such run; the error lists the existing
+            runs.
     """
     numbers = run_numbers(session)
     if not numbers:

@@ -1,4 +1,4 @@
-"""`Session`: the frames and maps of a place, and the selection in use.
+"""`Session`: the stored frames and maps of one teleoperation.
 
 `mapping.store` lists the files of a session's folder, and their writers.
 """
@@ -41,9 +41,9 @@ class Version:
         version: Number of the version, from 1 on; 0 is the scenario's map,
             which has no file.
         parent: Number of the previous version.
-        file: Path of its file, relative to the session's folder.
+        file: Path of the map's file, relative to the session's folder.
         frames: Names of its frames.
-        seconds: Time of its construction [s].
+        seconds: Time that its construction took [s].
     """
 
     version: int
@@ -54,15 +54,15 @@ class Version:
 
 
 class Session:
-    """Frames and maps of one place, and the selection that is in use.
+    """Stored frames and map versions, and the version that is in use.
 
-    Use `create`, `open` or `open_to_write` to get one.
+    `create`, `open` and `open_to_write` return a session.
 
     Attributes:
         folder: The session's folder.
         frames: All frames that were taken.
         versions: All versions of the map, by their numbers.
-        head: Number of the version in use; 0 is the scenario's own.
+        head: Number of the version in use; 0 is the scenario's own map.
         active: Names of the frames from which the next map will be made.
     """
 
@@ -87,13 +87,13 @@ class Session:
 
         Args:
             folder: The session's folder.
-            scenario_text: Content of its scenario file, YAML.
+            scenario_text: Content of the session's scenario file (YAML).
 
         Raises:
             FileError: The folder is not empty, or cannot be made.
         """
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise FileError(folder, "exists; a new session needs a new folder")
+            raise FileError(folder, "is not empty; choose a new folder")
         session = Session(folder)
         write_atomically(folder / SCENARIO_FILE, scenario_text)
         session._write(0, (), {})
@@ -107,7 +107,8 @@ class Session:
             folder: The session's folder.
 
         Raises:
-            RemoSplatError: The folder holds no session, or a damaged one.
+            RemoSplatError: The folder contains no session, or the session is
+                damaged.
         """
         path = folder / SESSION_FILE
         document = parse_fields(read_text(path), str(path))
@@ -131,8 +132,8 @@ class Session:
             folder: The session's folder.
 
         Raises:
-            RemoSplatError: The folder holds no session or a damaged one, or
-                another process has it open for writing.
+            RemoSplatError: The folder contains no session, the session is
+                damaged, or another process has opened it for writing.
         """
         session = Session.open(folder)
         try:
@@ -148,7 +149,7 @@ class Session:
 
     @property
     def head_map(self) -> Path | None:
-        """File of the map in use; None for the scenario's own."""
+        """File of the map in use; None for the scenario's own map."""
         if not self.head:
             return None
         return self.folder / self.versions[self.head].file
@@ -159,7 +160,7 @@ class Session:
         return max(self.versions, default=0) + 1
 
     def map_path(self, version: int) -> Path:
-        """Returns the path of a version's file, which need not exist yet."""
+        """Returns the path of a version's file, which may not exist yet."""
         return self.folder / _map_file(version)
 
     def activate(self, name: str) -> None:
@@ -199,7 +200,7 @@ class Session:
 
     @property
     def has_new_frames(self) -> bool:
-        """Whether there are frames that are newer than the map in use."""
+        """Whether there are active frames that the map does not contain."""
         return bool(set(self.active) - set(self.map_frames))
 
     def leave_out_new_frames(self) -> None:
@@ -208,10 +209,10 @@ class Session:
 
     @property
     def parent(self) -> int:
-        """Number of the version before the one in use.
+        """Number of the version that preceded the one in use.
 
         Raises:
-            RemoSplatError: The map in use is the scenario's own.
+            RemoSplatError: The map in use is the scenario's own map.
         """
         if not self.head:
             raise RemoSplatError("there is nothing to undo")
@@ -221,7 +222,7 @@ class Session:
         """Returns to the previous version and its frames.
 
         Raises:
-            RemoSplatError: The map in use is the scenario's own.
+            RemoSplatError: The map in use is the scenario's own map.
         """
         parent = self.parent
         self._write(parent, self._frames_of(parent), self.versions)
@@ -232,7 +233,7 @@ class Session:
     def _write(
         self, head: int, active: tuple[str, ...], versions: dict[int, Version]
     ) -> None:
-        """Changes the file and then this object, or neither."""
+        """Changes the file and then this object, or none of them."""
         document = {
             "format": FORMAT,
             "head": head,
@@ -245,12 +246,12 @@ class Session:
 
 
 def _version(entry: JsonFields, known: set[int]) -> Version:
-    """Reads a version that follows a known one, or the scenario's own."""
+    """Reads a version, whose parent must be known."""
     number, parent = entry.whole("version", 1), entry.whole("parent")
     if number in known:
         raise entry.error("version", f"{number} appears twice")
     if parent and parent not in known:
-        raise entry.error("parent", f"there is no map {parent} before")
+        raise entry.error("parent", f"no previous map {parent} is listed")
     file = entry.text("file")
     if file != _map_file(number):
         raise entry.error("file", f"expected {_map_file(number)!r}")

@@ -130,8 +130,8 @@ def test_an_arm_behind_ros2_control_is_driven():
         assert client.latest.robot_mode == RobotMode.MOVE
         driver.terminate()
         _, said = driver.communicate(timeout=PATIENCE)
-    assert "no `emergency_stop`" in said
-    assert "no `mode`" in said
+    assert "setting `emergency_stop` is empty" in said
+    assert "setting `mode` is empty" in said
 
 
 def test_joint_states_are_read_by_another_decoder():
