@@ -1,1 +1,1 @@
-"""Injects faults into a robot on an LCM network, and judges its stops."""
+"""Acceptance tests: inject faults into a robot on LCM, and judge its stops."""

@@ -1,7 +1,7 @@
-"""Faults: further processes on the LCM network of robot and controller.
+"""`Company`: starts another process on the LCM network, as a fault.
 
-Such a process takes seconds to start. The case begins with the process's first
-packet on the network, which is recognised by its sender.
+Such a process takes seconds to start. The fault begins with the first packet
+that the process sends on the network, which the sender's address shows.
 """
 
 import contextlib
@@ -22,26 +22,26 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.robot.robot_model import RobotModel
 
 REFUSED = 2
-"""Exit code of a controller that finds another controller on the network."""
+"""Exit code of a controller that detects another controller on the network."""
 
 _START_UP = 60.0
 """Longest time until a process has joined or has been rejected [s]."""
 
 
 class Company:
-    """One process that joins, and its outcome.
+    """A process that joins the network, and the record of its effects.
 
     Attributes:
         began: Wall-clock time of the process's first packet [s]; infinite
-            before it.
+            before this packet.
         motion: Record of the second robot's true motion.
     """
 
     def __init__(self, case: FaultCase, url: str, folder: Path):
-        """Prepares; no process joins yet.
+        """Stores the arguments; no process joins yet.
 
         Args:
-            case: The process that joins.
+            case: The case, whose part is the process that joins.
             url: LCM URL of robot and controller.
             folder: Folder for the run's files.
         """
@@ -81,7 +81,7 @@ class Company:
             processes.end(self._process)
 
     def problem(self, robot: RobotModel) -> str:
-        """Returns a complaint if the process has done something forbidden.
+        """Describes a forbidden effect of the process; empty if there is none.
 
         Args:
             robot: The robot whose motion is judged.

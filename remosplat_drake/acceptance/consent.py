@@ -1,4 +1,4 @@
-"""`Consent`: a simulated operator of acceptance tests that releases robots."""
+"""`Consent`: a simulated operator, who permits robots to move."""
 
 import math
 import time
@@ -9,24 +9,24 @@ from remosplat_drake.hardware.client.operator import Operator
 from remosplat_drake.signals.supervisor_state import STOPPED, UNARMED
 
 _AGAIN = 0.2
-"""Time after which the operator repeats a request [s]."""
+"""Time after which an unanswered request is repeated [s]."""
 
 
 class Consent:
-    """Arms, over the network, the controllers that wait for a release."""
+    """Arms the controllers on a network that wait for a release."""
 
     def __init__(self, url: str, *, again: bool = False):
         """Joins the LCM network of the controllers.
 
         Args:
-            url: Its LCM URL.
-            again: Whether to release robots that have been stopped, too.
+            url: LCM URL of the network.
+            again: Whether robots that have been stopped are also released.
         """
         self._operator, self._again = Operator(DrakeLcm(url)), again
         self._asked = -math.inf
 
     def give(self) -> None:
-        """Arms the controllers that wait now; call it periodically."""
+        """Arms the controllers that wait now; must be called periodically."""
         leases = self._operator.leases()
         if time.monotonic() - self._asked < _AGAIN:
             return

@@ -1,8 +1,8 @@
-"""The control tick in a closed loop with delays and lags, in simulated time.
+"""Simulates the control loop of a robot with delays and lags.
 
 Tick, prediction and verification are the same as in real runs. Only the robot
-and the network are replaced by a model of the actuators. So cases take seconds,
-while a campaign with real processes takes minutes.
+and the network are replaced by a model of the actuators, in simulated time. So
+a case takes seconds, while a campaign with real processes takes minutes.
 """
 
 import dataclasses as dc
@@ -24,7 +24,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion import Motion
 
 _STEPS = 5
-"""Number of steps of the true robot in a tick."""
+"""Number of steps of the simulated robot in a tick."""
 
 _REACHED = 0.01
 """Distance from the target that counts as arrival [m]."""
@@ -32,14 +32,15 @@ _REACHED = 0.01
 
 @dc.dataclass(frozen=True, eq=False)
 class DelayedRun:
-    """The outcome of a run.
+    """The result of `run_delayed`.
 
     Attributes:
         clearance: Smallest true clearance [m].
-        time: Time until the target was reached; infinite if it never was [s].
+        time: Time until the target was reached [s]; infinite if it was not
+            reached.
         distance: Distance from the target at the end [m].
         share: Largest ratio of the prediction's residual to its bound; NaN if
-            nothing was predicted.
+            no prediction was made.
         seconds: Wall-clock time of each tick, shape (n,) [s].
     """
 
@@ -55,8 +56,9 @@ class DelayedRobot:
 
     Attributes:
         q: The true configurations so far, one per step, (n_q,) [m, rad].
-        times: Times of these configurations [s].
-        v: The true velocities at these times, shape (n_u,) [m/s, rad/s].
+        times: Times of the configurations [s].
+        v: The true velocities at these times, each of shape (n_u,) [m/s,
+            rad/s].
     """
 
     def __init__(
@@ -82,7 +84,7 @@ class DelayedRobot:
         self._history = History.at_rest(robot.n_u)
 
     def move(self, u: np.ndarray, dt: float) -> None:
-        """Simulates a tick after a command was sent [m/s, rad/s]."""
+        """Sends a command [m/s, rad/s], and simulates a tick."""
         now = self.times[-1]
         self._history = self._history.with_command(self.model, now, u)
         until = now + dt * np.arange(1, _STEPS + 1)[:, None] / _STEPS
@@ -124,11 +126,12 @@ def run_delayed(
 
     Args:
         law: The control law.
-        robot: The robot, at its start.
+        robot: The robot, at its initial configuration.
         field: The map, which is also the true scene.
         X_WT: Pose of the target T in W, shape (4, 4).
-        model: The controller's model of the actuators; None: the controller
-            only extrapolates the base's pose by its measured velocity.
+        model: The controller's model of the actuators. With None, the
+            controller only extrapolates the base's pose by its measured
+            velocity.
         seconds: Longest simulated time [s].
     """
     known = History.at_rest(law.robot.n_u)

@@ -20,8 +20,8 @@ def write_description(
     Args:
         path: Path of the file to write.
         name: Name of a shipped robot.
-        actuators: The actuators, in the order of u; none: they have not
-            been measured.
+        actuators: The actuator models, in the order of u. If empty, the
+            description contains none, as before their identification.
     """
     source = Path(load_robot_description(name).source)
     fields = yaml.safe_load(read_text(source))

@@ -1,10 +1,10 @@
 """The fault campaign: checks the reactions of robot and controller to faults.
 
 The simulated robot and the controller are separate processes on an LCM network,
-as in a lab. One fault is injected while the robot moves. While the fault lasts,
-a release of the stop must be refused. Then the fault is removed, and nothing
-may move until the stop is released. After that, the robot must continue. The
-simulated robot's true motion is evaluated.
+as in a laboratory. One fault is injected while the robot moves. While the fault
+lasts, a release of the stop must be refused. Then the fault is removed, and the
+robot must stay at rest until the stop is released. After the release, the robot
+must continue. The simulated robot's true motion is evaluated.
 """
 
 import dataclasses as dc
@@ -36,7 +36,7 @@ from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5
-"""Largest number of attempts at a case whose run fails before its fault."""
+"""Largest number of runs of a case, if runs fail before the fault begins."""
 
 
 @dc.dataclass(frozen=True)
@@ -45,12 +45,15 @@ class FaultResult:
 
     Attributes:
         case: The case with its fault.
-        reason: Reason of the stop, as displayed.
-        time_to_zero: Time from the fault to a standstill [s]; NaN without one.
+        reason: Reason of the stop, as the controller displays it.
+        time_to_zero: Time from the fault to a standstill [s]; NaN if there was
+            none.
         moved_after: Largest distance that any part of the robot moved between
-            the standstill and the release [m]; NaN without a standstill.
-        refusal: Answer to a release while the fault was present.
-        resumed: REACHES, MOVES or STAYS after the release; STAYS without one.
+            the standstill and the release [m]; NaN if there was no standstill.
+        refusal: Answer of the controller to a release while the fault was
+            present.
+        resumed: Behaviour after the release: REACHES, MOVES or STAYS. It is
+            STAYS if there was no release.
         clearance: Smallest true distance from the scene over the whole run
             [m].
         problem: Deviation from the expected outcome; empty if there is none.
@@ -69,7 +72,7 @@ class FaultResult:
 def run_case(
     case: FaultCase, world: World, stand_in: Sequence[str] = STAND_IN
 ) -> FaultResult:
-    """Runs robot and controller, injects one fault, and judges the outcome.
+    """Runs robot and controller with one fault, and judges the outcome.
 
     Args:
         case: The fault to inject, and the outcome to expect.
@@ -115,7 +118,7 @@ def _judged_stop(
     """Judges the stop from the motion until the release."""
     if case.part is Part.DRIVER_KILLED:
         # The record of a killed robot is lost. So the time of the last command
-        # stands for the time of rest, and the record of the new process shows
+        # is used as the time of rest, and the record of the new process shows
         # whether the robot moved.
         moved = judge_stop(true_run, -math.inf, world.robot).moved_after
         return StopQuality(run.commanded - run.began, moved)
@@ -132,7 +135,7 @@ def _resumed(run: FaultRun, true_run: TrueRun, world: World) -> str:
 
 
 def _without_effect(run: FaultRun, case: FaultCase) -> str:
-    """Returns a complaint if the controller did not notice the fault."""
+    """Returns a problem if the controller did not detect the fault, or ""."""
     status = case.tick_status
     statuses = run.events[-1].get("statuses", {}) if status else {}
     if status and status not in statuses:

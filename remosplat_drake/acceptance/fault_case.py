@@ -9,56 +9,60 @@ from remosplat_drake.robot.actuators import Actuator
 
 
 class Part(Enum):
-    """The part of the system in which something goes wrong."""
+    """The part of the system in which a fault occurs."""
 
     ROBOT = "robot"
     """A fault of `remosplat hardware-sim`, requested over the network."""
     CONTROLLER = "controller"
     """A fault of `fault_controller`, begun by a signal."""
     NETWORK = "network"
-    """The relay between robot and controller delays and loses messages."""
+    """The relay on the network, which delays and loses messages."""
     TARGET = "target"
-    """The scenario's own target jumps."""
+    """The target in the scenario, which jumps."""
     DRIVER_KILLED = "driver killed"
-    """The robot's process is killed, and started again."""
+    """The robot's process, which is killed and started again."""
     ARM_DRIVER_STALLED = "arm driver stalled"
-    """`remosplat panda-driver` is stopped (SIGSTOP)."""
+    """`remosplat panda-driver`, which is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
     """The process of the arm's driver that runs the 1 kHz callback is stopped
     (SIGSTOP)."""
     SECOND_ROBOT = "second robot"
-    """A second `remosplat hardware-sim` joins the network."""
+    """A second `remosplat hardware-sim`, which joins the network."""
     SECOND_CONTROLLER = "second controller"
-    """A second `remosplat run --hardware` tries to drive the robot."""
+    """A second `remosplat run --hardware`, which tries to drive the robot."""
     STRANGER = "stranger"
-    """A process of `stranger` joins the network."""
+    """A process of `stranger`, which joins the network."""
     CONTROLLER_KILLED = "controller killed"
-    """The controller's process is killed."""
+    """The controller's process, which is killed."""
     INTERRUPT = "interrupt"
-    """The controller gets Ctrl-C."""
+    """The controller's process, which receives Ctrl-C."""
 
 
 STOPS = "stops"
 """Outcome: the supervisor stops the robot until an operator releases the
 stop."""
 DRIVER_STOPS = "the drivers stop"
-"""Outcome: the command expires in the drivers, and no process remains that
-could report a reason."""
+"""Outcome: the command expires in the drivers. No process remains that could
+report a reason.
+"""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
 JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
-"""Parts that are separate processes, besides robot and controller."""
+"""Parts that are additional processes on the network."""
 
 GOES_ON = "goes on"
-"""Outcome: the robot may continue; it must keep its clearance, and reach its
-target or stop."""
+"""Outcome: the robot may continue. It must keep its clearance, and either reach
+its target or stop.
+"""
 
 REACHES = "reaches the target"
-"""Resumption: after a release the robot continues to its target."""
+"""Behaviour after a release: the robot continues to its target."""
 MOVES = "moves"
-"""Resumption: after a release the robot moves; its target is unreachable."""
+"""Behaviour after a release: the robot moves, but its target is unreachable."""
 STAYS = ""
-"""Resumption: none; the fault persists until a restart."""
+"""Behaviour after a release: the robot stays at rest, since the fault persists
+until a restart.
+"""
 
 
 @dc.dataclass(frozen=True)
@@ -76,19 +80,19 @@ class FaultCase:
             is present; None if no release is tried.
         resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault is
             gone and the stop released; None if any is permitted.
-        then: Name of a second fault, which follows the first one; empty for
-            none.
-        tick_status: Status that at least one tick must have, as evidence that
-            the fault had an effect; empty for any.
+        then: Name of a second fault, which follows the first one; empty if
+            there is none.
+        tick_status: Status that at least one tick must have, which shows that
+            the fault had an effect; empty if any status is valid.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
         robot: Further arguments of `remosplat hardware-sim`.
         delay: Delay of the network [s].
-        loss: Share of messages that the network loses, in [0, 1].
+        loss: Fraction of messages that the network loses, in [0, 1].
         arm_driver: Whether `remosplat panda-driver` drives the arm; it is
             restarted when the fault is over.
-        actuators: Models of the axes in the controller's robot description;
-            empty if they have not been identified.
+        actuators: Actuator models in the controller's robot description; empty
+            if they have not been identified.
         clearance: True clearance that the robot must keep [m].
     """
 

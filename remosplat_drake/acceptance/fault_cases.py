@@ -1,4 +1,4 @@
-"""All cases of the fault campaign, from the files of their themes."""
+"""Collects all cases of the fault campaign."""
 
 from remosplat_drake.acceptance.cases import (
     arm,

@@ -3,10 +3,10 @@
     python -m remosplat_drake.acceptance.fault_controller URL --fault NAME
 
 It runs a scenario on the robot at an LCM URL, as `remosplat run --hardware`
-does, and waits for a release when it is stopped. SIGUSR1 begins the fault, a
-second SIGUSR1 ends it, and SIGUSR2 releases a stop. Its log on stdout has one
-JSON object per line: the supervisor's actions; the socket for the buttons of
-its page, if it has one; and the result of the run.
+does. After a stop, it waits for a release. SIGUSR1 begins the fault, a second
+SIGUSR1 ends it, and SIGUSR2 releases a stop. Its log on stdout has one JSON
+object per line. These are the supervisor's actions, the socket for the buttons
+of its page (if it has a page), and the result of the run.
 """
 
 import argparse
@@ -38,9 +38,9 @@ FAULTS = {
     "stop-button": "a person presses the stop button",
     "exception": "the program fails in the middle of a tick",
     "hang": "the program hangs, and does not end",
-    "map-age": "the map receives no updates any more",
+    "map-age": "the map no longer receives updates",
     "map-nan": "the map returns NaN",
-    "infeasible": "for 1.2 s the map has a wall on both sides of the hand,"
+    "infeasible": "for 1.2 s, the map has a wall on each side of the hand,"
     " both slightly too near: no command satisfies both limits",
 }
 """Descriptions of the faults of the controller's process, keyed by name."""
@@ -49,8 +49,9 @@ _CONTRADICTION = 1.2
 """Time for which no command is feasible [s]."""
 
 _TOO_NEAR = 0.002
-"""Length by which the hand is nearer to each of the two walls than the stopping
-distance [m]."""
+"""Length by which the stopping distance exceeds the hand's distance from each
+of the two walls [m].
+"""
 
 
 class FaultyField(DistanceField):
@@ -77,18 +78,18 @@ class FaultyField(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """Returns the correct field, since faults do not affect rollouts."""
+        """Returns the correct field, since faults must not affect rollouts."""
         return self._field.for_look_ahead
 
     @property
     def compiled(self) -> Packed | None:
-        """The correct field's compiled form, for fast ticks without a fault."""
+        """The correct field's compiled form, for ticks without a fault."""
         return None if self.fault else self._field.compiled
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Returns the correct field's answer, changed by the present fault."""
+        """Returns the correct clearances, changed by the present fault."""
         if self.fault == "exception":
             raise RuntimeError("the map has failed: injected fault")
         if self.fault == "map-nan":
@@ -108,10 +109,10 @@ class FaultyField(DistanceField):
 
 
 class FaultInjector:
-    """Begins one fault at SIGUSR1 and ends it at the next SIGUSR1."""
+    """Begins a fault at SIGUSR1, and ends it at the next SIGUSR1."""
 
     def __init__(self, application: Application, field: FaultyField, name: str):
-        """Waits for the signals.
+        """Installs the handlers of the signals.
 
         Args:
             application: The application, whose map is `field`.
@@ -153,7 +154,7 @@ class FaultInjector:
             self._field.fault = self._name
 
     def _release_if_asked(self, context: Context) -> None:
-        """Forwards a release, and logs the reason of a refusal."""
+        """Requests a release if a signal came; logs the reason of a refusal."""
         refusal = self._supervisor.supervision(context).refusal
         if refusal and refusal != self._refusal:
             _log(refusal=refusal)
@@ -164,7 +165,7 @@ class FaultInjector:
 
 
 def main() -> None:
-    """Runs until the target is reached or a signal ends the process."""
+    """Runs the scenario until the target is reached or a signal ends it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("url")
     parser.add_argument("--fault", default="", choices=["", *FAULTS])

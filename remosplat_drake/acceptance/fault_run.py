@@ -1,4 +1,4 @@
-"""One run of a case of the fault campaign: three processes and a listener."""
+"""`FaultRun`: runs a case of the fault campaign, in several processes."""
 
 import contextlib
 import json
@@ -28,10 +28,11 @@ from remosplat_drake.hardware.stand_in import faults, fci_library
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED, UNARMED
 
 STOP_LIMIT = 4.0
-"""Longest time to a standstill that still counts as a stop [s]."""
+"""Longest time from a fault to a standstill that counts as a stop [s]."""
 
 _START_UP = 60.0
-"""Longest start of the two processes, which may compile kernels [s]."""
+"""Longest time until both processes have started [s]; they may compile kernels.
+"""
 
 _UNDER_WAY = 0.7
 """Time from the robot's first motion to the fault [s]."""
@@ -40,12 +41,14 @@ _SOON = 0.03
 """Time between the first and the second fault of a case [s]."""
 
 _PRESENT = 0.3
-"""Time from the standstill until the first release, or until the end of the
-fault [s]."""
+"""Time from the standstill to the first release, or to the end of the fault
+[s].
+"""
 
 _RELEASE_LIMIT = 60.0
-"""Longest time from a release until it is refused or the target is reached
-[s]."""
+"""Longest time from a release to its refusal, or to the arrival at the target
+[s].
+"""
 
 
 class FaultRun:
@@ -55,8 +58,9 @@ class FaultRun:
         motion: Path of the record of the robot's true motion.
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
-            fault [s]; infinite where there was none.
-        company: Process that joins the network, if this is the fault.
+            fault [s]; infinite if there was none.
+        company: Process that joins the network; None if the case has no such
+            process.
         commanded: Wall-clock time of the latest motion command before the
             release [s].
     """
@@ -109,7 +113,7 @@ class FaultRun:
 
     @property
     def refusal(self) -> str:
-        """Answer to the first release while the fault was present, if any."""
+        """Answer to the first release while the fault was present, or ""."""
         answers = [
             event["refusal"]
             for event in self.events
@@ -124,7 +128,7 @@ class FaultRun:
         return min(times, default=math.nan)
 
     def carry_out(self) -> str:
-        """Runs the case; returns the reason of a too early stop, or ""."""
+        """Runs the case; returns the reason of an early stop, or ""."""
         case = self._case
         arguments = ["--scenario-text", self._text]
         if case.part is Part.CONTROLLER:
@@ -152,7 +156,8 @@ class FaultRun:
                 self.company.join(stack)
                 self.began = self.company.began
                 if self.first_stop < self.began:
-                    # The controller may have received it before this process.
+                    # The controller may have received the message before this
+                    # process.
                     if case.reason not in self.reason:
                         return f"the robot was stopped too early: {self.reason}"
                     self.began = self.first_stop
@@ -188,7 +193,7 @@ class FaultRun:
         )
 
     def _set_out(self, controller: subprocess.Popen) -> str:
-        """Waits until the robot moves; returns the reason if it does not."""
+        """Waits until the robot moves; returns the problem if it does not."""
 
         def is_under_way() -> bool:
             self._consent.give()
@@ -241,7 +246,7 @@ class FaultRun:
     ) -> None:
         """Waits for the stop, tries a release, and removes the fault.
 
-        Then it waits for a while before the final release.
+        Then the robot is observed for a while before the final release.
         """
         case = self._case
         if case.outcome == STOPS:
@@ -305,5 +310,5 @@ class FaultRun:
 
 
 def _is_latched(event: dict) -> bool:
-    """Whether a stop is latched; before the robot is armed, none is."""
+    """Whether a stop is latched; False before the robot is armed."""
     return event.get("mode") in LATCHED and event["reason"] != UNARMED

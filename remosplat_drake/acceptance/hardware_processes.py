@@ -29,11 +29,12 @@ STAND_IN = (sys.executable, "-c", _COMMAND, "hardware-sim")
 """Command line of the stand-in, without arguments."""
 
 _FIRST = -10
-"""Niceness of the processes: they have priority, since computers of real robots
-have no other load."""
+"""Niceness of the processes. They have priority, since computers of real robots
+have no other load.
+"""
 
 _PATIENCE = 10.0
-"""Longest time for a process to end by itself [s]."""
+"""Longest time until a process ends after SIGTERM [s]."""
 
 
 def free_url() -> str:
@@ -51,7 +52,7 @@ def free_port() -> int:
 
 
 def wire_works(patience: float = 1.0) -> bool:
-    """Returns whether this computer receives messages that it sends by LCM.
+    """Returns whether this computer receives its own LCM messages.
 
     If the computer has no route for multicast, no message arrives.
 
@@ -94,10 +95,10 @@ def program(
     """Runs `remosplat` until the context ends.
 
     Args:
-        line: The command of `remosplat` and its arguments.
-        said: File that receives its output; None for none.
-        terminal: File descriptor of a terminal at which a person types; None
-            for none.
+        line: The command of `remosplat`, and the command's arguments.
+        said: File that receives the output; None discards the output.
+        terminal: File descriptor of a terminal for the process's input; None if
+            there is none.
     """
     whole = [sys.executable, "-c", _COMMAND, *line]
     with (
@@ -144,7 +145,7 @@ def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
 def callback_of(driver: subprocess.Popen) -> int:
     """Returns the process number of an arm driver's 1 kHz callback.
 
-    It is not the driver's other child process, Python's resource tracker.
+    The driver's other child process is Python's resource tracker.
     """
     tasks = Path(f"/proc/{driver.pid}/task").glob("*/children")
     children = " ".join(task.read_text() for task in tasks).split()
@@ -166,7 +167,7 @@ def relay(
         a: LCM URL of the controller.
         b: LCM URL of the robot.
         delay: Delay of every message during the fault [s].
-        loss: Share of messages that are lost during the fault, in [0, 1].
+        loss: Fraction of messages that are lost during the fault, in [0, 1].
     """
     line = [sys.executable, "-m", "remosplat_drake.acceptance.network_relay"]
     numbers = ["--delay", str(delay), "--loss", str(loss)]
@@ -202,7 +203,7 @@ def _running(
     stderr: Any = subprocess.DEVNULL,
     stdin: int | None = None,
 ) -> Iterator[subprocess.Popen]:
-    """Runs a process, with raised priority where allowed; SIGTERM ends it."""
+    """Runs a process, with higher priority if permitted; ends it by SIGTERM."""
     with subprocess.Popen(
         line,
         stdin=stdin,
@@ -219,7 +220,7 @@ def _running(
 
 
 def end(process: subprocess.Popen) -> None:
-    """Asks a process to end and waits until it has ended."""
+    """Sends SIGTERM to a process, and waits until it has ended."""
     with contextlib.suppress(ProcessLookupError):
         process.send_signal(signal.SIGTERM)
     try:

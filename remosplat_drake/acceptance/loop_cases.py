@@ -1,4 +1,4 @@
-"""Measures the timing of the real-time loop with a simulated robot over LCM."""
+"""Measures the timing of the real-time loop, with a simulated robot on LCM."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ targets:
 - {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 """
-"""Targets of a tour: down to the table, up and down again, about 8 s."""
+"""Targets of a tour of about 8 s: down to the table, up, and down again."""
 
 SEEN = "PersonSeen"
 """The scenario with cameras."""
@@ -35,7 +35,7 @@ _START_UP = 60.0
 
 
 def measure_loop(rate: float) -> LoopQuality:
-    """Drives a tour in the default scenario and measures the loop's timing.
+    """Measures the loop's timing during a tour in the default scenario.
 
     Args:
         rate: Control rate [Hz].
@@ -48,11 +48,11 @@ def measure_loop(rate: float) -> LoopQuality:
 
 
 def measure_detection() -> LoopQuality:
-    """Drives past a person that two cameras see, and measures the loop.
+    """Measures the loop's timing near a person whom two cameras detect.
 
-    Together, both cameras send at most 30 images of 640 x 480 pixels per
-    second. The two cameras, the robot, `remosplat detect` and the controller
-    are five processes.
+    Together, the cameras send at most 30 images of 640 x 480 pixels per second.
+    Two cameras, the robot, `remosplat detect` and the controller run in five
+    processes.
 
     Raises:
         RemoSplatError: The run did not complete, or no person was detected.
@@ -81,8 +81,8 @@ def _measured(
     Args:
         what: Name of the run in messages about failures.
         arguments: Arguments of the controller's process.
-        scenario: The scenario of the stand-in robot; empty: its default.
-        beside: Further `remosplat` commands, run in the same LCM network.
+        scenario: The scenario of the stand-in robot; if empty, its default.
+        beside: Further `remosplat` commands, which run on the same LCM network.
     """
     url = processes.free_url()
     consent = Consent(url)

@@ -1,4 +1,4 @@
-"""Judges, from a robot's true motion, whether it stopped and stayed at rest."""
+"""Judges from a robot's true motion whether it stopped and stayed at rest."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -15,15 +15,16 @@ CREEP = 1e-3
 """Largest motion of a robot that still counts as rest [m]."""
 
 _DWELL = 5
-"""A robot is at rest after this number of consecutive slow samples."""
+"""Number of consecutive slow samples after which a robot is at rest."""
 
 
 @dc.dataclass(frozen=True)
 class StopQuality:
-    """Quality of a robot's stop.
+    """Duration of a robot's stop, and its motion afterwards.
 
     Attributes:
-        time_to_zero: Time until the robot is at rest [s]; NaN if it never is.
+        time_to_zero: Time until the robot is at rest [s]; NaN if it does not
+            come to rest.
         moved_after: Largest distance that any sphere moved after the robot had
             stopped [m].
     """
@@ -39,7 +40,7 @@ class StopQuality:
 
 @dc.dataclass(frozen=True, eq=False)
 class TrueRun:
-    """The true motion that `remosplat hardware-sim --record` wrote.
+    """The true motion of a robot, from `remosplat hardware-sim --record`.
 
     Attributes:
         time: Wall-clock time of each sample, shape (n,) [s].
@@ -69,7 +70,7 @@ class TrueRun:
 
 
 def first_standstill(run: TrueRun, since: float) -> int | None:
-    """Finds the first sample from which on the robot is at rest for a while.
+    """Finds the first sample after which the robot is at rest for a while.
 
     Args:
         run: True motion of the robot.
@@ -92,7 +93,7 @@ def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
     Args:
         run: True motion of the robot.
         since: Wall-clock time of the fault [s].
-        robot: Robot whose spheres are followed.
+        robot: The robot, whose spheres represent its volume.
     """
     i = first_standstill(run, since)
     if i is None:
@@ -106,7 +107,7 @@ def distance_moved(run: TrueRun, robot: RobotModel) -> float:
 
     Args:
         run: True motion of the robot; without samples the distance is 0.
-        robot: Robot whose spheres are followed.
+        robot: The robot, whose spheres represent its volume.
     """
     p_WS = [robot.spheres_at(q).p_WS for q in run.q]
     return max(
@@ -122,7 +123,7 @@ def true_clearance(
 
     Args:
         run: True motion of the robot.
-        robot: Robot whose spheres are followed.
+        robot: The robot, whose spheres represent its volume.
         truth: Distances to the true scene.
     """
     moving = np.abs(run.u).max(axis=1) >= STILL

@@ -1,10 +1,10 @@
-"""A faulty network as a process: a relay with delay and loss of messages.
+"""A process that simulates a faulty network: it delays and loses messages.
 
     python -m remosplat_drake.acceptance.network_relay URL_A URL_B --delay 0.05
 
-It forwards commands from LCM URL A to B, and statuses from B to A. Losses are
-random, for each message, and are determined by the seed. The order of messages
-is kept. There is delay and loss only after a first SIGUSR1, until a second one.
+It forwards commands from LCM URL A to B, and statuses from B to A. Each message
+is lost at random, determined by a seed. The order of messages does not change.
+Messages are delayed and lost only between a first and a second SIGUSR1.
 """
 
 import argparse
@@ -41,11 +41,11 @@ _PERIOD = 2e-4
 
 
 class Relay:
-    """Forwards commands from a to b and statuses from b to a, two LCM URLs.
+    """Forwards commands from LCM URL a to b, and statuses from b to a.
 
     Attributes:
         delay: Delay of every message from now on [s].
-        loss: Share of messages that are lost from now on, in [0, 1].
+        loss: Fraction of messages that are lost from now on, in [0, 1].
     """
 
     def __init__(self, a: DrakeLcm, b: DrakeLcm):
@@ -71,7 +71,7 @@ class Relay:
 
 
 def main() -> None:
-    """Runs the relay until the process is ended."""
+    """Runs the relay until a signal ends the process."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("a")
     parser.add_argument("b")

@@ -39,7 +39,7 @@ STRANGERS = {
     BASE: "repeats the base's statuses 0.3 m away",
     GARBAGE: "sends invalid bytes on every channel",
 }
-"""Descriptions of a stranger's actions, keyed by name."""
+"""Descriptions of the disturbances, keyed by name."""
 
 CHANNELS = (
     channels.COMMAND_RAMP,
@@ -63,7 +63,7 @@ _OFF = 0.6
 _AWAY = 0.3
 
 _SPEED = 0.2
-"""Command of the stranger [m/s, rad/s]."""
+"""Command that this process sends [m/s, rad/s]."""
 
 
 def command(lcm: DrakeLcm) -> None:
@@ -76,7 +76,7 @@ def command(lcm: DrakeLcm) -> None:
 
 
 def arm_status(status: lcmt_panda_status) -> bytes:
-    """Returns a fresh status with a wrong position of joint 1."""
+    """Copies a status, with the present time and a wrong joint 1."""
     status.utime = status.robot_utime = wall_utime()
     q = list(status.joint_position)
     status.joint_position = [q[0] + _OFF, *q[1:]]
@@ -84,7 +84,7 @@ def arm_status(status: lcmt_panda_status) -> bytes:
 
 
 def shifted(status: base_status) -> bytes:
-    """Returns a fresh status with a wrong pose of the base."""
+    """Copies a status, with the present time and a wrong pose."""
     status.utime = wall_utime()
     status.pose = [status.pose[0] + _AWAY, *status.pose[1:]]
     return status.encode()
@@ -98,7 +98,7 @@ def garbage(lcm: DrakeLcm, rng: np.random.Generator) -> None:
 
 
 def _first(lcm: DrakeLcm, channel: str) -> bytes:
-    """Waits for a message to repeat."""
+    """Waits for a message, which is then repeated."""
     inbox = Inbox(lcm, [channel])
     while True:
         for _, data in inbox.fetch(0.1):
@@ -106,7 +106,7 @@ def _first(lcm: DrakeLcm, channel: str) -> bytes:
 
 
 def main() -> None:
-    """Disturbs the LCM network until the process is ended."""
+    """Disturbs the LCM network until a signal ends the process."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("url")
     parser.add_argument("what", choices=STRANGERS)

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.wire.messages.base_command import base_command
 
 
 class WireTap:
-    """Listens to robot and controller at an LCM URL, and injects faults.
+    """Receives the messages of robot and controller, and injects faults.
 
     Attributes:
         heard: Wall-clock time of the arm's latest status [s].

@@ -1,1 +1,1 @@
-"""Cases of the fault campaign; each file has a tuple `CASES` for one theme."""
+"""Cases of the fault campaign; each file contains a tuple `CASES`."""

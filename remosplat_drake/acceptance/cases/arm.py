@@ -5,8 +5,8 @@ from remosplat_drake.acceptance.fault_case import FaultCase, Part
 _DRIVEN = {
     "arm_driver": True,
     "watch": 2.0,
-    # These settings make the controller fast, since robot, driver, callback and
-    # controller must not be late, even on few cores.
+    # With these settings, the controller needs little time, since robot,
+    # driver, callback and controller must not be late, even on few cores.
     "text": "{control_period: 0.02, controller: {guidance: {enabled: false}}}",
 }
 
@@ -25,7 +25,8 @@ CASES = (
         refusal="nothing came for",
         **_DRIVEN,
     ),
-    # No refusal is expected, since the driver reports the stop, and ends.
+    # No refusal of a release is expected, since the driver reports the stop and
+    # ends.
     FaultCase(
         "user stop, reported by the arm driver",
         Part.ROBOT,

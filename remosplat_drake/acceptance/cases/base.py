@@ -12,14 +12,14 @@ _LOCALIZED = {
 
 
 def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
-    """Makes a case of a stop that the base does not report, as on ROS."""
+    """Makes a case in which the base stops without a report, as on ROS."""
     return robot_fault(
         f"{what} through ROS at {speed:g} m/s",
         "base-mute",
         "does not move as it should",
         then=fault,
-        # No refusal is expected, since a base at rest with zero commands shows
-        # no fault.
+        # No refusal of a release is expected, since a base that is at rest,
+        # with zero commands, shows no fault.
         refusal=None,
         watch=3.0,
         text=f"{{time_limit: 60, controller: {{velocity_limits:"
@@ -72,12 +72,12 @@ CASES = (
     robot_fault(
         "localisation drifts 2 cm/s",
         "localization-drift",
-        # The reason of the stop varies: the corrections of the pose look like a
-        # motion that the commands do not explain, or add up to a jump.
+        # The reason of the stop varies: the controller may detect a motion that
+        # the commands do not explain, or a jump of the pose.
         "",
         value=0.02,
-        # The drift stops, but does not reverse: the accumulated drift is about
-        # the largest permitted error of a localisation.
+        # At the end of the fault, the drift stops, but its error remains. This
+        # error is about the largest permitted error of a localisation.
         resumes=None,
         **_LOCALIZED,
     ),

@@ -1,8 +1,8 @@
-"""Late robots: as late as their description states, or later.
+"""Faults: robots with delays, which their description contains or not.
 
-A robot whose delays have been identified keeps its clearance at any delay. A
-robot that has not been identified is stopped if its delay exceeds the default
-bounds.
+A robot whose delays have been identified keeps its clearance with any delay. A
+robot whose delays have not been identified is stopped if they exceed the
+default bounds.
 """
 
 import dataclasses as dc
@@ -41,7 +41,10 @@ def _panda_py() -> list[Actuator]:
 def _identified(
     name: str, actuators: list[Actuator], *faults: str
 ) -> Iterator[FaultCase]:
-    """Makes cases of an identified late robot: a stop, and a bad target."""
+    """Makes cases of a robot with identified delays.
+
+    One is a stop, and one is a target inside an obstacle.
+    """
     known = {
         "robot": tuple(x for fault in faults for x in ("--fault", fault)),
         "actuators": tuple(actuators),
@@ -61,9 +64,9 @@ def _identified(
 
 
 def _unmeasured(name: str, fault: str, **more) -> FaultCase:
-    """Makes a case of a robot that is later than the default bounds.
+    """Makes a case of a robot whose delays exceed the default bounds.
 
-    No refusal is expected, since a robot at rest shows no delay.
+    No refusal of a release is expected, since a robot at rest shows no delay.
     """
     return robot_fault(
         f"{name}, unmeasured",

@@ -18,8 +18,9 @@ _TOUR = "time_limit: 600\ntargets:" + 20 * (
     "\n- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}"
     "\n- {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}"
 )
-"""Two targets in turn, one high and one low. The motion takes longer than
-another process needs to start."""
+"""Two targets, one high and one low. The motion to them takes longer than
+another process needs to start.
+"""
 
 
 def _stranger(name: str, what: str, reason: str) -> FaultCase:

@@ -7,8 +7,8 @@ from remosplat_drake.acceptance.fault_case import (
 )
 
 CASES = (
-    # No release is tried during the fault: the age of the delayed statuses
-    # varies around its limit, so a release may be refused or not.
+    # No release is requested during the fault: the age of the delayed statuses
+    # varies around its limit, so a release may or may not be refused.
     FaultCase(
         "network delay 50 ms, loss 20 %",
         Part.NETWORK,

@@ -8,7 +8,7 @@ from remosplat_drake.acceptance.fault_case import (
 
 CASES = (
     robot_fault("status stops", "status-stops", "nothing came for"),
-    # The reason of the stop is not compared: if the robot moves, its frozen
+    # The reason of the stop is not compared. If the robot moves, its frozen
     # statuses contradict the model of its actuators before they count as
     # frozen.
     robot_fault(

@@ -13,8 +13,9 @@ targets:
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 - {translation: [1.3, 0.0, 0.2], rpy_deg: [180, 0, 0]}
 """
-"""Two targets. The first counts as reached while the arm is still on its way to
-it, so that the target jumps to the second, which is below the table top."""
+"""Two targets. The first counts as reached while the arm is still on its way.
+The target then jumps to the second one, which is below the table top.
+"""
 
 CASES = (
     FaultCase(

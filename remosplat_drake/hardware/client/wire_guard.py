@@ -80,7 +80,7 @@ class Watch:
     and the time.
 
     Attributes:
-        identity: Our identity.
+        identity: Identity of this process.
         own: This process's address, which it learns when it receives its own
             lease; empty before.
         requested_by: Operator that requested motion since `take_request`.
@@ -99,7 +99,7 @@ class Watch:
         """Starts without senders.
 
         Args:
-            identity: Our identity.
+            identity: Identity of this process.
             commands: Channels on which only this process may send.
             statuses: Channels with statuses; on each of them, only one driver
                 may send.
