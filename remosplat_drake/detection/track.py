@@ -120,7 +120,7 @@ class Track:
 
         Args:
             time: The later time [s].
-            config: Bounds on its motion.
+            config: Bounds on the object's motion.
         """
         v, _ = self.edges.velocity(config.max_speed)
         way = (time - self.edges.time) * v
@@ -135,7 +135,7 @@ class Track:
 
         Args:
             since: Time at which the object was last seen [s].
-            config: Bounds on its motion.
+            config: Bounds on the object's motion.
         """
         t = self.edges.time - since
         v, error = self.edges.velocity(config.max_speed)
@@ -149,7 +149,7 @@ class Track:
         """Returns the object as movers, with bounds on its motion.
 
         Args:
-            config: Bounds on its motion.
+            config: Bounds on the object's motion.
             coarse: Whether the visible part gets one box instead of several.
         """
         parts = [(part, self.error) for part in self._seen_parts(coarse)]

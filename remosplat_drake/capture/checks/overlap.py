@@ -28,7 +28,7 @@ points.
 """
 
 _MIN_JUDGED = 20
-"""Least number of points from which a pair of views is judged."""
+"""Least number of points that a pair of views must share to be judged."""
 
 MIN_AGREEMENT = 0.5
 """Least fraction of agreeing points of views with correct poses."""

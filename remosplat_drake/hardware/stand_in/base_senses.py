@@ -13,8 +13,9 @@ from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.planar_pose import relative
 
 X_WO = np.array([0.3, -0.2, 0.1])
-"""Pose of the odometry at the start, if there is a localisation: x, y, yaw in
-W, shape (3,) [m, m, rad]."""
+"""Initial pose of the odometry if there is a localisation: x, y, yaw in W,
+shape (3,) [m, m, rad].
+"""
 
 FIX_PERIOD = 0.1
 """Time between two fixes of the localisation [s]."""
@@ -27,13 +28,14 @@ DEVIATION = np.array([0.002, 0.002, 0.001])
 
 AWAY = np.array([-1.0, 0.0, 0.0])
 """Direction of jumps and drift. Shipped scenes are in front of the base, in the
-direction of x, so with such a fault they seem farther away than they are."""
+direction of x, so because of such a fault they seem farther away than they are.
+"""
 
 
 class BaseSenses:
-    """The stand-in's odometry and, if there is one, localisation.
+    """Simulates the odometry of a base and, if requested, its localisation.
 
-    Without a localisation the odometry is the pose in W.
+    Without a localisation, the odometry is the pose in W.
     """
 
     def __init__(self, localizes: bool):

@@ -1,8 +1,8 @@
 """Faults of a robot, injected on a schedule or on request.
 
 A fault is written NAME[=VALUE]@START[+DURATION], for example `status-stops@3`
-or `clock-jump=-0.5@2+1`. START counts from the first command that the robot
-receives [s]; without a duration a fault lasts.
+or `clock-jump=-0.5@2+1`. START is the time since the first command that the
+robot receives [s]. Without a duration, a fault does not end.
 """
 
 import dataclasses as dc
@@ -53,7 +53,7 @@ FAULTS = {
     " (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
-"""Names of all faults, and their effects, in words for `--help`."""
+"""Names of all faults, and descriptions of their effects for `--help`."""
 
 _DEFAULTS = {
     "status-delay": 0.1,
@@ -77,7 +77,7 @@ _PATTERN = re.compile(
 
 @dc.dataclass(frozen=True)
 class Fault:
-    """A fault of the simulated robot, and when it is present.
+    """A fault of the simulated robot, with its beginning and end.
 
     Attributes:
         name: A key of `FAULTS`.
@@ -97,7 +97,7 @@ def parse_fault(text: str) -> Fault:
     """Parses a fault of the form NAME[=VALUE]@START[+DURATION].
 
     Raises:
-        FieldError: The text has another form, or there is no such fault.
+        FieldError: The text has another form, or the name is not a fault.
     """
     match = _PATTERN.fullmatch(text)
     if match is None:
@@ -144,7 +144,7 @@ def requested_faults(data: bytes) -> list[Fault]:
 
 
 class FaultSchedule:
-    """The faults of a run, and which of them are present."""
+    """The scheduled faults of a run, and the present ones."""
 
     def __init__(self, faults: Sequence[Fault] = ()):
         """Starts before any fault.
@@ -163,7 +163,7 @@ class FaultSchedule:
             self._active[fault.name] = fault
 
     def advance(self, t: float) -> list[Fault]:
-        """Begins the faults that are due, and ends those that are over.
+        """Begins and ends faults according to their schedule.
 
         Args:
             t: Time since the robot's first command [s].
@@ -189,7 +189,7 @@ class FaultSchedule:
 
 
 def spoil(status: lcmt_panda_status, faults: FaultSchedule) -> None:
-    """Applies the present faults to the arm's status, in place."""
+    """Changes a status of the arm by the present faults, in place."""
     if "status-nan" in faults:
         status.joint_position = [math.nan, *status.joint_position[1:]]
     if "status-joints" in faults:

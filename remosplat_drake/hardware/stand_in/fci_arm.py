@@ -1,4 +1,4 @@
-"""`FciArm`: simulates the controller of a Franka arm, with its interface."""
+"""`FciArm`: simulates a Franka arm's controller for a separate driver."""
 
 import contextlib
 import socket
@@ -22,14 +22,15 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 
 
 class FciArm:
-    """Serves one client over UDP in steps of 1 ms, according to `FciRules`.
+    """Simulates an arm's controller for one UDP client, in steps of 1 ms.
 
-    A command is valid if it answers the latest state and arrives before the
-    next step. The caller of `step` determines the robot's clock.
+    Its rules are those of `FciRules`. A command is valid if it answers the
+    latest state and arrives before the next step. The calls of `step` advance
+    the robot's clock.
 
     Attributes:
         rules: The rules of the arm's own controller.
-        port: UDP port of this computer on which it listens.
+        port: UDP port of this computer on which it receives packets.
     """
 
     def __init__(self, port: int = 0):
@@ -67,7 +68,7 @@ class FciArm:
         """Advances the arm by one millisecond.
 
         Args:
-            measured: The present measurements of its sensors.
+            measured: The present measurements of the arm's sensors.
 
         Returns:
             Joint rates, shape (7,) [rad/s].
@@ -138,6 +139,6 @@ class FciArm:
         )
 
     def _send(self, data: bytes, address: tuple[str, int]) -> None:
-        # A client that has ended receives nothing.
+        # Sending to a client that has ended causes an error, which is ignored.
         with contextlib.suppress(OSError):
             self._socket.sendto(data, address)

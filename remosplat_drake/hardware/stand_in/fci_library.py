@@ -20,7 +20,7 @@ from remosplat_drake.hardware.stand_in.fci_packets import (
 
 
 class RealtimeConfig(Enum):
-    """Whether a real-time kernel is required; without effect here."""
+    """Whether a real-time kernel is required; has no effect in this module."""
 
     kEnforce = 0
     kIgnore = 1
@@ -93,10 +93,10 @@ class Robot:
 
         Args:
             franka_address: UDP port of this computer, in digits.
-            realtime_config: Without effect here.
+            realtime_config: Has no effect in this module.
         """
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        # With settimeout instead, every call would wait, even with DONTWAIT.
+        # With `settimeout`, every call would wait, even with DONTWAIT.
         self._socket.setsockopt(
             socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 1, 0)
         )
@@ -126,7 +126,7 @@ class Robot:
         self._ask(Request(Kind.COLLISION, values=values))
 
     def set_joint_impedance(self, K_theta: Sequence[float]) -> None:
-        """Sets the joints' stiffness [N m/rad]; without effect here."""
+        """Sets the joints' stiffness [N m/rad], which has no effect here."""
 
     def control_joint_velocity(
         self,
@@ -137,7 +137,7 @@ class Robot:
         limit_rate: bool = True,
         cutoff_frequency: float = 100.0,
     ) -> None:
-        """Answers every state by a callback until this ends the motion.
+        """Answers every state by a callback until the callback ends the motion.
 
         Unlike libfranka, this function neither limits nor filters the rates.
 

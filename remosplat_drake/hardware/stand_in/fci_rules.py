@@ -1,10 +1,10 @@
 """`FciRules`: a Franka arm's rules for velocity commands, and for aborts.
 
-The robot's side of the Franka Control Interface in joint velocity mode, as
-Franka documents it. It expects a command every millisecond, and limits
-velocity, acceleration and jerk, computed by backward differences. It replaces a
-lost packet by motion with constant acceleration; after twenty lost packets in a
-row it aborts the motion.
+These are the rules of the robot's side of the Franka Control Interface in joint
+velocity mode, as Franka documents them. The robot expects a command every
+millisecond, and limits velocity, acceleration and jerk, computed by backward
+differences. If a packet is lost, the robot continues with constant
+acceleration. After twenty lost packets in a row, it aborts the motion.
 """
 
 from collections import deque
@@ -38,11 +38,11 @@ class FciRules:
     Attributes:
         mode: `IDLE`, `MOVE` if it follows commands, or the mode of a stop.
         error: Libfranka's name of the error that aborted the latest motion;
-            empty without one.
-        command: The arm's desired motion: received in a packet, extrapolated,
-            or its own ramp after an abort.
-        collision_torque: Magnitudes of external torques that count as a
-            collision, shape (7,) [N m].
+            empty if none did.
+        command: The arm's desired motion: from a packet, extrapolated, or on
+            its own ramp after an abort.
+        collision_torque: Magnitudes of external torques from which a contact
+            counts as a collision, shape (7,) [N m].
     """
 
     def __init__(self):
@@ -68,7 +68,7 @@ class FciRules:
         self._heard.append(True)
 
     def abort(self, error: str, mode: RobotMode = RobotMode.REFLEX) -> None:
-        """Ends the motion by the arm's own ramp."""
+        """Aborts the motion; the arm brakes by its own ramp."""
         self.mode, self.error = mode, error
 
     def recover(self) -> None:
@@ -86,8 +86,8 @@ class FciRules:
         Args:
             measured: Measurements of its sensors.
             packet: The command that has arrived in time, shape (7,) [rad/s];
-                None for none.
-            is_last: Whether that command ends the motion.
+                None if no command has.
+            is_last: Whether the command ends the motion.
         """
         if self.mode == RobotMode.MOVE:
             wanted = self._wanted(packet, is_last)
@@ -129,13 +129,13 @@ def error_of(
 
     Args:
         wanted: The command.
-        last: The command of the millisecond before.
+        last: The command of the previous millisecond.
         measured: Measurements of the arm's sensors.
         collision_torque: External torques that count as a collision, shape (7,)
             [N m].
 
     Returns:
-        Libfranka's name of the error; empty for none.
+        Libfranka's name of the error; empty if there is none.
     """
     jerk = (wanted.acceleration - last.acceleration) / TICK
     q, motion = measured.position, "joint_motion_generator_"

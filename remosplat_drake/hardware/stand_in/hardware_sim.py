@@ -59,16 +59,17 @@ _PANDA = "panda"
 """Name of the arms that libfranka drives."""
 
 _SPARSE = 4
-"""While the simulated robot catches up after a delay, it sends one of this
-number of the arm's statuses, and omits the others."""
+"""While the simulated robot catches up after a delay, it sends only one of this
+number of statuses of the arm.
+"""
 
 
 class HardwareSim:
     """A simulated robot with its drivers, in 1 ms steps.
 
-    A Panda is driven by libfranka's law; other arms follow commands within
-    their bounds on acceleration. If the robot has no base or no hand, their
-    messages are not sent.
+    A Panda is driven by libfranka's law. Other arms follow commands within
+    their bounds on acceleration. If the robot has no base or no hand, no
+    messages of this part are sent.
 
     The order within a step is that of the real control loop: receive commands,
     decide, move, publish statuses.
@@ -98,13 +99,15 @@ class HardwareSim:
             plant: The robot's rigid bodies and motors.
             lcm: The LCM network.
             schedule: The scheduled faults.
-            clock: The wall clock of the robot's computer [us].
+            clock: Function that returns the wall clock of the robot's computer
+                [us].
             actuators: Models of how base and arm follow their drivers'
-                commands, in the order of u; empty: without delay.
-            fci: The interface of the arm to a separate driver, instead of LCM;
-                None for the simulated driver.
-            localizes: Whether there is a localisation of the base; then the
-                odometry starts at another pose.
+                commands, in the order of u. If empty, they follow without
+                delay.
+            fci: The arm's interface to a separate driver process; None
+                simulates the driver, too.
+            localizes: Whether a localisation of the base is simulated. If so,
+                the odometry starts at another pose.
             status_rate: Rate of the arm's statuses [Hz].
             inbox: Source of commands and of requests for faults; None accepts
                 every sender.
@@ -149,9 +152,10 @@ class HardwareSim:
         """Runs one millisecond of the robot.
 
         A real robot continues while this computer stalls. So after a stall, the
-        caller runs the missing steps quickly. Their stamps are a millisecond
-        apart, each processes only the commands that were sent before its stamp,
-        and fewer statuses of the arm are sent.
+        caller runs the missing steps quickly. The stamps of these steps are a
+        millisecond apart, and each step processes only the commands that were
+        sent before its stamp. Fewer statuses of the arm are sent during these
+        steps.
 
         Args:
             late: Delay of this millisecond, by the wall clock [s].
@@ -226,7 +230,7 @@ class HardwareSim:
             yield self._unheard.popleft()
 
     def _is_ahead(self, data: bytes) -> bool:
-        """Whether a message was sent later than the step that is caught up."""
+        """Whether a message was sent after the stamp of the present step."""
         if not self._is_late:
             return False
         stamp = stamp_of(data)
@@ -238,7 +242,7 @@ class HardwareSim:
                 self._trip(fault, t)
 
     def _trip(self, fault: Fault, t: float) -> None:
-        """Applies a fault that is an event."""
+        """Applies a fault that takes effect once."""
         arm = self._fci or self.arm
         if fault.name == "reflex":
             arm.stop(RobotMode.REFLEX)

@@ -25,22 +25,23 @@ from remosplat_drake.station.velocity_driver import (
 _RUNNING = StationStatus()
 
 _INSTANT = 1e-9
-"""Time difference that counts as a rounding error [s]."""
+"""Largest time difference that counts as a rounding error [s]."""
 
 
 PERIOD = 0.005
 """Time between two steps of the bodies in a stand-in [s]. Steps of a
-millisecond would take half of a slow core, and the stand-in must not be
-late."""
+millisecond would take half of the time of a slow core, and the stand-in must
+not be late.
+"""
 
 
 class RobotPlant:
     """The robot's rigid bodies and motors, advanced by calls of `step`.
 
     The motors have the control law of the dynamic station. This class calls the
-    law directly, once per step of the bodies: through Drake's ports, its
-    evaluation would take as long as the simulation of the bodies. Between two
-    steps of the bodies, which take the station's `time_step`, the robot
+    law directly, once per step of the bodies, because an evaluation through
+    Drake's ports would take as long as the simulation of the bodies. A step of
+    the bodies lasts for the station's `time_step`. Between two steps, the robot
     continues at the velocity of the latest step.
 
     Attributes:
@@ -60,8 +61,9 @@ class RobotPlant:
         Args:
             config: Physics of the dynamic station.
             robot: The robot.
-            scene: The solids with which the robot may collide; None for none.
-            q0: Configuration to start from, shape (n_q,).
+            scene: The solids with which the robot may collide; None if there
+                are none.
+            q0: Initial configuration, shape (n_q,).
             objects: Objects that a hand may grasp, at their initial poses.
         """
         builder = DiagramBuilder()
@@ -120,15 +122,15 @@ class RobotPlant:
     ) -> None:
         """Advances the robot to time t.
 
-        If a step of the bodies ends by time t, this command is used for the
-        whole step.
+        If a step of the bodies ends before or at time t, this command is used
+        for the whole step.
 
         Args:
             t: Time at the end of the step [s].
             base: Commands to the base, shape (n_base,) [m/s, rad/s].
             arm: Commanded joint rates, shape (n,) [rad/s].
             hand: Commanded width and bound on the force, shape (2,) [m, N];
-                ignored by a robot without one.
+                ignored by a robot without a hand.
         """
         self._since = t - self._stepped
         if self._since < self._period - _INSTANT:

@@ -1,9 +1,9 @@
-"""`Ros2Robot`: gives the stand-in robot the topics of a robot on ROS 2.
+"""`Ros2Robot`: connects the stand-in robot to the topics of ROS 2.
 
-It exchanges LCM messages with the stand-in within this process. On DDS it has
-the topics that a scenario's `!Ros2Arm`, `!Ros2Base` and `!Ros2Hand` name. They
-are those of the controllers of ros2_control, of a broadcaster of joint states,
-of a base and of a gripper.
+It exchanges LCM messages with the stand-in within this process. On DDS, it has
+the topics that a scenario's `!Ros2Arm`, `!Ros2Base` and `!Ros2Hand` name: those
+of ros2_control's controllers, of a joint state broadcaster, of a base and of a
+gripper.
 """
 
 import time
@@ -42,11 +42,11 @@ FAULTS_TOPIC = "/hardware_sim/fault"
 """Topic of std_msgs/String with a fault that begins now, as NAME[=VALUE]."""
 
 _FAULT = "FAULT"
-"""Value of the mode's topic while the arm does not follow commands."""
+"""Value on the mode's topic while the arm does not follow commands."""
 
 
 class Ros2Robot:
-    """Passes ROS 2's messages to a stand-in, and its statuses back."""
+    """Forwards ROS 2 commands to a stand-in, and its statuses to ROS 2."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class Ros2Robot:
             self._hand_topics = _HandTopics(config.hand_driver, robot.hand)
 
     def step(self) -> None:
-        """Passes new messages, in both directions."""
+        """Forwards new messages in both directions."""
         now, t = time.time(), time.monotonic()
         rates = self._arm_topics.rates(t)
         if rates is not None:
@@ -115,7 +115,7 @@ class Ros2Robot:
                 self._base_topics.tell(base_status.decode(data), t)
 
     def _begin(self, text: str) -> None:
-        """Begins a fault, given as NAME[=VALUE]; reports unknown ones."""
+        """Begins a fault, given as NAME[=VALUE]; reports an unknown name."""
         try:
             fault = parse_fault(f"{text}@0")
         except FieldError as error:
@@ -166,7 +166,7 @@ class _ArmTopics:
         self._heard, self._told = -np.inf, -np.inf
 
     def rates(self, t: float) -> np.ndarray | None:
-        """Joint rates that the controllers command; None before the first."""
+        """Joint rates of the controllers; None before the first command."""
         for rows, reader in self._controllers:
             for sample in taken(reader):
                 self._heard = t
@@ -239,7 +239,7 @@ class _BaseTopics:
         self._told = -np.inf
 
     def velocity(self) -> np.ndarray | None:
-        """The latest received velocity, shape (3,); None without one."""
+        """The latest velocity, shape (3,); None before the first command."""
         velocity = None
         for sample in taken(self._commands):
             twist = sample.twist if self._config.stamped else sample

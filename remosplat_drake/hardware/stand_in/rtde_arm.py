@@ -33,7 +33,7 @@ CYCLE = 0.002
 """Cycle time of an e-Series controller: 500 Hz [s]."""
 
 VERSION = (5, 11, 0, 108249)
-"""Version of the controller's software that it reports."""
+"""Version of the software that the simulated controller reports."""
 
 _POWERED, _PROGRAM = 1, 2
 _RUNNING, _IDLE, _PLAYING, _STOPPED = 7, 5, 2, 1
@@ -67,9 +67,8 @@ class RtdeArm:
         """Opens the ports; the arm is powered and runs no program.
 
         Args:
-            host: Address of this computer. The port numbers are fixed by the
-                maker, so each arm needs an address of its own, such as
-                127.0.0.2.
+            host: Address of this computer. The port numbers are fixed, so each
+                arm needs its own address, such as 127.0.0.2.
 
         Raises:
             RemoSplatError: A port is not available.
@@ -101,7 +100,7 @@ class RtdeArm:
         """Advances the arm by one millisecond.
 
         Args:
-            measured: The present measurements of its sensors.
+            measured: The present measurements of the arm's sensors.
 
         Returns:
             Joint rates, shape (6,) [rad/s].

@@ -1,8 +1,8 @@
-"""The packets of Universal Robots' RTDE, protocol version 2.
+"""Encodes and decodes packets of Universal Robots' RTDE, version 2.
 
-They follow the maker's guide to the Real-Time Data Exchange: a header with size
-and kind, numbers in network byte order, and recipes, which list the variables
-of data packages.
+They follow Universal Robots' guide to the Real-Time Data Exchange. A packet has
+a header with its size and kind, and contains numbers in network byte order. A
+recipe lists the variables of a data package.
 """
 
 import struct
@@ -86,11 +86,11 @@ def type_of(name: str) -> str:
 
 
 class Recipe:
-    """Content of a data package, in order.
+    """The variables of a data package, in their order.
 
     Attributes:
         names: Names of the variables.
-        types: Their types; some may be `NOT_FOUND`.
+        types: Types of the variables; some may be `NOT_FOUND`.
     """
 
     def __init__(self, names: Sequence[str]):
@@ -102,7 +102,7 @@ class Recipe:
         self._lengths = [int(f[:-1] or 1) for f in known]
 
     def pack(self, values: dict[str, Sequence[float] | float]) -> bytes:
-        """Encodes variables; absent ones are zero."""
+        """Encodes the values of the variables; absent values are zero."""
         numbers: list[float] = []
         for name, length in zip(self.names, self._lengths, strict=True):
             value = values.get(name, [0] * length if length > 1 else 0)
@@ -113,7 +113,7 @@ class Recipe:
         """Decodes variables.
 
         Raises:
-            ValueError: The data has another length.
+            ValueError: The length of the data does not fit the types.
         """
         try:
             numbers = list(self._layout.unpack(data))
@@ -127,7 +127,7 @@ class Recipe:
 
 
 def packet(kind: Kind, payload: bytes = b"") -> bytes:
-    """Puts a header before the content of a packet."""
+    """Makes a packet from a header and the content."""
     return _HEADER.pack(_HEADER.size + len(payload), kind) + payload
 
 

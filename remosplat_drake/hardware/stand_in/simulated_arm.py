@@ -11,7 +11,8 @@ from remosplat_drake.hardware.drivers.panda_limits import TICK, JointCommand
 
 COLLISION_TORQUE = 20.0
 """External torque on a joint beyond which the arm stops [N m; N for prismatic
-joints]: the threshold in libfranka's own examples."""
+joints], as in libfranka's examples.
+"""
 
 
 class RobotMode(IntEnum):
@@ -48,8 +49,8 @@ class ArmLimits:
     """Limits of an arm of n joints, each of shape (n,).
 
     Attributes:
-        lower: Lower ends of the joints' ranges [rad, m].
-        upper: Upper ends of the joints' ranges [rad, m].
+        lower: Lower position limits of the joints [rad, m].
+        upper: Upper position limits of the joints [rad, m].
         velocity: Greatest joint rates [rad/s, m/s].
         acceleration: Greatest joint accelerations [rad/s^2, m/s^2].
     """
@@ -61,14 +62,14 @@ class ArmLimits:
 
 
 class SimulatedArm:
-    """An arm's driver, which converts commands to joint rates and statuses.
+    """Simulates an arm's driver: converts commands to rates and statuses.
 
     A collision, or a joint at the end of its range, causes a reflex: the arm
     brakes and ignores commands until `recover`.
 
     Attributes:
         commands: The driver's latest velocity command.
-        mode: The arm's mode; it follows commands in `MOVE` only.
+        mode: The arm's mode; the arm follows commands only in `MOVE`.
         success_rate: Fraction of the latest packets that reached the arm, which
             statuses report.
     """
@@ -77,7 +78,7 @@ class SimulatedArm:
         """Starts in velocity control, at rest.
 
         Args:
-            limits: The arm's capabilities.
+            limits: The arm's limits.
         """
         n = len(limits.lower)
         self.commands = ArmCommands(n)
@@ -156,7 +157,7 @@ def violates(
     Args:
         measured: Measurements of the arm's sensors.
         target: Commanded joint rates, shape (n,) [rad/s].
-        limits: The arm's capabilities.
+        limits: The arm's limits.
     """
     q = measured.position
     beyond = ((q < limits.lower) & (target < 0)) | (

@@ -1,6 +1,6 @@
 """`SimulatedBase`: simulates a mobile base's driver, without dynamics.
 
-The base is an Omron LD-60, or an omnidirectional one with the same
+The base is an Omron LD-60, or an omnidirectional base with the same
 accelerations.
 """
 
@@ -32,11 +32,11 @@ _STANDSTILL = 1e-3
 
 
 class SimulatedBase:
-    """A base's driver, which converts commands to speeds and statuses.
+    """Simulates a base's driver: converts commands to speeds and statuses.
 
-    A protective stop ends by itself; then the base follows commands again. An
-    emergency stop is latched until `recover`, which represents the button on
-    the robot.
+    A protective stop ends by itself, and the base then follows commands again.
+    An emergency stop is latched until `recover`, which represents the ON button
+    of the robot.
 
     Attributes:
         commands: The driver's latest velocity command.
@@ -47,7 +47,7 @@ class SimulatedBase:
         """Starts ready, at rest.
 
         Args:
-            is_omnidirectional: Whether it can move sideways.
+            is_omnidirectional: Whether the base can move sideways.
         """
         aside = _SIDEWAYS if is_omnidirectional else 0.0
         self.commands = BaseCommands(BaseMaxima(sideways=aside))
@@ -92,7 +92,7 @@ class SimulatedBase:
     ) -> base_status | None:
         """Returns the status message if one is due, else None.
 
-        Its speed is the latest measurement, at 10 Hz.
+        The speed in the status is the latest measurement, at 10 Hz.
 
         Args:
             now: The driver's wall clock [us].

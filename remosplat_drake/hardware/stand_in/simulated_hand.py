@@ -13,8 +13,8 @@ from remosplat_drake.hardware.drivers.hand_messages import (
 class SimulatedHand:
     """Stores the latest command to the gripper, and reports at 10 Hz.
 
-    As in the hand's real driver, a command does not expire: it holds until the
-    next one.
+    As in the hand's real driver, a command does not expire: it is valid until
+    the next command.
 
     Attributes:
         command: Commanded width and bound on the force, shape (2,) [m, N].
@@ -31,7 +31,7 @@ class SimulatedHand:
         self._next_status = 0.0
 
     def receive(self, data: bytes) -> None:
-        """Processes an encoded command; a malformed one is ignored."""
+        """Processes an encoded command; a malformed command is ignored."""
         command = read_command(data)
         if command is not None:
             self.command = np.array(command)
@@ -44,8 +44,8 @@ class SimulatedHand:
         Args:
             now: The driver's wall clock [us].
             t: The robot's clock [s].
-            state: Opening of the fingers, its rate, and the force of each,
-                shape (3,) [m, m/s, N].
+            state: Opening of the fingers, its rate, and the force of each
+                finger, shape (3,) [m, m/s, N].
         """
         if t < self._next_status:
             return None

@@ -18,11 +18,11 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 LIMITS = ArmLimits(
     POSITION_LOWER, POSITION_UPPER, PANDA.velocity, PANDA.acceleration
 )
-"""Capabilities of a Panda."""
+"""Limits of a Panda."""
 
 
 class SimulatedPanda(SimulatedArm):
-    """An arm within the Panda's limits on jerk, as with libfranka."""
+    """Simulates a Panda's driver, with libfranka's limits on jerk."""
 
     def __init__(self):
         """Starts in velocity control, at rest."""

@@ -1,11 +1,11 @@
 """`UrRules`: simulates a Universal Robots controller with ur_rtde's script.
 
 The script of ur_rtde is a loop on the controller. It reads a command from an
-integer register and executes it. In another register it reports that the
-command is done and, after the command has been withdrawn, that it is ready
-again. Speeds are a stream without such reports. This module contains that loop,
-with the commands that a velocity controller needs, and the controller's own
-stops.
+integer register, and executes the command. In another register, it reports that
+the command is done. When the client has removed the command, it reports that it
+is ready again. Speed commands are a stream without such reports. This module
+simulates this loop, with the commands that a velocity controller needs, and the
+controller's own stops.
 """
 
 import math
@@ -17,7 +17,7 @@ JOINTS = 6
 """Number of the arm's joints."""
 
 READY, DONE = 1, 2
-"""States of the script: ready for a command, or done with it."""
+"""States of the script: ready for a command, or done with a command."""
 
 STOP_DECELERATION = 20.0
 """Deceleration of protective and emergency stops [rad/s^2]."""
@@ -94,7 +94,8 @@ class UrRules:
             dt: Length of the cycle [s].
             command: The command in the script's input register.
             values: The script's input registers of floats, at least six.
-            is_fresh: Whether the registers were written since the last cycle.
+            is_fresh: Whether the registers were written since the previous
+                cycle.
         """
         self._silence = 0.0 if is_fresh else self._silence + dt
         if self.is_running and self._silence > self._longest:
@@ -103,8 +104,8 @@ class UrRules:
             self._obey(command, values)
         change = self._target - self.velocity
         largest = np.abs(change).max()
-        # All axes change along a straight line, so that the leading axis has
-        # the given acceleration.
+        # The rates of all axes change along a straight line, on which the axis
+        # with the largest change has the given acceleration.
         share = self._acceleration * dt / max(largest, 1e-12)
         self.velocity = self.velocity + min(share, 1.0) * change
 
@@ -112,8 +113,8 @@ class UrRules:
         if command == Command.NONE:
             self.state = READY
         elif command == Command.SPEED_J and self.state == READY:
-            # Speeds are a stream: each replaces the previous one, without a
-            # report.
+            # Speed commands are a stream: each replaces the previous one, and
+            # the script reports nothing.
             self._target = np.array(values[:JOINTS])
             self._acceleration = values[JOINTS]
         elif self.state == READY:

@@ -29,7 +29,7 @@ MODE_NAMES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseState:
-    """Measurements of the base's driver; copying returns the object itself.
+    """Measurements of the base's driver; a copy is the object itself.
 
     Attributes:
         pose: x, y and yaw in the map, shape (3,) [m, m, rad].
@@ -56,7 +56,7 @@ class BaseState:
 
 
 def base_axes(n_base: int) -> list[int]:
-    """Returns which components of a base's velocity can be commanded.
+    """Returns the components of a base's velocity that can be commanded.
 
     Args:
         n_base: Number of the base's commands: 2 for a differential base, 3 for
@@ -126,8 +126,8 @@ def extrapolated_pose(
 
     Args:
         pose: Measured x, y and yaw, shape (3,) [m, m, rad].
-        velocity: Speeds forward and to the left, and turning rate, which are
-            held constant, shape (3,) [m/s, m/s, rad/s].
+        velocity: Constant speeds forward and to the left, and turning rate,
+            shape (3,) [m/s, m/s, rad/s].
         duration: Duration of the extrapolation [s].
 
     Returns:

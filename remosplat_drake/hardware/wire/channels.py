@@ -1,13 +1,16 @@
-"""The channels between the station and the drivers, and their expiry rule.
+"""Names of the LCM channels between station and drivers, and expiry times.
 
 Stamps on all channels are wall clock times, in microseconds of the Unix epoch.
 A command has expired if its stamp differs too much from the driver's clock, to
 the past or the future. The driver then commands zero velocity. A command with a
-ramp is held for 1.5 control periods, and then the ramp leads to zero.
+braking ramp is held for 1.5 control periods, and then the driver follows the
+ramp to zero.
 """
 
 COMMAND_RAMP = "COMMAND_RAMP"
-"""command_ramp: how the robot brakes after the command of the same stamp."""
+"""command_ramp: braking ramp of the robot after the command with the same
+stamp.
+"""
 
 PANDA_COMMAND = "PANDA_COMMAND"
 """lcmt_panda_command: joint rates, to drake-franka-driver or another arm
@@ -25,7 +28,8 @@ BASE_STATUS = "BASE_STATUS"
 BASE_LOCALIZATION = "BASE_LOCALIZATION"
 """base_localization: pose of the base in the map, from a localisation."""
 MOVERS = "MOVERS"
-"""mover_list: movers by a perception process, and the space it watches."""
+"""mover_list: movers from a perception process, and the space that it observes.
+"""
 COUNTING_MAP = "COUNTING_MAP"
 """counting_map: the version of its live map that a control loop uses."""
 WRIST_CAMERA = "WRIST_CAMERA"
@@ -37,7 +41,8 @@ the future, at which the driver drops the command [s]."""
 STATUS_EXPIRY = 0.05
 """Age at which the arm's status is stale [s]."""
 BASE_STATUS_EXPIRY = 0.25
-"""Age at which the base's status is stale [s]; its odometry may have only 10
-Hz, and one message may be lost."""
+"""Age at which the base's status is stale [s]. Its odometry may have a rate of
+only 10 Hz, and one message may be lost.
+"""
 HAND_STATUS_EXPIRY = 0.5
 """Age at which a status of the hand is stale [s]."""

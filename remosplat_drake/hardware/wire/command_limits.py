@@ -10,7 +10,8 @@ def scaled_command(
     """Scales a command by one factor, so that it is within its limits.
 
     If single entries were clamped, the robot would leave the path that was
-    checked for clearance. A multiple of the command stays on it.
+    checked for clearance. With a multiple of the command, the robot stays on
+    this path.
 
     Args:
         u: The command, shape (n_u,).
@@ -27,7 +28,9 @@ def scaled_command(
 
 
 TOLERANCE = 1e-3
-"""Relative tolerance of bounds, for commands of solvers."""
+"""Relative tolerance of bounds, since a solver's commands may exceed them by
+rounding.
+"""
 
 
 def excess(

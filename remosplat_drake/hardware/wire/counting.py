@@ -1,7 +1,7 @@
-"""Reads and writes counting_map, the map version that a control loop uses.
+"""Encodes and decodes counting_map, the map version that a loop uses.
 
-A control loop with a live map sends this version continuously, for programs
-that detect objects that the map does not contain.
+A control loop with a live map sends this version continuously. Detection
+programs need it, since they report only objects that the map does not contain.
 """
 
 import dataclasses as dc
@@ -26,8 +26,8 @@ class CountingMap:
     """The version of a session's map that is in use.
 
     Attributes:
-        version: Its number; 0 is the map at the start of the scenario.
-        revision: Name of its content, `DistanceField.revision`.
+        version: Number of the version; 0 is the scenario's own map.
+        revision: Identifier of the map's content, `DistanceField.revision`.
     """
 
     version: int

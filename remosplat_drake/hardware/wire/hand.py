@@ -17,11 +17,11 @@ from remosplat_drake.robot.robot_description import RobotDescription
 
 @dc.dataclass(frozen=True, eq=False)
 class HandState:
-    """Measurements of the gripper's driver; copying returns the object itself.
+    """Measurements of the gripper's driver; a copy is the object itself.
 
     Attributes:
-        reading: Opening of the fingers, its rate, and the force with which
-            each presses, shape (3,) [m, m/s, N].
+        reading: Opening of the fingers, its rate, and the force with which each
+            finger presses, shape (3,) [m, m/s, N].
         stamp: Time of measurement, by the driver's wall clock [s].
     """
 
@@ -33,7 +33,7 @@ class HandState:
 
 
 def check_hands(description: RobotDescription) -> None:
-    """Checks that a robot has at most one hand, as LCM has one channel for it.
+    """Checks that a robot has at most one hand, since hands have one channel.
 
     Args:
         description: The robot.

@@ -1,4 +1,4 @@
-"""LCM messages of the wrist camera: lcmt_image_array with colours and depths.
+"""Encodes and decodes camera images in LCM messages (lcmt_image_array).
 
 The format is that of Drake's `ImageToLcmImageArrayT`. Drake's own systems are
 not used to read images, since they raise an exception after a malformed image.
@@ -20,11 +20,12 @@ _MAX_SIDE = 8192
 """Greatest width and height of an image [pixels]."""
 
 _MOST_MILLIMETRES = 65_535
-"""Greatest depth that two bytes hold [mm]."""
+"""Greatest depth that two bytes can represent [mm]."""
 
 _SAVED = 1
-"""Compression level of zlib; higher ones take longer than the period of
-images."""
+"""Compression level of zlib. Higher levels take longer than the period of
+images.
+"""
 
 _COLOR_CHANNELS = {lcmt_image.PIXEL_FORMAT_RGBA: 4}
 _COLOR_CHANNELS[lcmt_image.PIXEL_FORMAT_RGB] = 3
@@ -38,13 +39,14 @@ _DEPTH_TYPES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class CameraImages:
-    """Images of a camera's driver; copying returns the object itself.
+    """Images of a camera's driver; a copy is the object itself.
 
     Attributes:
         rgb: Colours, shape (h, w, 3), uint8.
         depth: Depth z in the camera frame, shape (h, w), float32 [m]; 0 and
             inf are beyond the camera's range.
-        stamp: Time at which they were taken, by the driver's wall clock [s].
+        stamp: Time at which the images were taken, by the driver's wall clock
+            [s].
     """
 
     rgb: np.ndarray
@@ -88,8 +90,8 @@ def encode_depth(depth: np.ndarray, utime: int) -> bytes:
     """Encodes a depth image alone, in millimetres, as sensors measure it.
 
     Args:
-        depth: Depth z, shape (h, w) [m]; 0 for unknown ones. Depths beyond 65
-            m, also inf, are sent as 65 m.
+        depth: Depth z, shape (h, w) [m]; 0 where unknown. Depths beyond 65 m,
+            including inf, are sent as 65 m.
         utime: Stamp: wall clock of the Unix epoch [us].
     """
     steps = np.rint(1e3 * np.minimum(depth, 1e-3 * _MOST_MILLIMETRES))
@@ -151,9 +153,9 @@ def decode_depth(data: bytes) -> tuple[np.ndarray, float]:
         data: The encoded packet; colours in it are ignored.
 
     Returns:
-        Depth z, shape (h, w), float32 [m]; 0 and inf are beyond the camera's
-        range. And the time at which it was taken, by the driver's wall clock
-        [s].
+        Depth z, shape (h, w), float32 [m], and the time at which the image was
+        taken, by the driver's wall clock [s]. Depths of 0 and inf are outside
+        the camera's range.
 
     Raises:
         BrokenMessage: The packet contains no depth image.

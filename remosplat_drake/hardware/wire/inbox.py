@@ -1,4 +1,4 @@
-"""`Inbox`: the LCM packets that a driver has not processed yet."""
+"""`Inbox`: collects the LCM packets that a driver has not processed yet."""
 
 from typing import Protocol
 
@@ -6,10 +6,10 @@ from pydrake.lcm import DrakeLcmInterface
 
 
 class CommandSource(Protocol):
-    """The interface of a source of a driver's commands."""
+    """Protocol of a source of a driver's commands."""
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
-        """Takes out the messages that have arrived.
+        """Removes and returns the messages that have arrived.
 
         Args:
             timeout: Longest wait for the first message [s].
@@ -23,8 +23,9 @@ class CommandSource(Protocol):
 class Inbox:
     """Collects encoded LCM messages, in the order of their arrival.
 
-    Drake keeps one message per channel and drops later ones until it is read. A
-    driver that reads every millisecond receives all messages.
+    Drake stores one message per channel, and drops later messages until the
+    first one is read. A driver that reads every millisecond receives all
+    messages.
     """
 
     def __init__(self, lcm: DrakeLcmInterface, channels: list[str]):
@@ -43,7 +44,7 @@ class Inbox:
         return lambda data: self._waiting.append((channel, bytes(data)))
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
-        """Takes out the messages that have arrived.
+        """Removes and returns the messages that have arrived.
 
         Args:
             timeout: Longest wait for the first message [s].

@@ -1,10 +1,10 @@
 """Messages that identify a robot's controllers (sessions) and drivers.
 
-Commands and statuses contain no identity. So ten times a second, a session
-sends its lease, a message with its identity and the drivers that must obey
-it. A driver sends its identity and the session that it follows. Each program
-sends these from the same UDP port as its commands or statuses, so the address
-links them.
+Commands and statuses contain no identity of their sender. So ten times a
+second, a session sends its lease, a message with its identity and the drivers
+that must obey it. A driver sends a report with its identity and the session
+that it follows. Each program sends leases or reports from the same UDP port as
+its commands or statuses, so the address shows that they belong together.
 """
 
 import dataclasses as dc
@@ -25,13 +25,15 @@ SESSION_LEASE = "SESSION_LEASE"
 DRIVER_REPORT = "DRIVER_REPORT"
 """Channel of driver_report: the driver that moves the robot."""
 OPERATOR_REQUEST = "OPERATOR_REQUEST"
-"""Channel of operator_request: a person arms a session."""
+"""Channel of operator_request: a person's permission for a session to move its
+robot.
+"""
 
 PERIOD = 0.1
 """Time between two leases, and between two reports of a driver [s]."""
 
 LEASE_EXPIRY = 1.0
-"""Time without messages of a session after which its lease ends [s]."""
+"""Time without messages of a session after which its lease expires [s]."""
 
 REQUEST_EXPIRY = 1.0
 """Difference between a request's stamp and our clock beyond which the request
@@ -45,7 +47,7 @@ class Identity:
     Attributes:
         session: Random number of the process; never 0.
         pid: Number of the process.
-        host: Name of its computer.
+        host: Name of the process's computer.
         name: Name of the program, for display.
     """
 
@@ -66,14 +68,14 @@ class Identity:
 
 @dc.dataclass(frozen=True)
 class Lease:
-    """Identity of a session.
+    """Message of a session that claims drivers.
 
     Attributes:
         identity: Identity of the session.
         sent: Number of commands sent so far.
-        mode: Mode of its supervisor.
+        mode: Mode of the session's supervisor.
         reason: Reason for that mode.
-        drivers: Session numbers of the drivers that must obey it.
+        drivers: Session numbers of the drivers that must obey the session.
     """
 
     identity: Identity
@@ -85,14 +87,15 @@ class Lease:
 
 @dc.dataclass(frozen=True)
 class Report:
-    """Identity of a driver.
+    """Message of a driver about the session that it follows.
 
     Attributes:
         identity: Identity of the driver.
-        holder: Session that it follows; 0 for none.
-        obeyed: Number of messages that it has accepted.
-        refused: Number of messages that it has rejected.
-        refused_from: Address whose message it rejected last; empty for none.
+        holder: Session that the driver follows; 0 if it follows none.
+        obeyed: Number of messages that the driver has accepted.
+        refused: Number of messages that the driver has rejected.
+        refused_from: Address of the sender whose message was rejected last;
+            empty if none was rejected.
     """
 
     identity: Identity
@@ -173,7 +176,8 @@ def decode_request(data: bytes, session: int, now: float) -> str | None:
 
     Args:
         data: The encoded packet.
-        session: Our session; requests to others are ignored.
+        session: The session of this process; requests to other sessions are
+            ignored.
         now: Our wall clock [s]; a request whose stamp differs too much is
             ignored.
 

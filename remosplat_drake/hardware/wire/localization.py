@@ -20,7 +20,7 @@ _ASYMMETRY = 1e-6
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFix:
-    """A pose in the map from a localisation; copies are the object itself.
+    """A pose in the map from a localisation; a copy is the object itself.
 
     Attributes:
         pose: x, y and yaw of the base or of its odometry's frame, shape (3,)
@@ -29,7 +29,7 @@ class BaseFix:
             (3, 3).
         stamp: Time of measurement, by the clock of the odometry [s].
         frame: Name of the frame in which the pose is given.
-        child_frame: Name of the frame whose pose it is.
+        child_frame: Name of the frame to which the pose belongs.
     """
 
     pose: np.ndarray

@@ -1,4 +1,4 @@
-"""LCM messages of movers (moving objects): mover_list."""
+"""Encodes and decodes movers (moving objects) in LCM messages, mover_list."""
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
@@ -23,13 +23,13 @@ MOST_CAMERAS = 20
 """Largest number of cameras in a message."""
 
 LONGEST_NAME = 100
-"""Greatest length of a name; the rest is cut off."""
+"""Greatest length of a name; longer names are cut off."""
 
 _BOUNDS = ("max_speed", "max_acceleration", "position_error", "velocity_error")
 
 
 def encode_movers(movers: Movers) -> bytes:
-    """Encodes movers and the space that cameras watch.
+    """Encodes movers and the space that cameras observe.
 
     Args:
         movers: The known movers; their stamp is wall clock time [s].
@@ -68,7 +68,7 @@ def _quaternion(X_WF: RigidTransform) -> list[float]:
 
 
 def decode_movers(data: bytes) -> Movers:
-    """Decodes and checks movers and the space that cameras watch.
+    """Decodes and checks movers and the space that cameras observe.
 
     One invalid value makes the whole message invalid, since the values of the
     other movers may be wrong, too.
@@ -78,8 +78,8 @@ def decode_movers(data: bytes) -> Movers:
 
     Raises:
         BrokenMessage: The packet is another message or another version, has no
-            stamp, too many movers or cameras, or a value that is not finite or
-            impossible; the text names the field.
+            stamp, or has too many movers or cameras, or a value is not finite
+            or is impossible. The error names the field.
     """
     message = decode(Message, data)
     if message.version != Message.VERSION:

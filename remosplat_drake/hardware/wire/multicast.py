@@ -1,8 +1,9 @@
-"""`MulticastListener`: LCM's packets with their senders and times of arrival.
+"""`MulticastListener`: receives LCM packets with senders and arrival times.
 
-LCM does not report the sender of a message. But the UDP packet has an address,
-since each process sends from a port of its own. The kernel stamps each packet
-on arrival, so messages do not seem late if the listener is busy.
+LCM does not report the sender of a message. But the address of the UDP packet
+identifies the sender, since each process sends from its own port. The kernel
+stamps each packet on arrival, so messages do not seem late if the listener is
+busy.
 
 The format is LCM's (`lcm_udpm.c`), big-endian: the magic number LC02, a
 sequence number, the zero-terminated name of the channel, and the message.
@@ -26,8 +27,9 @@ _HEADER = struct.Struct(">II")
 
 _LARGEST = 1 << 16
 _BUFFER = 1 << 21
-"""Requested size of the kernel's receive buffer; the kernel may allocate
-less [bytes]."""
+"""Requested size of the kernel's receive buffer [bytes]. The kernel may
+allocate less.
+"""
 
 _MOST = 1000
 """Greatest number of packets per call, so that a flood does not block the
@@ -45,7 +47,7 @@ class Packet(NamedTuple):
     """An LCM message, with its sender and the time of its arrival.
 
     Attributes:
-        channel: Name of its channel, with any suffix.
+        channel: Name of the message's channel, including its suffix.
         data: The encoded message.
         sender: Address of the process that sent it, `IP:PORT`.
         received: Time of arrival at this computer, by the wall clock [s]; NaN
@@ -81,7 +83,7 @@ class MulticastListener:
             self._socket = _joined(match[1], int(match[2]))
         except OSError as error:
             raise RemoSplatError(f"LCM URL {url!r}: {error}") from error
-        # The same senders occur again and again, so their names are cached.
+        # Packets come from few senders, so the names of senders are cached.
         self._names: dict[tuple, str] = {}
 
     def fetch(self) -> list[Packet]:

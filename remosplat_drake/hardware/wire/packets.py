@@ -11,7 +11,7 @@ import numpy as np
 
 
 class BrokenMessage(ValueError):
-    """A message that must not be used; the text contains the reason."""
+    """Raised if a message must not be used; the error contains the reason."""
 
 
 _STAMP = struct.Struct(">8xq")
@@ -19,7 +19,7 @@ _STAMP = struct.Struct(">8xq")
 
 
 def stamp_of(data: bytes) -> int | None:
-    """Reads the stamp at the beginning of a message, and nothing else.
+    """Reads the stamp at the beginning of a message, without decoding it.
 
     Args:
         data: The encoded packet.
@@ -40,7 +40,7 @@ def to_utime(time: float) -> int:
 def from_utime(utime: int) -> float:
     """Converts a stamp in microseconds to a wall clock time [s].
 
-    Its rounding error is up to 0.3 microseconds.
+    The rounding error of the result is up to 0.3 microseconds.
     """
     return utime * 1e-6
 
@@ -77,7 +77,7 @@ def finite_vector(name: str, values, size: int) -> np.ndarray:
     """Checks a field of a message that is a list of numbers.
 
     Args:
-        name: Name of the field, for the error's text.
+        name: Name of the field, which the error contains.
         values: The numbers.
         size: Required number of values.
 
@@ -101,7 +101,7 @@ def finite_number(name: str, value: float) -> float:
     """Checks a field of a message that is a number.
 
     Args:
-        name: Name of the field, for the error's text.
+        name: Name of the field, which the error contains.
         value: The number.
 
     Raises:

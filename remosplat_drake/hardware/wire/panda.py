@@ -19,7 +19,7 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 VELOCITY_MODE = lcmt_panda_status.CONTROL_MODE_VELOCITY
-"""The control mode that commands require of the driver."""
+"""The control mode that every command states; the driver must be in it."""
 
 MODE_NAMES = {
     lcmt_panda_status.kOther: "other",
@@ -35,7 +35,7 @@ MODE_NAMES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class PandaState:
-    """Measurements of the arm's driver; copying returns the object itself.
+    """Measurements of the arm's driver; a copy is the object itself.
 
     Attributes:
         q: Joint positions, shape (n,) [rad].
@@ -44,7 +44,7 @@ class PandaState:
         robot_stamp: The robot's own clock [s]; 0 if it is not sent.
         robot_mode: A key of `MODE_NAMES`.
         success_rate: Fraction of the last 100 packets that reached the robot, 0
-            to 1; 0 without commands.
+            to 1. It is 0 if no commands are sent.
     """
 
     q: np.ndarray
@@ -81,7 +81,7 @@ def decode_panda_status(data: bytes, n: int) -> PandaState:
         n: Number of the arm's joints.
 
     Raises:
-        BrokenMessage: The packet is not a status of such an arm.
+        BrokenMessage: The packet is not a status of an arm with n joints.
     """
     message = decode(lcmt_panda_status, data)
     if message.num_joints != n:

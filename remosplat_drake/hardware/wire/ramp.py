@@ -1,8 +1,8 @@
-"""The braking ramp of a robot that receives no more commands, as a message.
+"""Encodes and decodes the braking ramp that follows a robot's command.
 
-Base and arm brake by one ramp, so that the robot stays on the verified path.
-Each driver knows only its own axes, so the message contains the ramp's
-duration.
+Drivers follow the ramp if they receive no newer command. Base and arm brake by
+the same ramp, so that the robot stays on the verified path. A driver controls
+only its own axes, so the message contains the ramp's duration.
 """
 
 import dataclasses as dc
@@ -35,7 +35,7 @@ class Ramp:
     length: float
 
     def share(self, age: float) -> float:
-        """Returns the factor on the command, 0 to 1.
+        """Returns the factor by which the command is scaled, 0 to 1.
 
         Args:
             age: Time since the arrival of the command [s].

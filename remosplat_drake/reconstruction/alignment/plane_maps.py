@@ -14,7 +14,9 @@ import numpy as np
 from remosplat_drake.base.kernels import numpy_kernel
 
 RADII = (2, 4, 6)
-"""Half widths of a window [pixels]; the first sufficient one is used."""
+"""Half widths of a window [pixels]. The first of them that determines the
+normals well enough is used.
+"""
 
 MAX_TILT = np.deg2rad(2.0)
 """A window is large enough if the standard deviation of the normals' direction

@@ -151,7 +151,7 @@ def surfels_from_voxels(
 def random_surfels(
     lower: np.ndarray, upper: np.ndarray, count: int, seed: int = 0
 ) -> Surfels:
-    """Draws random surfels uniformly in a box, which act as floaters.
+    """Draws random surfels in a box, which act as floaters in the splat.
 
     The paper's third experiment adds 1,000 of them before training.
 
