@@ -1,4 +1,4 @@
-"""`Consent`: a simulated operator, who permits robots to move."""
+"""`Consent`: a simulated operator that permits robots to move."""
 
 import math
 import time

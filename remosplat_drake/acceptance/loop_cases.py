@@ -48,7 +48,7 @@ def measure_loop(rate: float) -> LoopQuality:
 
 
 def measure_detection() -> LoopQuality:
-    """Measures the loop's timing near a person whom two cameras detect.
+    """Measures the loop's timing near a person that two cameras see.
 
     Together, the cameras send at most 30 images of 640 x 480 pixels per second.
     Two cameras, the robot, `remosplat detect` and the controller run in five

@@ -323,7 +323,7 @@ class RobotLink:
             raise RemoSplatError(f"{self._config.url}: {problem}")
 
     def take_request(self) -> str:
-        """Returns the operator who has requested motion, or ""."""
+        """Returns the operator that requested motion, or ""."""
         return self.guard.take_request() if self.guard else ""
 
     def tell(self, mode: str, reason: str) -> None:

@@ -160,7 +160,7 @@ class Watch:
         return tuple(dict.fromkeys(sessions))
 
     def take_request(self) -> str:
-        """Returns the operator who requested motion since the last call."""
+        """Returns the operator that requested motion since the last call."""
         operator, self.requested_by = self.requested_by, None
         return operator or ""
 
@@ -303,7 +303,7 @@ class WireGuard:
         return self._watch.problem(time.time(), listens_only=self._shadow)
 
     def take_request(self) -> str:
-        """Returns the operator who has requested motion, or ""."""
+        """Returns the operator that requested motion, or ""."""
         return self._watch.take_request()
 
     def summary(self) -> str:

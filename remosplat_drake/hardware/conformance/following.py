@@ -104,9 +104,8 @@ def commanded_ways(part: PartRecord) -> np.ndarray:
         part: Messages of the part.
 
     Returns:
-        Positions at the ends of the c commands, relative to the start, shape
-        (c, n) [rad, m]. The latest command has not ended, so its row is up to
-        its start.
+        Positions at the ends of all commands except the latest, which has not
+        ended, relative to the start, shape (c - 1, n) [rad, m].
     """
     held = np.minimum(np.diff(part.sent), _HELD)
     return np.cumsum(held[:, None] * part.u[:-1], axis=0)

@@ -35,7 +35,7 @@ _STAND = [0.0] * 7
 
 
 class VelocityServo:
-    """Follows setpoints of joint rates, and brakes if they are stale.
+    """Follows setpoints; brakes if they are stale or invalid.
 
     After it has braked because of stale setpoints, it ignores setpoints until
     one of them is zero. A zero setpoint shows that the commanding program has
