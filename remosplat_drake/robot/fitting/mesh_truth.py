@@ -47,6 +47,10 @@ _WORST = 8
 _BATCH = 32
 """Number of postures whose meshes are measured together."""
 
+_CHECKED = 3e-3
+"""Error from which it is checked if the robot can take the posture [m]; smaller
+ones lead to no cut."""
+
 _NESTED, _SAMPLES = 0.5, 64
 """Share of the first postures, and their number, in which two links touch that
 touch by design, like the links of a wrist."""
@@ -174,6 +178,7 @@ class MeshTruth:
             for link, surface in surfaces.items()
         }
         self._known: dict[LinkPair, np.ndarray] = {}
+        self._pairs_between: dict[LinkPair, list[LinkPair]] = {}
         self._nested: dict[LinkPair, bool] = {}
 
     def errors(
@@ -386,9 +391,11 @@ class MeshTruth:
                 within,
                 distance < 0.0,
             )
-            counts = np.flatnonzero((found > enough) & (found < np.inf))
-            poses = looks.poses[looks.row[rows[counts]]]
-            found[counts[self._is_blocked(looks.links, poses)]] = 0.0
+            large = (found > enough) & (found - distance > _CHECKED)
+            large = np.flatnonzero(large & (found < NEAR))
+            if len(large):
+                poses = looks.poses[looks.row[rows[large]]]
+                found[large[self._is_blocked(looks.links, poses)]] = 0.0
             is_exact = (found > enough) | (found <= TOUCHING)
             looks.true[rows] = np.where(is_exact, found, np.nan)
             looks.bound[rows] = found
@@ -400,9 +407,14 @@ class MeshTruth:
 
         Links that touch by design are ignored.
         """
+        if links not in self._pairs_between:
+            pairs = pairs_between(self.robot, links, self._surfaces)
+            self._pairs_between[links] = pairs
         blocked = np.zeros(len(poses), bool)
-        for pair in pairs_between(self.robot, links, self._surfaces):
+        for pair in self._pairs_between[links]:
             left = np.flatnonzero(~blocked)
+            if not len(left):
+                break
             touching = self._are_touching(pair, poses[left])
             if touching.any() and not self._is_nested(pair):
                 blocked[left] = touching
