@@ -148,6 +148,31 @@ class _Looks:
         return np.where(counts, self.true - self.distance, -np.inf)
 
 
+@dc.dataclass(frozen=True, eq=False)
+class _Way:
+    """The k pairs of links that may collide on the way between two links.
+
+    Attributes:
+        pairs: Their names.
+        bodies: Their bodies, shape (k, 2).
+        center: Centres of balls around their surfaces, in their frames, shape
+            (k, 2, 3) [m].
+        radius: Sum of the two balls' radii, shape (k,) [m].
+    """
+
+    pairs: list[LinkPair]
+    bodies: np.ndarray
+    center: np.ndarray
+    radius: np.ndarray
+
+    def near(self, poses: np.ndarray) -> np.ndarray:
+        """Returns which balls touch, given all poses in n postures, (k, n)."""
+        X = poses[:, self.bodies]
+        p_W = (X[..., :3, :3] @ self.center[..., None])[..., 0] + X[..., :3, 3]
+        apart = np.linalg.norm(p_W[:, :, 1] - p_W[:, :, 0], axis=2)
+        return (apart - self.radius < TOUCHING).T
+
+
 class MeshTruth:
     """Distances between the surfaces of a robot's links, in some postures.
 
@@ -178,7 +203,7 @@ class MeshTruth:
             for link, surface in surfaces.items()
         }
         self._known: dict[LinkPair, np.ndarray] = {}
-        self._pairs_between: dict[LinkPair, list[LinkPair]] = {}
+        self._ways: dict[LinkPair, _Way] = {}
         self._nested: dict[LinkPair, bool] = {}
 
     def errors(
@@ -407,18 +432,33 @@ class MeshTruth:
 
         Links that touch by design are ignored.
         """
-        if links not in self._pairs_between:
-            pairs = pairs_between(self.robot, links, self._surfaces)
-            self._pairs_between[links] = pairs
+        if links not in self._ways:
+            self._ways[links] = self._way(links)
+        way = self._ways[links]
         blocked = np.zeros(len(poses), bool)
-        for pair in self._pairs_between[links]:
-            left = np.flatnonzero(~blocked)
-            if not len(left):
-                break
-            touching = self._are_touching(pair, poses[left])
-            if touching.any() and not self._is_nested(pair):
-                blocked[left] = touching
+        for pair, near in zip(way.pairs, way.near(poses), strict=True):
+            rows = np.flatnonzero(near & ~blocked)
+            if len(rows) and not self._nested.get(pair):
+                touching = self._are_touching(pair, poses[rows])
+                if touching.any() and not self._is_nested(pair):
+                    blocked[rows] = touching
         return blocked
+
+    def _way(self, links: LinkPair) -> "_Way":
+        """Returns the pairs of links on the way between two links."""
+        pairs = pairs_between(self.robot, links, self._surfaces)
+        bodies = [[self.robot.tree.index(x) for x in pair] for pair in pairs]
+        balls = [
+            [self._surfaces[x].balls.values for x in pair] for pair in pairs
+        ]
+        center = [[ball.center[0] for ball in own] for own in balls]
+        radius = [[ball.radius[0] for ball in own] for own in balls]
+        return _Way(
+            pairs,
+            np.array(bodies, int).reshape(-1, 2),
+            np.array(center).reshape(-1, 2, 3),
+            np.array(radius).reshape(-1, 2).sum(axis=1),
+        )
 
     def _is_nested(self, links: LinkPair) -> bool:
         """Returns whether two links touch by design."""

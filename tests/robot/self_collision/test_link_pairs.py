@@ -10,9 +10,11 @@ from remosplat_drake.robot.self_collision.link_pairs import (
     ADJACENT,
     ALLOWED,
     ALWAYS,
+    pairs_between,
 )
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.robot.srdf import read_disabled_collisions
+from tests.robot.conftest import THREE_LINK
 
 PAIR = ("upper_arm", "wrist")
 SRDF = """<?xml version="1.0"?>
@@ -128,3 +130,27 @@ def test_nothing_on_a_shipped_robot_is_left_out_by_its_shapes(name):
     pairs = found(load_robot(name))
     assert set(pairs.left_out.values()) == {ADJACENT}
     assert np.mean([p in pairs.never for p in pairs.watched]) < 0.6
+
+
+def test_pairs_on_the_way_are_two_joints_apart():
+    arm = load_robot(THREE_LINK)
+    links = ("mount", "wrist")
+    found = pairs_between(arm, links, arm.tree.names)
+    assert found == [("mount", "forearm"), ("upper_arm", "wrist")]
+    assert pairs_between(arm, links, {*links, "forearm"}) == found[:1]
+
+
+def test_the_way_between_two_arms_leads_through_what_carries_them():
+    robot = load_robot("two_pandas")
+    links = ("left_link1", "right_link1")
+    assert not pairs_between(robot, links, robot.tree.names)
+    found = pairs_between(
+        robot, ("left_link2", "right_link1"), robot.tree.names
+    )
+    # All others on the way are at most a joint apart.
+    assert set(found) == {
+        ("left_link1", "right_link1"),
+        ("bench", "left_link2"),
+        ("left_link0", "left_link2"),
+        ("right_link0", "left_link2"),
+    }
