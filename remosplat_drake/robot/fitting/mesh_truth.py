@@ -122,6 +122,8 @@ class _Looks:
             have not been measured, zero where links on the way between the two
             touch.
         bound: Upper bounds on these distances, shape (n,) [m].
+        bounded: Distances of the pieces for which these bounds were computed,
+            shape (n,) [m].
     """
 
     links: LinkPair
@@ -135,6 +137,12 @@ class _Looks:
     X_AB: np.ndarray
     true: np.ndarray
     bound: np.ndarray
+    bounded: np.ndarray
+
+    @property
+    def known(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Values that stay valid if pieces are cut: true, bound, bounded."""
+        return self.true, self.bound, self.bounded
 
     @property
     def error(self) -> np.ndarray:
@@ -228,7 +236,7 @@ class MeshTruth:
         for links, postures in among.items():
             looks = self._looks(pairs, links, postures)
             may_have = looks.posture[self._measure(looks, least, _WORST)]
-            self._known[links][:, looks.posture] = looks.true, looks.bound
+            self._known[links][:, looks.posture] = looks.known
             chosen = _largest(looks.error, least, _WORST)
             off = self._off(looks, chosen)
             worst = tuple(
@@ -277,7 +285,7 @@ class MeshTruth:
         """Returns new postures with large errors of two links, (n, n_q)."""
         looks = self._looks(shape_pairs, links)
         self._measure(looks, _RISING, _PARENTS)
-        self._known[links][:, looks.posture] = looks.true, looks.bound
+        self._known[links][:, looks.posture] = looks.known
         chosen = _largest(looks.error, _RISING, _PARENTS)
         states, error = self.states[looks.posture[chosen]], looks.error[chosen]
         is_new = np.zeros(len(states), bool)
@@ -318,12 +326,14 @@ class MeshTruth:
         posture = looks.posture
         if postures is not None:
             posture = postures[posture]
-        known = self._known.get(links, np.zeros((2, 0)))
-        missing = np.full((2, len(self.states) - known.shape[1]), np.inf)
-        missing[0] = np.nan
+        known = self._known.get(links, np.zeros((3, 0)))
+        missing = np.full((3, len(self.states) - known.shape[1]), np.inf)
+        missing[0], missing[2] = np.nan, -np.inf
         known = self._known[links] = np.hstack([known, missing])
-        true, bound = known[:, posture]
-        return dc.replace(looks, posture=posture, true=true, bound=bound)
+        true, bound, bounded = known[:, posture]
+        return dc.replace(
+            looks, posture=posture, true=true, bound=bound, bounded=bounded
+        )
 
     def _looks_at(
         self, pairs: ShapePairs, links: LinkPair, poses: np.ndarray
@@ -355,6 +365,7 @@ class MeshTruth:
             X_AB,
             np.full(len(posture), np.nan),
             np.full(len(posture), np.inf),
+            np.full(len(posture), -np.inf),
         )
 
     def _off(self, looks: _Looks, rows: np.ndarray) -> np.ndarray:
@@ -390,11 +401,10 @@ class MeshTruth:
         Returns:
             Indices of the postures that may have larger errors than `least`.
         """
+        self._bound(looks)
         new = np.flatnonzero(np.isnan(looks.true))
-        overlap = np.abs(looks.distance) - looks.distance
         most = np.full(len(looks.true), -np.inf)
-        most[new] = self._off(looks, new).sum(axis=1) + overlap[new]
-        most = np.minimum(most, looks.bound - looks.distance)
+        most[new] = looks.bound[new] - looks.distance[new]
         new = new[np.argsort(-most[new])]
         a, b = (self._surfaces[link] for link in looks.links)
         for done in range(0, len(new), _BATCH):
@@ -426,6 +436,19 @@ class MeshTruth:
             looks.bound[rows] = found
             most[rows] = np.where(is_exact, -np.inf, found - distance)
         return np.flatnonzero(np.maximum(looks.error, most) > least)
+
+    def _bound(self, looks: _Looks) -> None:
+        """Bounds the distances of meshes that have not been measured.
+
+        A bound stays valid if pieces are cut. It is computed again where the
+        pieces' distance has changed, since it may then be tighter.
+        """
+        has_changed = looks.distance > looks.bounded
+        rows = np.flatnonzero(np.isnan(looks.true) & has_changed)
+        distance = looks.distance[rows]
+        bound = self._off(looks, rows).sum(axis=1) + np.abs(distance)
+        looks.bound[rows] = np.minimum(looks.bound[rows], bound)
+        looks.bounded[rows] = distance
 
     def _is_blocked(self, links: LinkPair, poses: np.ndarray) -> np.ndarray:
         """Returns in which postures links between two links touch, (n,) bool.
