@@ -27,7 +27,7 @@ _STEPS = 5
 """Number of steps of the simulated robot in a tick."""
 
 _REACHED = 0.01
-"""Distance from the target that counts as arrival [m]."""
+"""Largest distance from the target at which it is reached [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

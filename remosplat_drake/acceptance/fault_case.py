@@ -73,7 +73,7 @@ class FaultCase:
         name: Name of the case in tables.
         part: Part of the system in which the fault occurs.
         fault: Name of the fault, if the part has several.
-        value: Magnitude of the fault in its own unit, if it has one.
+        value: Magnitude of the fault, in the unit of the fault.
         outcome: Expected outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
         reason: Text that the reason of the stop must contain.
         refusal: Text that the answer to a release must contain while the fault

@@ -58,7 +58,7 @@ class FaultyField(DistanceField):
     """A distance field that returns wrong results during a fault.
 
     Attributes:
-        fault: Name of the present fault from `FAULTS`; empty for none.
+        fault: Name of the present fault from `FAULTS`; empty if there is none.
     """
 
     def __init__(self, field: DistanceField, sphere: int, distance: float):

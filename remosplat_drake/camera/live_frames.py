@@ -116,7 +116,7 @@ def collect(
 
     Args:
         source: The source of the frames.
-        count: Number of frames, at least one.
+        count: Number of frames, 1 or more.
         move: Function that is called with i before frame i is taken. It moves
             the robot, or waits until a person has moved it.
     """

@@ -40,13 +40,13 @@ class MotionHistory:
         self._base = _Track("the base") if has_base else None
 
     def hear_arm(self, data: bytes) -> None:
-        """Stores an encoded status of the arm; ignores a broken one."""
+        """Stores an encoded status of the arm; ignores a malformed status."""
         with contextlib.suppress(BrokenMessage):
             arm = decode_panda_status(data, self._n_arm)
             self._arm.append(arm.stamp, arm.q)
 
     def hear_base(self, data: bytes) -> None:
-        """Stores an encoded status of the base; ignores a broken one."""
+        """Stores an encoded status of the base; ignores a malformed status."""
         if self._base is None:
             return
         with contextlib.suppress(BrokenMessage):

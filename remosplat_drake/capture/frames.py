@@ -1,9 +1,9 @@
 """`Frame`: one posed RGB-D image, and `assemble`, which makes captures.
 
 Phones measure depth on a coarser grid than colour. All images of a capture have
-one size, so colour and depth both get the size of the smaller one. Colours are
-averaged over areas. Depths are taken from the nearest pixel, because an
-interpolated depth between two surfaces belongs to neither.
+the same size, so the larger image of a frame is shrunk to the size of the
+smaller one. Colours are averaged over areas. Depths are taken from the nearest
+pixel, because an interpolated depth between two surfaces belongs to neither.
 """
 
 import dataclasses as dc

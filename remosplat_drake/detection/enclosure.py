@@ -11,8 +11,8 @@ MOST_PARTS = 6
 """Largest number of boxes around the points of one object."""
 
 _GAIN = 0.75
-"""Two boxes replace one box if their total volume is at most this fraction of
-the volume of the one.
+"""Two boxes replace a single box if their total volume is at most this fraction
+of its volume.
 """
 
 _FEW = 8

@@ -61,7 +61,7 @@ def follow(
         hidden: Function of a predicted track, and of whether any part of it is
             visible (`is_seen`). It returns the part of the track that may be
             hidden from all cameras now.
-        config: Bounds on the motion of things.
+        config: Bounds on the motion of objects.
 
     Returns:
         The tracks, and the number of tracks that were started so far. The
@@ -174,7 +174,7 @@ def still_hidden(
     Args:
         track: A track, predicted to the time of the newest image.
         is_seen: Whether any part of the track is visible now.
-        things: The things seen now.
+        things: The objects that are visible now.
         views: The view of each camera, by name.
         spheres: The robot's spheres in W.
         scene: The map.

@@ -66,7 +66,7 @@ class SettledThings:
             time: The present time [s].
             in_view: Function that returns whether the map's camera can see a
                 point in W, shape (3,) [m].
-            settle: Time after which a thing at rest has settled [s].
+            settle: Time after which an object at rest has settled [s].
         """
         if not movers.cameras:
             return self

@@ -96,7 +96,7 @@ class Ros2ArmTopics(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields an error for modes that contradict each other."""
         if bool(self.running_modes) != bool(self.mode):
-            yield "running_modes", "set both this and `mode`, or neither"
+            yield "running_modes", "set both this field and `mode`, or neither"
         for i, mode in enumerate(self.running_modes):
             field = f"running_modes[{i}]"
             if self.mode_type == BOOL and mode not in ("true", "false"):

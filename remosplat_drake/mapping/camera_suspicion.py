@@ -115,7 +115,7 @@ def judge_camera(
 
     Args:
         capture: The frames, with poses from the robot's joints and odometry.
-            With fewer than `LEAST_FRAMES` frames, nothing is estimated.
+            With fewer than `LEAST_FRAMES` frames, no errors are estimated.
         names: Names of the frames.
         drifts: Whether the odometry of the robot's base drifts. If so, the
             errors of the poses are also estimated from the frames.

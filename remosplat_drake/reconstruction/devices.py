@@ -23,7 +23,7 @@ _TRAINING = ("torch", "gsplat", "pytorch_msssim")
 
 
 def choose_device(name: str) -> str:
-    """Returns the named device; for `AUTO`, the best that is available.
+    """Checks the name of a device; replaces `AUTO` by the best device.
 
     Raises:
         FieldError: The name is not in `DEVICES`.

@@ -35,8 +35,8 @@ class FloorConfig:
     """Thresholds that a plane must meet to count as the floor."""
 
     # Largest angle between the plane's normal and the upward direction [rad].
-    # That is the one that the capture contains, or else the mean upward
-    # direction of the images.
+    # The upward direction is that in the capture's files, or else the mean
+    # upward direction of the images.
     max_tilt: float = 0.9
     # Largest distance from the plane of a surfel that belongs to it [m].
     thickness: float = 0.02
@@ -86,7 +86,7 @@ class Floor:
 
 
 def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
-    """Finds the floor by RANSAC: a level plane with almost nothing beneath it.
+    """Finds the floor by RANSAC: a level plane with few surfaces beneath it.
 
     Each hypothesis is the tangent plane of one random surfel. The best one is
     fitted to its surfels by least squares, together with the largest level

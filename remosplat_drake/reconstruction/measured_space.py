@@ -132,7 +132,7 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        passes: Number of times that every point is moved.
+        passes: Number of iterations, each of which moves every point.
     """
     for _ in range(passes):
         tree = KDTree(p_W)
@@ -297,7 +297,7 @@ def free_points(
         seed: Seed of the random choice.
 
     Returns:
-        Shape (n, 3) [m]; n < count if little of the box was seen.
+        Shape (n, 3) [m]; n < count if only a small part of the box was seen.
     """
     rng = np.random.default_rng(seed)
     points, found = [], 0

@@ -1,8 +1,8 @@
 """Reads and writes the seen space of a splat, the file `SPLAT.seen`.
 
-The file of arrays (see `array_file`) contains the deflated states of all
-voxels, two bits each, the box that the voxels fill, in the splat's frame G, and
-the digest of the splat's file. It is not valid for another splat.
+The file has the format of `array_file`. It contains the states of all voxels
+(two bits each, deflated), the box that the voxels fill, in the splat's frame G,
+and the digest of the splat's file. It is not valid for another splat.
 """
 
 import math
@@ -21,7 +21,7 @@ from remosplat_drake.reconstruction.report.quality_report import file_digest
 from remosplat_drake.signals.coverage import SURFACE, Coverage
 
 SUFFIX = ".seen"
-"""Ending of the names of such files."""
+"""Suffix of the names of these files."""
 
 KIND = FileKind("file of seen space", b"RSSEEN\r\n", 1)
 

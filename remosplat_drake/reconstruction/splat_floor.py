@@ -34,9 +34,9 @@ _NEIGHBOURS = 200
 neighbours of the first point."""
 
 _INNER, _MARGIN = 0.9, 1.2
-"""Fraction of the splats that are within the scene's radius of its middle, and
-distance from the middle, in such radii, beyond which splats are background and
-are ignored.
+"""Fraction of the splats that are inside the scene's radius around its middle,
+and distance from the middle, in radii, beyond which splats are ignored as
+background.
 """
 
 _THICKNESS = 0.01
@@ -121,13 +121,13 @@ class _Plane:
 def find_splat_floor(
     splat: GaussianSplat, up_G: np.ndarray | None = None, seed: int = 0
 ) -> SplatFloor:
-    """Finds the floor by RANSAC: a large plane with almost nothing beneath.
+    """Finds the floor by RANSAC: a large plane with few splats beneath it.
 
     Points are drawn on the splats' surfaces, by area and opacity. A hypothesis
     is the plane through three neighbouring points, fitted by least squares to
-    all points near it. Its upper side is the side with most of the points. A
-    wall or a ceiling may have nothing behind it, too. So if another plane is
-    nearly as good, no plane is chosen.
+    all points near it. Its upper side is the side with most of the points.
+    There may also be no splats behind a wall or a ceiling. So if the score of
+    another plane is similar, an error is raised.
 
     Args:
         splat: Splats in G, in any unit.

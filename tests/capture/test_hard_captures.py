@@ -70,7 +70,7 @@ def test_a_moving_person_is_told():
         parts.append(render_capture(scene, [pose], *SIZE))
     found = inspect_capture(joined(parts)).findings
     assert "moving" in [finding.name for finding in found]
-    assert any("something has moved" in finding.problem for finding in found)
+    assert any("an object has moved" in finding.problem for finding in found)
 
 
 def test_frames_without_overlap_are_refused():

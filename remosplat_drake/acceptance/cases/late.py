@@ -1,4 +1,4 @@
-"""Faults: robots with delays, which their description contains or not.
+"""Faults: robots with delays, some of which their descriptions contain.
 
 A robot whose delays have been identified keeps its clearance with any delay. A
 robot whose delays have not been identified is stopped if they exceed the

@@ -1,4 +1,4 @@
-"""Faults: another program commands the robot, or answers in its place."""
+"""Faults: another program commands the robot, or sends its statuses."""
 
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,

@@ -54,7 +54,7 @@ def contradicting_frames(wide: WideBaselines) -> np.ndarray:
 
 
 def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
-    """Judges whether something in front of the cameras has moved.
+    """Judges whether an object in front of the cameras has moved.
 
     It reports frames with surfaces in other frames' free space. If there are
     none, it reports frames whose own free space contains other frames'
@@ -85,9 +85,9 @@ def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
         if not len(frames) or through.sum() <= _MOVED * judged.sum():
             continue
         problem = (
-            f"{words.format(f'{100 * rate.max():.0f}', len(frames))}: something"
-            " has moved, or is a mirror or glass:"
-            f" {list_frames(frames, capture)}"
+            f"{words.format(f'{100 * rate.max():.0f}', len(frames))}: an "
+            "object has moved, or there is a mirror or glass: "
+            f"{list_frames(frames, capture)}"
         )
         return [
             Finding(MOVING, problem, WARNING, frames=tuple(frames.tolist()))

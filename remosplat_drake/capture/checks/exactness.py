@@ -35,8 +35,8 @@ be a serious error.
 """
 
 _LEAST_OFFSET = 5e-4
-"""Disagreement that the resolution of depth files explains, which contain whole
-millimetres [m].
+"""Disagreement [m] that the resolution of depth files, whole millimetres,
+explains.
 """
 
 _TIMES_NOISE = 3.0

@@ -38,7 +38,7 @@ DEFECTS = {
     POSES: "poses contradict each other because of a common mistake: they are "
     "inverted, have wrong axes or a wrong unit, quaternions are in another "
     "order, or poses belong to other frames",
-    WRONG_FRAMES: "frames contradict all of their neighbours",
+    WRONG_FRAMES: "frames contradict all frames with which they overlap",
     NO_OVERLAP: "frames share no surface that could confirm their poses",
     CONTRADICTION: "frames contradict each other; the cause is unknown",
 }

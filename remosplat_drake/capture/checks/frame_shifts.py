@@ -51,7 +51,7 @@ class FrameShift:
         return f"moved the {what} to the {where} frame"
 
     def undo(self, capture: Capture) -> Capture:
-        """Returns the capture with correct pairs, which has one frame less."""
+        """Returns the capture with correct pairs, one frame shorter."""
         n = len(capture)
         late, early = np.arange(1, n), np.arange(n - 1)
         if self.step < 0:

@@ -43,8 +43,9 @@ _DEPTH_RANGE = (0.1, 10.0)
 """Plausible median depths in a robot's workspace [m]."""
 
 _GOOD_CORRELATION = 0.3
-"""Correlation of the edges of depths and of colours above which both belong to
-one frame."""
+"""Correlation of the edges of depths and of colours above which depths and
+colours belong to the same frame.
+"""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
 """Ratio r and difference d of correlations. Let c be the correlation of colours
@@ -58,8 +59,9 @@ second number) is within this distance of a plane (the first number) [m].
 """
 
 _MAX_EMPTY = 0.2
-"""Largest fraction of empty depth images without a warning. A few are normal,
-since a camera may come too close to everything in view."""
+"""Largest fraction of empty depth images without a warning. A few empty images
+are normal, since a camera may be too close to all surfaces in view.
+"""
 
 _UNITS = (
     (1e3, "millimetres read as metres"),
@@ -102,8 +104,8 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
             f"the focal lengths {focal[0]:.0f} and {focal[1]:.0f} have the"
             f" ratio of the images' sides ({width} x {height}), but should be"
             " equal, since pixels are square; perhaps one focal length was"
-            " scaled by the wrong side, or both were swapped: correct f_x and"
-            " f_y in the file"
+            " scaled by the wrong side, or f_x and f_y were exchanged: "
+            "correct f_x and f_y in the file"
         )
         findings.append(Finding(INTRINSICS, problem))
     return findings

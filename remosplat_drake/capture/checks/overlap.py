@@ -79,7 +79,7 @@ class Overlap:
 
     @property
     def median(self) -> float:
-        """Median absolute difference of depths [m]; NaN without any points."""
+        """Median absolute difference of depths [m]; NaN if there are none."""
         if not len(self.differences):
             return np.nan
         return float(np.median(self.differences))

@@ -53,7 +53,8 @@ def find_mistake(
     """Finds the mistake about poses that explains why views disagree.
 
     Args:
-        capture: The views; their depths are assumed correct, up to their unit.
+        capture: The views, whose depths are assumed correct, except for their
+            unit.
         overlap: Overlap with the unchanged poses.
 
     Returns:

@@ -1,8 +1,8 @@
 """`SeenSpaceField`: distances to the surfaces that depth images show.
 
 Scenes from mesh files have no signed distance, since the inside of an open mesh
-is undefined. Depth images determine free space: everything between a camera and
-the surfaces in its view.
+is undefined. Depth images determine free space: it is the space between a
+camera and the surfaces in its view.
 """
 
 from collections.abc import Sequence

@@ -45,9 +45,9 @@ def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
     groups = view_groups(pairs, n)
     if len(groups) > 1:
         problem = (
-            f"{len(groups)} groups of frames share no surface, so nothing"
-            " checks their poses against each other; they begin with"
-            f" {list_frames([int(g[0]) for g in groups], capture)}"
+            f"{len(groups)} groups of frames share no surface, so their "
+            "relative poses are unchecked; they begin with "
+            f"{list_frames([int(g[0]) for g in groups], capture)}"
         )
         return [Finding(SEPARATE, problem, WARNING)]
     joints = []

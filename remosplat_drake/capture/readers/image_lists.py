@@ -35,7 +35,7 @@ def note_left_out(
         lacking: Data that the unused images do not have, such as "a pose".
 
     Returns:
-        One sentence, or nothing.
+        A list of one sentence, or an empty list.
     """
     rest = [name for name in images if name not in used]
     if len(rest) <= _MOST_LEFT_OUT * len(images):

@@ -1,9 +1,8 @@
 """Unpacks LZFSE data (Apple's compression) with a limit of the size.
 
 A block of a few bytes can unpack to megabytes. Each block's header contains its
-packed and unpacked size, so the whole size is checked before anything is
-unpacked. For the headers see lzfse_internal.h of Apple's reference (BSD
-licence).
+packed and unpacked size, so the total size is checked before unpacking. For the
+headers see lzfse_internal.h of Apple's reference (BSD licence).
 """
 
 import struct
@@ -58,7 +57,7 @@ def unpacked_size(packed: bytes) -> int:
     """Adds up the unpacked sizes that the headers of all blocks state [bytes].
 
     Raises:
-        ValueError: A block is of no known kind, or the last one is missing.
+        ValueError: A block has an unknown kind, or the last block is missing.
         struct.error: The data end within a header.
     """
     total = position = 0

@@ -137,7 +137,7 @@ def notes(path: Path) -> list[str]:
     """Returns notes on unused data of a folder; does not read frames."""
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
-    # Frames that were not read may hold anything.
+    # Frames that were not read may be invalid.
     names = [
         frame.get("file_path") if isinstance(frame, dict) else None
         for frame in read_json(path)["frames"]

@@ -13,7 +13,7 @@ MAX_BYTES = 256_000_000
 
 
 def read_text(path: Path | zipfile.Path) -> str:
-    """Reads a whole text file.
+    """Reads a text file.
 
     Raises:
         FileError: The file is missing or too long, or is not text.

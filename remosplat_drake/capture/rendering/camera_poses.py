@@ -59,7 +59,8 @@ def survey(
         radius: Horizontal distance of the farthest cameras from the focus [m];
             all other lengths except the clearance are proportional to it.
         clearance: Least distance of a camera from every solid [m].
-        lowest: Least height of a camera [m], such as that of the floor.
+        lowest: Least height of a camera [m], for example the height of the
+            floor.
 
     Raises:
         RemoSplatError: Not enough free camera positions are found.

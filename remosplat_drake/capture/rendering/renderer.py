@@ -55,7 +55,7 @@ def steady_light() -> RenderEngineVtkParams:
 
 
 class SceneRenderer:
-    """Renders solids off-screen (VTK) for pinhole cameras of one kind.
+    """Renders solids off-screen (VTK), with a given pinhole camera.
 
     Args:
         solids: The solids of the scene.

@@ -128,7 +128,7 @@ def sensor_noise(name: str) -> SensorNoise:
     """Returns the noise model of a named camera.
 
     Raises:
-        RemoSplatError: There is no such preset.
+        RemoSplatError: The name is not in `PRESETS`.
     """
     if name not in PRESETS:
         raise RemoSplatError(unknown_name("noise preset", name, PRESETS))

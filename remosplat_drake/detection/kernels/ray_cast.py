@@ -145,8 +145,8 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
         first_label: Label of the first solid; the next solids have the next
             integers.
         nearest: Least depth of the camera's range [m].
-        depth: Depths drawn so far, shape (h, w), float32 [m]; inf for nothing.
-            Nearer surfaces of the solids replace them.
+        depth: Depths drawn so far, shape (h, w), float32 [m]; inf where no
+            surface is. Nearer surfaces of the solids replace them.
         label: Labels drawn so far, shape (h, w), int32.
     """
     height, width = depth.shape

@@ -146,7 +146,7 @@ def simulated_detection(
     Args:
         cameras: The cameras. Images wider than `COLUMNS` are shrunk to this
             width.
-        robot: The robot, which occludes things and may carry cameras.
+        robot: The robot, which occludes objects and may carry cameras.
         truth: The static scene; None for an empty one.
         known: The map.
         config: Errors, margins and bounds.
@@ -168,9 +168,10 @@ def placed_cameras(
     """Places the simulated cameras of a scenario.
 
     Args:
-        cameras: The cameras; images wider than `COLUMNS` are smaller here.
+        cameras: The cameras. Images wider than `COLUMNS` are shrunk to this
+            width.
         robot: The robot, which may carry cameras.
-        truth: The static scene; None for nothing.
+        truth: The static scene; None for an empty one.
         seed: Seed of the cameras' noise.
 
     Raises:

@@ -66,8 +66,7 @@ since some programs stamp /tf in the future on purpose.
 """
 
 _WAITING = np.array([1e-3, 1e-3, 5e-4])
-"""Standard deviations of the odometry's error after one second at rest [m,
-rad]."""
+"""Standard deviations of the odometry's error after 1 s at rest [m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -100,8 +100,8 @@ class ArcPath:
 
         Returns:
             For each motion, the best-fitting motion along this path, shape (n,
-            3), and the difference of the two as a fraction of the permitted
-            one, shape (n,).
+            3), and the ratio of their difference to the permitted difference,
+            shape (n,).
         """
         late = np.linspace(0.0, delay, _DELAYS)
         return path_residuals(

@@ -47,7 +47,7 @@ def path_residuals(
 
     Returns:
         For each motion, the best-fitting motion along the path, shape (n, 3),
-        and the difference of the two as a fraction of the permitted one, shape
+        and the ratio of their difference to the permitted difference, shape
         (n,).
     """
     told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)

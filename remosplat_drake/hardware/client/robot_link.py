@@ -64,8 +64,8 @@ class RobotLink:
             commands are sent to the hand, either.
         arm: Mailbox of the arm's statuses.
         base: Mailbox of the base's statuses; None for a fixed robot.
-        hand: Mailbox of the gripper's statuses; None for a robot without
-            one.
+        hand: Mailbox of the gripper's statuses; None for a robot without a
+            gripper.
         localization: Mailbox of the base's localisation; None if none is
             configured.
         movers: Mailbox of movers; None if none is configured.

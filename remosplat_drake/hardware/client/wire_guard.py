@@ -295,7 +295,7 @@ class WireGuard:
     def _objection(self) -> str:
         self.listen()
         if not self._shadow and not self._watch.own:
-            return "does not receive its own packets; is multicast set up?"
+            return "does not receive its own packets: run `remosplat doctor`"
         return self.problem()
 
     def problem(self) -> str:

@@ -195,7 +195,8 @@ def _age(part: PartRecord) -> Finding:
         wanted=f"0 to {1e3 * STAMP_ERROR:.0f} ms on arrival",
         source=f"stamps of {part.channel}, and our clock",
         remedy="let the driver pass on the stamp of the measurement;"
-        " synchronise both computers' clocks; look for queues in between",
+        " synchronise both computers' clocks; look for queues between robot "
+        "and controller",
     )
 
 
@@ -295,7 +296,8 @@ def _words(following: Following, axis: int, axes: Sequence[str]) -> str:
     if strongest != axis and abs(row[strongest]) > _OTHER:
         other = axes[strongest]
         return (
-            f"moves by {row[strongest]:.2f} of the motion commanded to {other}"
+            f"it moves by {row[strongest]:.2f} of the motion commanded to "
+            f"{other}"
         )
     return f"moves by {row[axis]:.2f} of the commanded motion"
 

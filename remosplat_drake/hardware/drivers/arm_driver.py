@@ -93,7 +93,7 @@ class ArmDriver:
         self._commanded = -math.inf
 
     def step(self, now: int, t: float) -> ArmReport | None:
-        """Runs one period: receives commands, sends one, publishes a status.
+        """Runs a period: receives commands, sends a command and a status.
 
         The arm receives a setpoint every `COMMAND_PERIOD`, even if there is no
         new command.

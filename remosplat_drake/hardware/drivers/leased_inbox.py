@@ -80,7 +80,7 @@ class Hold:
 
 
 class LeasedInbox:
-    """Returns accepted messages of a driver, and reports on rejected ones.
+    """Returns the messages for a driver that are accepted.
 
     It replaces an `Inbox`. A driver must call `fetch` continuously, since
     `fetch` also sends the reports.

@@ -116,7 +116,7 @@ class ArmCommands:
             self.receive(data)
 
     def receive(self, data: bytes) -> None:
-        """Processes an lcmt_panda_command; a malformed one is only counted."""
+        """Processes an lcmt_panda_command; only counts a malformed one."""
         try:
             self._take(data)
         except CommandError as error:

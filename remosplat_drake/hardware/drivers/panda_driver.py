@@ -58,7 +58,7 @@ class PandaDriver:
         self._commands = ArmCommands()
 
     def step(self, now: int) -> None:
-        """Runs one period: receives commands, sends one, publishes a status.
+        """Runs a period: receives commands, sends a command and a status.
 
         Args:
             now: Wall clock [us].

@@ -1,7 +1,7 @@
 """Limits the rates of the Panda's velocity commands, as libfranka does.
 
 The limits are those of Franka's table for the Panda (FER), not of the FR3.
-Derivatives are backward differences over one tick, as the robot takes them.
+Derivatives are backward differences over one tick, as in the robot.
 """
 
 import dataclasses as dc

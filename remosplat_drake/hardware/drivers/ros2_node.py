@@ -34,8 +34,8 @@ def environment_domain() -> int:
 class Ros2Node:
     """A participant of a ROS 2 domain.
 
-    Writers are reliable and readers best-effort, which is compatible with all
-    other writers and readers.
+    Its writers are reliable, and its readers are best-effort. So they are
+    compatible with all writers and readers of other programs.
     """
 
     def __init__(self, domain: int | None, what: str):

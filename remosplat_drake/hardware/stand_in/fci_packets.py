@@ -38,7 +38,7 @@ class Request:
 
     Attributes:
         kind: The kind of request.
-        number: Number of the state that it answers; 0 for none.
+        number: Number of the state that it answers; 0 if it answers none.
         values: Thirteen numbers, padded with zeros.
     """
 

@@ -84,7 +84,7 @@ class FciRules:
         """Advances the arm's desired motion by one millisecond.
 
         Args:
-            measured: Measurements of its sensors.
+            measured: Measurements of the arm's sensors.
             packet: The command that has arrived in time, shape (7,) [rad/s];
                 None if no command has.
             is_last: Whether the command ends the motion.

@@ -266,7 +266,7 @@ class _Exchange(_Client):
         self._every, self._cycles, self._is_started = 1, 0, False
 
     def tell(self, values: dict) -> None:
-        """Sends a data package, if one is due."""
+        """Sends a data package, if its period has passed."""
         self._cycles += 1
         if self._is_started and self._cycles % self._every == 0:
             data = b"\1" + self._outputs.pack(values)

@@ -60,7 +60,7 @@ def base_axes(n_base: int) -> list[int]:
 
     Args:
         n_base: Number of the base's commands: 2 for a differential base, 3 for
-            an omnidirectional one, 0 without a base.
+            an omnidirectional base, 0 for a robot without a base.
     """
     return [0, 2] if n_base == 2 else list(range(n_base))
 

@@ -66,7 +66,8 @@ def command_bounds(
         base_upper: Upper bounds on the first entries.
 
     Returns:
-        Lower and upper bounds, shape (n_u,) each, infinite for the rest.
+        Lower and upper bounds, shape (n_u,) each; they are infinite for the
+        remaining entries.
     """
     lower, upper = np.full(n_u, -np.inf), np.full(n_u, np.inf)
     lower[: np.size(base_lower)] = base_lower

@@ -58,7 +58,7 @@ def decode_counting(data: bytes, now: float) -> CountingMap | None:
         The version; None if the stamp is stale, or in the future.
 
     Raises:
-        BrokenMessage: The packet is not such a message, or has no version.
+        BrokenMessage: The packet is another message, or has no version.
     """
     message = decode(counting_map, data)
     if is_expired(message.utime, to_utime(now), EXPIRY):

@@ -32,7 +32,7 @@ def encode_movers(movers: Movers) -> bytes:
     """Encodes movers and the space that cameras observe.
 
     Args:
-        movers: The known movers; their stamp is wall clock time [s].
+        movers: The known movers, with a stamp by the wall clock [s].
     """
     message = Message()
     message.utime, message.version = to_utime(movers.stamp), Message.VERSION

@@ -315,7 +315,7 @@ class FrameAligner:
         """Adds a frame that an earlier process has aligned.
 
         Args:
-            frame: The frame, one row.
+            frame: The frame, as a single keyframe.
             key: Name and time of the frame.
             X_WB: Pose of the base in a map, shape (3,) [m, rad]; None if the
                 frame is in no map.
@@ -387,7 +387,7 @@ def holds(frame: Keyframes, X_WB: np.ndarray) -> bool:
     """Returns whether upright surfaces of a frame constrain the base.
 
     Args:
-        frame: The frame, one row.
+        frame: The frame, as a single keyframe.
         X_WB: Approximate pose of the base, shape (3,) [m, rad].
     """
     R_WC = frame.camera_poses(X_WB[None])[0, :3, :3]

@@ -103,7 +103,7 @@ def candidates(
     Args:
         keyframes: The keyframes.
         X_WB: Poses of the base, shape (n, 3) [m, rad].
-        frame: The frame, one row.
+        frame: The frame, as a single keyframe.
         expected: The predicted pose of the base at the frame.
 
     Returns:
@@ -222,7 +222,8 @@ def without_slips(
     """Removes the information on a direction in which the base can slide.
 
     A floor and one wall constrain a base in only one horizontal direction. The
-    little information on the other direction comes from noise, and is removed.
+    small amount of information on the other direction is due to noise, and is
+    removed.
 
     Args:
         H: Information matrix of x, y and yaw from surfaces, shape (3, 3).

@@ -1,6 +1,6 @@
 """`Session`: the stored frames and maps of one teleoperation.
 
-`mapping.store` lists the files of a session's folder, and their writers.
+The documentation of `mapping.store` lists the files in a session's folder.
 """
 
 import dataclasses as dc

@@ -123,7 +123,8 @@ def align(
     Args:
         capture: Posed RGB-D images, in the order in which they were taken.
         config: Settings; None takes the defaults.
-        report: Called with the number of steps done and of all steps.
+        report: Function that is called with the number of completed steps and
+            the number of all steps.
 
     Raises:
         FieldError: A measured length refers to a pixel without depth.

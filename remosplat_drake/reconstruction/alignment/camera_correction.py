@@ -31,8 +31,9 @@ measured image. They are necessary because the motion of a row depends on the
 depth at that position."""
 
 _JUMP = 0.05
-"""Neighbouring pixels belong to two surfaces if their inverse depths differ by
-more than this fraction."""
+"""Relative difference of the inverse depths of neighbouring pixels above which
+they belong to different surfaces.
+"""
 
 _APART = 1.5
 """Largest distance between the pixel that the iterations find and the position

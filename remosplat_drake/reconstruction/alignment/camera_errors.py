@@ -53,7 +53,7 @@ class CameraPrior(Config):
     a value is out of range.
 
     Attributes:
-        scale: Scale of the depth, as in a sensor's data sheet.
+        scale: Relative error of the depth, as in a sensor's data sheet.
         offset: Offset of the depth [m].
         growth: Growth of the depth's error with its square [1/m].
         focal: Focal length, as a fraction of the focal length.

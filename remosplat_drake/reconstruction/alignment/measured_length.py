@@ -36,7 +36,8 @@ class Length:
         """Returns both points in the frames of their cameras, (2, 3) [m].
 
         Raises:
-            FieldError: There is no such view or pixel, or it has no depth.
+            FieldError: A view or a pixel does not exist, or a pixel has no
+                depth.
         """
         points = []
         for view, (column, row) in zip(self.views, self.pixels, strict=True):

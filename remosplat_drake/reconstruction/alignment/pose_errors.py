@@ -11,7 +11,7 @@ from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 class PoseErrors:
     """Samples of the errors of n camera poses and of the shared camera errors.
 
-    There are k samples.
+    There are k samples. A point that
 
     A point that a view measured at p_W is truly at p_W + theta x (p_W - p_WC) +
     t, plus the sum of the displacements e_k b_k of `camera_errors`.

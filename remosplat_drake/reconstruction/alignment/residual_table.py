@@ -16,8 +16,9 @@ DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """
 
 GATE, LEAST_COSINE = 0.15, 0.7
-"""Largest distance [m], and least cosine between the normals, of two points
-that belong to one surface."""
+"""Largest distance [m] between two points of the same surface, and least cosine
+of the angle between their normals.
+"""
 
 _MOST = 0.02
 """Limit to which distances between surfaces are clipped when two solutions are
@@ -44,7 +45,7 @@ def distances_of_pairs(
         stride: Step between the points that are compared.
 
     Returns:
-        Shape (m, k) [m]; NaN where the other view has no such surface.
+        Shape (m, k) [m]; NaN if the other view has no surface near the point.
     """
     kept = -(-stack.point.shape[1] // stride)
     values = np.empty((len(pairs), 2, kept, 2))
@@ -96,12 +97,12 @@ def residual_rows(
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     """Returns whether held-out pairs of views agree better after a refinement.
 
-    Nearly as many points as before must be near a surface of the other view.
-    Distances above 2 cm count as 2 cm. For each pair, the mean distance is
-    compared. The sum of all decreases minus that of all increases must exceed
-    two limits: 0.01 of the sum of the means, and twice the sum of the
-    increases. The second limit rejects a drift along a table, which only few
-    pairs of views contradict.
+    After the refinement, nearly as many points as before it must be near a
+    surface of the other view. For each pair, the mean distances are compared,
+    in which distances above 2 cm are limited to 2 cm. The sum of all decreases
+    minus that of all increases must exceed two limits: 0.01 of the sum of the
+    means, and twice the sum of the increases. The second limit rejects a drift
+    along a table, which only few pairs of views contradict.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

@@ -107,8 +107,9 @@ class Equations:
         pair_H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
         pair_g: Gradients of the pairs, shape (m, 6 + k).
         count: Number of residuals of each pair, shape (m,).
-        shared: Number of a pair's residuals that have the information of one
-            independent residual, shape (m,); H and g have been divided by it.
+        shared: Number of residuals of each pair that have as much information
+            as one independent residual, shape (m,); H and g have been divided
+            by it.
     """
 
     H: np.ndarray

@@ -16,7 +16,7 @@ SAMPLES = 600
 
 
 class ViewStack(NamedTuple):
-    """Arrays of n views, without their poses, as the kernels read them.
+    """Arrays of the planes, points and cameras of n views, for the kernels.
 
     Attributes:
         plane: The views' `PlaneMap.plane`, (n, rows, columns, 4), float32.

@@ -46,8 +46,8 @@ def distance_quality(
         lower: Lower corner of the box, shape (3,) [m].
         upper: Upper corner of the box, shape (3,) [m].
         count: Number of points to draw.
-        nearest: Least true distance of the points that count [m].
-        farthest: Largest true distance of the points that count [m].
+        nearest: Least true distance of the points that are compared [m].
+        farthest: Largest true distance of the points that are compared [m].
         seed: Seed of the random points.
     """
     points = np.random.default_rng(seed).uniform(lower, upper, (count, 3))

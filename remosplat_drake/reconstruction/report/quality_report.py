@@ -109,7 +109,7 @@ class CoverageSummary(Config):
     free: Share = 0.0
     # Fraction that holds a measured surface.
     surface: Share = 0.0
-    # Fraction that is hidden, out of view, or inside things.
+    # Fraction that is hidden, out of view, or inside objects.
     unseen: Share = 0.0
 
 
@@ -257,8 +257,9 @@ def judge(report: QualityReport) -> str:
         verdict += " Errors are measured against the true geometry."
     if reference == HELD_OUT:
         verdict += (
-            " The true geometry is unknown: errors are those of a map made from"
-            " three quarters of the views, at surfaces that the others show."
+            " The true geometry is unknown: errors are those of a map that "
+            "was made from three quarters of the views, at surfaces that the "
+            "remaining views show."
         )
     if reference == CAPTURE:
         verdict += (

@@ -142,7 +142,7 @@ class Validation:
 
 @dc.dataclass(frozen=True, eq=False)
 class Validations:
-    """The errors of each oracle on one map.
+    """Errors of a map at held-out surfaces, measured by each oracle.
 
     Attributes:
         ellipsoids: Errors of distances to ellipsoids; None: not measured.
@@ -162,9 +162,9 @@ class Validations:
 def left_out(views: int) -> np.ndarray:
     """Selects held-out views: blocks of consecutive views.
 
-    Consecutive views have similar pose errors and viewing directions. Single
-    held-out views would therefore agree too well with their neighbours, and the
-    errors would be underestimated.
+    Consecutive views have similar pose errors and viewing directions. If single
+    views were held out, they would agree too well with their neighbours, and
+    the errors would be underestimated.
 
     Args:
         views: Number of views of the capture.
@@ -317,7 +317,7 @@ def confirmed_maximum(p_W: np.ndarray, error: np.ndarray) -> float:
 
     Returns:
         The largest value that the errors of `_WITNESSES` neighbouring points
-        reach; -inf without such points.
+        reach; -inf if there are no such points.
     """
     if len(p_W) < _WITNESSES:
         return -np.inf

@@ -37,8 +37,9 @@ normal is computed.
 class InitialisationConfig:
     """Settings of the initial surfels of a reconstruction."""
 
-    # Method: "surfels" pools depth images with their normals; "voxels" is the
-    # paper's point cloud, which needs the `reconstruction` extra.
+    # Method: "surfels" averages points of depth images with their normals;
+    # "voxels" uses the paper's point cloud, which needs the `reconstruction`
+    # extra.
     method: str = "surfels"
     # Largest number of surfels.
     count: int = 60_000

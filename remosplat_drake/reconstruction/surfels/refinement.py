@@ -76,8 +76,8 @@ class RefinementConfig:
     # Least and largest radius of a window [m].
     window_limits: tuple[float, float] = (0.01, 0.05)
     # Initial model of the depth's standard deviation: its value near the camera
-    # [m], and its growth with z^2 [1/m]. A common factor of both is then
-    # estimated from the capture.
+    # [m], and its growth with z^2 [1/m]. A common factor of both numbers is
+    # then estimated from the capture.
     noise: tuple[float, float] = (1e-3, 2e-3)
     # Least cosine of the angle of incidence at which a view sees a surfel.
     min_cosine: float = 0.1

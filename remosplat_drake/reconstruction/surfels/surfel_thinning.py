@@ -24,8 +24,8 @@ def uncrowded(
         surfels: The n surfels.
         weight: Information from views about each surfel, see `refine`, shape
             (n,).
-        crowding: If surfels with similar normals are nearer to each other than
-            this fraction of their spacing, one of them is kept.
+        crowding: Distance, as a fraction of the spacing, below which surfels
+            with similar normals are crowded.
 
     Returns:
         Mask of the surfels that are kept, shape (n,), bool.

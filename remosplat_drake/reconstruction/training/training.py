@@ -116,7 +116,7 @@ class Progress:
         steps: Largest number of steps.
         loss: Loss of the latest batch.
         held_out: Loss of the held-out views at their latest evaluation; NaN
-            before it, or without such views.
+            before the first evaluation, or if no views are held out.
     """
 
     step: int

@@ -40,9 +40,9 @@ since the pixels of different views are at different positions of the same edge.
 """
 
 LARGEST_EDGE = 0.008
-"""Limit of the distance e of an unseen edge [m]. A surface continues beyond its
-edge in one direction only, but the bound u applies in all directions. So a
-larger limit would block too much free space.
+"""Limit of the distance e of an unseen edge [m]. A surface extends beyond its
+last pixels in one direction only, but the bound u applies in all directions. So
+a larger limit would block too much free space.
 """
 
 LARGEST_SIGMA = 0.005
