@@ -139,6 +139,23 @@ class _Looks:
     bound: np.ndarray
     bounded: np.ndarray
 
+    def on_shapes(self, rows: np.ndarray, side: int) -> np.ndarray:
+        """Returns nearest points on the surfaces of shapes, shape (n, 3) [m].
+
+        Args:
+            rows: Indices of n postures among these.
+            side: 0 for the first link, 1 for the second; points are in its
+                frame.
+        """
+        p, radius = self.points[rows, side], self.radius[rows, side, None]
+        if not radius.any():
+            return p
+        X = self.X_AB[rows] if side == 0 else _inverse(self.X_AB[rows])
+        other = (X[:, :3, :3] @ self.points[rows, 1 - side, :, None])[..., 0]
+        way = other + X[:, :3, 3] - p
+        length = np.linalg.norm(way, axis=1, keepdims=True)
+        return p + radius * way / np.maximum(length, 1e-12)
+
     @property
     def known(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values that stay valid if pieces are cut: true, bound, bounded."""
@@ -371,11 +388,10 @@ class MeshTruth:
     def _off(self, looks: _Looks, rows: np.ndarray) -> np.ndarray:
         """Returns the distances of nearest points from the surfaces, (n, 2)."""
         away = [
-            self._surfaces[link].tree.query(looks.points[rows, side])[0]
+            self._surfaces[link].tree.query(looks.on_shapes(rows, side))[0]
             for side, link in enumerate(looks.links)
         ]
-        # Points of round shapes are on their cores, a radius inside the shapes.
-        return np.abs(np.stack(away, axis=1) - looks.radius[rows])
+        return np.stack(away, axis=1)
 
     def _measure(
         self,
