@@ -162,10 +162,10 @@ def AddControlLoop(
         ingredients: Costs and constraints that are added to the scenario's
             control law.
         law: The control law; None means the scenario's control law.
-        others: Function that adds the other robots. Its arguments are three
-            output ports: the configuration q, the executed command, and the
-            true `Movers` (or None). It returns the output ports of the other
-            robots' movers.
+        others: Function that adds further simulated robots. Its arguments are
+            three output ports: the configuration q, the executed command, and
+            the true `Movers` (or None). It returns the output ports of the
+            further robots' movers.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.

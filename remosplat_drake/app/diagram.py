@@ -51,7 +51,8 @@ class Application(ControlLoop):
     Attributes:
         diagram: Drake's diagram of all stages.
         recorder: The system that keeps the ticks of the run in memory.
-        live_map: The map that grows during a teleoperation; None without one.
+        live_map: The map that grows during a teleoperation; None without a live
+            map.
         log: The system that writes the ticks of a teleoperation, or an MCAP
             file, to disk; None in other runs.
 
@@ -96,7 +97,7 @@ def build(
         law: A control law that replaces the scenario's; None means the
             scenario's control law.
         mcap: Writer of the run as an MCAP file; None writes no such file.
-        cockpit: The page of a teleoperation's operator; None for none.
+        cockpit: The page of a teleoperation's operator; None without this page.
 
     Raises:
         RemoSplatError: A file is unusable, the station cannot be made, or

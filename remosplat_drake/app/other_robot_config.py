@@ -1,4 +1,4 @@
-"""`OtherRobot`: a second simulated robot near the first one."""
+"""`OtherRobot`: a second simulated robot near the first robot."""
 
 import dataclasses as dc
 from typing import Annotated

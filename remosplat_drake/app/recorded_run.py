@@ -72,7 +72,7 @@ class RecordedRun:
 
         Returns:
             The maps, keyed by version, and a message for each unreadable map.
-            An empty map replaces an unreadable one.
+            An empty map replaces an unreadable map.
         """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():
@@ -135,7 +135,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
 
     Args:
         folder: Folder of the session.
-        number: Number of the run; None takes the last one.
+        number: Number of the run; None means the session's last run.
 
     Raises:
         RemoSplatError: The folder contains no session or no such run, or one of

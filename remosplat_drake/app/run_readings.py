@@ -50,7 +50,7 @@ def motion_status_of(application: Application, root: Context) -> MotionStatus:
 
 
 def map_status_of(application: Application, root: Context) -> MapStatus | None:
-    """Reads the live map's status; None without one.
+    """Reads the live map's status; None without a live map.
 
     Args:
         application: The diagram that runs, with all of its parts.

@@ -111,7 +111,7 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
 
 
 def seen_file(scenario: Scenario) -> Path | None:
-    """Returns the file with the seen space of a scenario's splat, if any.
+    """Returns the file of a scenario's seen space; None if there is no file.
 
     Args:
         scenario: The scenario. If its `scene.seen` is empty, the file is

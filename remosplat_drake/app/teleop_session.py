@@ -189,11 +189,12 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
     """Makes the scenario's own map, without the objects.
 
     If the scenario has no splat, all space except near the robot is an
-    obstacle. So the robot can look around, but cannot drive into unseen space.
+    obstacle. The robot can then look around, but cannot drive into unseen
+    space.
     """
     splat_W = world.scene_splat_W or GaussianSplat.empty()
     field, coverage = world.scene_field or world.field, None
-    quality = f"the scenario's, {len(splat_W)} discs"
+    quality = f"the scenario's map, {len(splat_W)} discs"
     if scenario.mapping.enabled and not len(splat_W):
         spheres = world.robot.spheres_at(world.q0)
         coverage = space_around(spheres, scenario.mapping)

@@ -175,7 +175,7 @@ def _without_splats(
 
 
 def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
-    """Returns the true scene, and the alternative one, if any.
+    """Returns the true scene, and the alternative true scene if it exists.
 
     Args:
         scenario: The scenario.

@@ -159,7 +159,7 @@ def load_methods(
 
 
 def _split_controller(name: str) -> tuple[str, str]:
-    """Splits a name into the user's controller, if any, and a method's name."""
+    """Splits a name into the user's controller (or "") and a method's name."""
     first, *rest = name.split(":")
     name = ":".join([SHIPPED_CONTROLLERS.get(first, first), *rest])
     module, *rest = name.split(":")

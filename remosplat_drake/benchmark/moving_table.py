@@ -67,7 +67,7 @@ def reached(row: Row) -> np.ndarray:
 
 
 def worst_contacts(row: Row) -> np.ndarray:
-    """Returns the worst kind of contact of each trial; empty for none."""
+    """Returns the worst kind of contact of each trial; "" without contact."""
     return np.array(
         [t.moving.worst if t.moving else "" for t in row.trials], str
     )

@@ -123,7 +123,7 @@ def make_splats(
             it.
 
     Returns:
-        Records of the splats that were started, including failed ones.
+        Records of all splats that were started, including failed splats.
     """
     jobs = (Job(order, function, failed_record) for order in orders)
     in_time = takewhile(lambda job: not is_over(), jobs)

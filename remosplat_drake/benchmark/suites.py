@@ -117,8 +117,8 @@ def load_cases(
             "scan:NAME" for scanned scenes (`scan_cases`), "mbm:DIR",
             "mbm-grasp:DIR" or "mbm-carry:DIR" for MotionBenchMaker's problems
             (`motion_problems`), or a name that `load_suite` takes. "moving" and
-            "moving:NAME" add movers to the generated scenes, or to those of a
-            name for `load_suite`.
+            "moving:NAME" add movers to the generated scenes, or to the scenes
+            of a name for `load_suite`.
         count: Number of scenes of each family. For scanned scenes it is
             ignored, and all are used.
         splat_folders: Folders of trained splats. Scanned scenes ignore them,
@@ -169,9 +169,9 @@ def load_suite(
     """Returns the first scenes of each family of a suite.
 
     Args:
-        name: "generated" for the published families,
-            "generated:FAMILY,..." for chosen ones, or "published:DIR" with
-            the folders of `PUBLISHED_FOLDERS` in DIR.
+        name: "generated" for the published families, "generated:FAMILY,..." for
+            chosen families, or "published:DIR" with the folders of
+            `PUBLISHED_FOLDERS` in DIR.
         count: Number of scenes of each family.
         splat_folders: Folders in which trained splats are searched.
         trained_only: Whether scenes without a trained splat are left out.

@@ -37,7 +37,8 @@ class Authority:
 
     Attributes:
         code: The code that is valid now; empty while a client operates.
-        operator: Number of the client that operates; None for none.
+        operator: Number of the client that operates; None if no client
+            operates.
     """
 
     def __init__(self):

@@ -74,7 +74,7 @@ def read_message(text: str) -> tuple[int, GamepadState | None]:
 
     Returns:
         The number of the latest request (0 for none), and the state of the
-        gamepad (None for none).
+        gamepad (None without a gamepad).
     """
     try:
         message = json.loads(text)

@@ -184,8 +184,8 @@ def page_content(
         robot: The robot.
         motion_status: The robot's state.
         target: The target's state.
-        supervision: The supervisor's state; None without one.
-        status: The live map in use; None without one.
+        supervision: The supervisor's state; None without a supervisor.
+        status: Status of the live map in use; None without a live map.
         worst: Smallest clearance and longest duration of the control ticks
             since the previous update; None if unknown.
     """

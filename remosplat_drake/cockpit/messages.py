@@ -73,7 +73,7 @@ class MapPicture:
 
     Attributes:
         field: The distance field.
-        splat_W: The splat in W; None for none.
+        splat_W: The splat in W; None if the map has no splat.
         coverage: The space that cameras have seen; None if it is unknown.
         shows_unseen: Whether the boundary of unseen space is drawn at first.
         X_WG: Pose of the coverage's grid in W, shape (4, 4).
@@ -140,7 +140,7 @@ class PageContent:
     objects: tuple[SceneObject, ...] = ()
 
     def after(self, earlier: "PageContent | None") -> "PageContent":
-        """Returns this content, merged with the worst tick of a skipped one.
+        """Returns this content, merged with the worst tick of skipped content.
 
         Args:
             earlier: The previous content if the page has not received it; else

@@ -83,7 +83,7 @@ class Trouble:
         p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
             None if another obstacle is in the way.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
-            4); None without one.
+            4); None without a wrist camera.
         is_cut_off: Whether no path leads to the target. Targets beside it are
             then not offered, since no path leads to them either.
     """
@@ -102,7 +102,7 @@ class Trouble:
         same; the hand may have moved.
 
         Args:
-            other: Another situation; None for none.
+            other: Another situation, or None.
         """
         if other is None or not np.array_equal(self.X_WT, other.X_WT):
             return False

@@ -47,8 +47,8 @@ _AWAY = 0.05
 """The page draws a translucent robot (ghost) at the target if the hand is
 farther from it than this [m]."""
 # The sliders show the target's pose, but the target moves one control period
-# after the sliders. So sliders that a person has just moved are not moved back
-# to the target's pose.
+# after the sliders. Therefore, sliders that a person has just moved are not
+# moved back to the target's pose.
 _GRACE = 0.5
 _ANSWER = 5.0
 """Time within which a press of RELEASE must be confirmed [s]."""
@@ -245,7 +245,7 @@ class OperatorPanel:
         """Moves the target and the hand as a gamepad requests.
 
         Args:
-            gamepad: Its state; None without one.
+            gamepad: State of the gamepad; None without a gamepad.
         """
         pad, config = gamepad or GamepadState(), self._job.config.gamepad
         presses = gamepad_presses(pad.buttons, config)
@@ -407,7 +407,7 @@ class OperatorPanel:
         return _pose(self._gizmo.wxyz, self._gizmo.position)
 
     def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
-        """Moves the proposal if there is one, else the target."""
+        """Moves the proposed target if there is a proposal, else the target."""
         # Until the next update, gizmo and sliders still have the pose of the
         # previously selected hand.
         if (

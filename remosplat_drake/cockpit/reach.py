@@ -38,7 +38,7 @@ class Reach:
         text: A sentence that states the verdict and the obstacle's name.
         q: The best configuration at the target, shape (n_q,); None if none
             was found.
-        p_W: Point of the obstacle, shape (3,) [m]; None without one.
+        p_W: Point of the obstacle, shape (3,) [m]; None without an obstacle.
     """
 
     verdict: str
@@ -59,7 +59,7 @@ def find_reach(
     A path to this configuration may not exist; see `is_within_reach`.
 
     Args:
-        planner: Contains the robot, and its self-distances.
+        planner: The planner, which contains the robot and its self-distances.
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: The robot's present configuration, shape (n_q,) [rad, m].
@@ -100,7 +100,7 @@ def is_within_reach(
     """Returns whether the planner finds a path to a target.
 
     Args:
-        planner: Contains the robot, and its self-distances.
+        planner: The planner, which contains the robot and its self-distances.
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: The robot's present configuration, shape (n_q,) [rad, m].

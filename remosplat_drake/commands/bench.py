@@ -139,8 +139,8 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [arguments.group] if arguments.group else GROUPS
     news, timings = open_console(stderr=True), []
     for group in chosen:
-        # The order of the groups matters: the last ones load other libraries,
-        # which change the scheduling of threads.
+        # The order of the groups matters: the last groups load further
+        # libraries, which change the scheduling of threads.
         with Progress(news) as progress:
             cases = progress.over(makers[group](), f"measuring {group}")
             timings += [measure(case) for case in cases]

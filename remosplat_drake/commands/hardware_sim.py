@@ -47,8 +47,9 @@ It catches up, since a real robot would have continued. After a longer stall,
 this would take so long that the controller receives stale statuses."""
 
 _FCI_PATIENCE = 0.002
-"""The same limit if a driver must answer each millisecond [s]. It is shorter,
-since the driver cannot answer during the stall."""
+"""Longest stall after which the simulated robot catches up if a driver must
+answer each millisecond [s]. It is short, since the driver cannot answer during
+the stall."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach

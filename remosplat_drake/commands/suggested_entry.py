@@ -29,7 +29,7 @@ def suggested_entry(
     Args:
         splat: Name of the splat's file, as written in the scenario.
         task: The task.
-        robot: The robot, as written in the scenario.
+        robot: The robot's name or file, as written in the scenario.
         map_error: Largest amount by which a distance to the splat exceeds the
             true distance [m]; None if it is unknown.
     """

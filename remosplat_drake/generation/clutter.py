@@ -31,7 +31,7 @@ def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:
     - Beams: up to 3, level, 0.2 to 0.7 m long and 0.06 m thick, at heights from
       half the shoulder's height to 0.8 of the reach above the shoulder.
     - Both: at least 0.3 m from the shoulder, and at most 0.9 of the reach for a
-      fixed robot, or twice the reach for a mobile one.
+      fixed robot, or twice the reach for a mobile robot.
 
     Args:
         robot: The robot.

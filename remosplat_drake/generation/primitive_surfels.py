@@ -28,8 +28,8 @@ def surfel_splat(
 
     Args:
         scene: Scene of boxes and cylinders.
-        count: Approximate number of surfels before the hidden ones are left
-            out.
+        count: Approximate number of surfels, including hidden surfels, which
+            are omitted.
 
     Returns:
         The surfels as a splat, expressed in W.

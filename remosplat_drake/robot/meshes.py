@@ -61,7 +61,7 @@ class LinkMesh:
 
 
 def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
-    """Lists the visual meshes of each link, converting uncached ones.
+    """Lists the visual meshes of each link; converts uncached meshes.
 
     Args:
         visuals: The `visuals.yaml` of a robot.
@@ -97,7 +97,7 @@ def register_link_meshes(
     for link, entries in meshes.items():
         body = plant.GetBodyByName(link)
         for i, mesh in enumerate(entries):
-            # No colour is set, since the file contains one.
+            # No colour is set, since the file contains a colour.
             plant.RegisterVisualGeometry(
                 body,
                 GeometryInstance(

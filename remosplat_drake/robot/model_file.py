@@ -62,7 +62,7 @@ def find_frame(
         field: The field of `where` that contains the name.
 
     Raises:
-        FieldError: There is no such frame; the text lists the existing ones.
+        FieldError: There is no such frame; the text lists the existing frames.
     """
     if not plant.HasFrameNamed(name):
         known = _frame_names(plant)

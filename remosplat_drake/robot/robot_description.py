@@ -67,7 +67,7 @@ class RobotDescription(Config):
     base: MobileBase | None = None
     # The arm.
     arm: Arm = dc.field(default_factory=Arm)
-    # The gripper; absent for an arm without one.
+    # The gripper; absent for an arm without a gripper.
     hand: Hand | None = None
     # The grippers of several end effectors, keyed by the end effectors' names,
     # in place of `hand`; each gripper has its own name.
@@ -113,9 +113,9 @@ class RobotDescription(Config):
     # Display names of links, such as elbow or wrist, by the links' names. Other
     # links are displayed with their names.
     link_names: dict[str, str] = dc.field(default_factory=dict)
-    # Sphere sets by name; their files are relative to this one.
+    # Sphere sets by name; names of their files are relative to this file.
     spheres: dict[str, str] = dc.field(default_factory=dict)
-    # Table of visual meshes, relative to this file; empty for none.
+    # Table of visual meshes, relative to this file; empty: no table.
     visuals: str = ""
     # Path of this file, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
@@ -216,7 +216,8 @@ def unknown_effector(name: str, effectors: Iterable[str]) -> str:
 
     Args:
         name: The unknown name.
-        effectors: Names of the robot's end effectors; empty for a single one.
+        effectors: Names of the robot's end effectors; empty for a single end
+            effector.
     """
     if any(effectors):
         return unknown_name("end effector", name, effectors)

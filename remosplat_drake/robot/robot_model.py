@@ -68,7 +68,7 @@ class RobotModel:
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
             or 0 (fixed).
-        effectors: Names of the end effectors; ("",) if there is only one.
+        effectors: Names of the end effectors; ("",) for a single end effector.
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
         jerk_limit: Bounds on |d2u/dt2|, shape (n_u,) [m/s^3, rad/s^3]; infinite

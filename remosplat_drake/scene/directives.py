@@ -1,7 +1,7 @@
 """Reads objects from Drake's model directives as solid primitives.
 
-The directives are those of Drake's scenario files: `add_model`, `add_weld` and
-so on. They are parsed in a separate plant; only the collision shapes and their
+Drake's scenario files have the same directives: `add_model`, `add_weld` and so
+on. They are parsed in a separate plant; only the collision shapes and their
 poses in W are kept.
 """
 

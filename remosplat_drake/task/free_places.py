@@ -54,7 +54,7 @@ def free_places(
     around: Surroundings,
     near: np.ndarray | None = None,
 ) -> list[RigidTransform]:
-    """Finds free places of an object on top of another one.
+    """Finds free places of an object on the level top of another object.
 
     The object keeps its rotation.
 

@@ -101,7 +101,7 @@ class _Pipe:
     def ask(
         self, number: int, request: JobRequest, scene: DistanceField
     ) -> None:
-        """Sends a request, and the map if it is a new one."""
+        """Sends a request, and the map if it has changed."""
         with self._lock:
             self._prepare()
             is_new = scene.revision != self._scene

@@ -375,7 +375,7 @@ class _Maker:
                 for i, place in enumerate(config.places)
             ]
         if not config.support:
-            raise self._error("places", "give at least one, or a support")
+            raise self._error("places", "give at least one pose, or a support")
         support = self._object(config.support, "support")
         try:
             found = self._shop.places(

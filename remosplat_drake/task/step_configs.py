@@ -43,7 +43,7 @@ class Touch(Config):
 class StepConfig(Config):
     """Settings of every step."""
 
-    # Name of the end effector; empty for the first or only one.
+    # Name of the end effector; empty for the first end effector.
     effector: str = ""
     # Links that may come nearer to an object than the stopping distance during
     # the step.

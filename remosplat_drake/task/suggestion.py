@@ -162,7 +162,7 @@ def _from_the_origin(
     places: HandPlaces,
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> Suggestion:
-    """Returns a target that an arm on a fixed base can reach, if any."""
+    """Returns a target that an arm on a fixed base can reach."""
     start = robot.spheres_at(robot.home)
     if field.clearances(start, _ROOM).minimum() < 0:
         raise RemoSplatError(

@@ -57,15 +57,15 @@ class TargetProgress:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Place:
-    """Progress of end effectors in sequences; copies are the object itself.
+    """Progress of the end effectors; a deep copy is the object itself.
 
     Attributes:
         index: For each end effector, the index of its present target, or the
-            number of its targets when all are reached.
+            number of its targets when it has reached all of them.
         X_WA: For each end effector, its pose when its present target became
             current, shape (4, 4); None before the first update.
-        replaced: Targets that were replaced, by their index in the sequence of
-            the first end effector.
+        replaced: New targets that replace targets of the sequence, keyed by
+            index in the sequence of the first end effector.
         n_asked: Number of replacements so far.
     """
 
@@ -92,17 +92,17 @@ class TargetSequence(LeafSystem):
         - aim
         - progress
 
-    `configuration` takes the measured q, `aim` gives the present `Aim`,
-    `target` the pose X_WT alone of its first target as a `RigidTransform`, and
-    `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. `instead` takes a tuple of `Target`s, which may grow: each target
-    that is appended replaces the present target of the first end effector.
-    After the last target has been reached, it remains the target. Arrival is
-    checked once per period. A line starts at the pose of the end effector when
-    its target becomes current. The `onward` of a passed target is the length of
-    the path from it to the next stop. Several end effectors do not wait for
-    each other; the sequence is finished when all are at their last targets at
-    the same time.
+    `configuration` takes the measured q. `aim` outputs the present `Aim`, and
+    `target` only the pose X_WT of its first target, as a `RigidTransform`.
+    `progress` outputs a `TargetProgress`, which counts the targets of all end
+    effectors. `instead` takes a tuple of `Target`s, which may grow: each
+    appended target replaces the present target of the first end effector. After
+    the last target has been reached, it remains the target. Arrival is checked
+    once per period. A line starts at the pose of the end effector when its
+    target becomes current. The `onward` of a passed target is the length of the
+    path from it to the next stop. Several end effectors do not wait for each
+    other; the sequence is finished when all are at their last targets at the
+    same time.
 
     Args:
         robot: The robot, for its kinematics.
@@ -210,7 +210,7 @@ class TargetSequence(LeafSystem):
         return context.get_abstract_state(int(self._place_index)).get_value()
 
     def _listed(self, place: _Place) -> Aim:
-        """Returns the present targets; their lines do not have starts yet."""
+        """Returns the present targets, without the starts of their lines."""
         present: list[Target | None] = [None] * len(self._targets)
         for i, listed in enumerate(self._targets):
             if listed:

@@ -27,9 +27,10 @@ more options than a pose; it replaces `target`."""
 class Targets(Protocol):
     """A system that outputs targets of the end effector.
 
-    `TargetSequence` implements this interface. So can any `LeafSystem` with the
-    ports `PORTS` and the methods `progress` and `error`. The port `AIM` is
-    optional. No output may depend on the controller's output in the same tick.
+    `TargetSequence` implements this interface. Another implementation is any
+    `LeafSystem` with the ports `PORTS` and the methods `progress` and `error`.
+    The port `AIM` is optional. No output may depend on the controller's output
+    in the same tick.
     """
 
     def progress(self, context: Context) -> TargetProgress:

@@ -65,7 +65,7 @@ class TaskState:
         q_A: The configuration when the step began, shape (n_q,) [rad, m]; None
             before the first step.
         rules: The contact rules of the step that began last.
-        payload: The carried object; None for none.
+        payload: The carried object; None if the robot carries no object.
         holder: Index of the end effector that carries the payload.
         giver: Index of the end effector that has handed the payload over, until
             it has moved away; None otherwise.

@@ -89,7 +89,7 @@ class MapAround:
 
     @property
     def payload(self) -> Payload | None:
-        """The carried object; None for none."""
+        """The carried object; None if the robot carries no object."""
         return self.state.payload
 
     def field(self, scene: DistanceField) -> DistanceField:

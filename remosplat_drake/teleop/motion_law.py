@@ -51,7 +51,7 @@ class MotionLaw:
             q0: Configuration to start from, shape (n_q,).
             dt: Time between two steps of the target [s].
             mount: Mount of the wrist camera, which must move with an end
-                effector; None without one.
+                effector; None without a camera.
             frames: Number of frames of a scan.
             effector: Index of the end effector that is teleoperated. It can
                 scan only if it carries the camera.

@@ -65,7 +65,7 @@ class Jobs(Work):
         R_WO: Rotations of the objects before they were taken, keyed by name,
             shape (3, 3).
         is_lost: Whether the carried object may have been lost.
-        wanted: The job whose steps are being searched; None for none.
+        wanted: The job whose steps are being searched; None without a search.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -193,7 +193,7 @@ def _cleared(jobs: Jobs, now: Observation) -> Jobs:
 
 
 def _asked(jobs: Jobs, before: OperatorCommand, now: Observation) -> Jobs:
-    """Begins the search for the job of a new request, if there is one."""
+    """Begins the search for the job of a request, if there is a new request."""
     command, state = jobs.command, jobs.state
     if command.takes > before.takes:
         names, thing = jobs.task.robot.effectors, command.thing

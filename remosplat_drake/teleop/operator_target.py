@@ -152,7 +152,7 @@ class OperatorTarget(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q.
             command: The `OperatorCommand`.
-            map_requests: The operators' `MapRequests`; None for none.
+            map_requests: The operators' `MapRequests`; None without a live map.
             **arguments: The arguments of `OperatorTarget`.
         """
         target = builder.AddSystem(OperatorTarget(**arguments))

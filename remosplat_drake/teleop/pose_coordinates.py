@@ -1,4 +1,4 @@
-"""`PoseCoordinates`: six numbers that a person can set one by one."""
+"""`PoseCoordinates`: six numbers of a pose that sliders can set."""
 
 import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix

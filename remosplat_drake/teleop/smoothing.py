@@ -13,8 +13,8 @@ from pydrake.math import RotationMatrix
 from remosplat_drake.robot.pose_error import rotation_vector
 
 _COMMITMENT = 0.2
-"""A rotation in progress is reversed only if the reversal shortens the rest of
-the rotation by more than this angle [rad]."""
+"""A rotation in progress is reversed only if the reversal shortens the
+remaining rotation by more than this angle [rad]."""
 
 
 def braking_speed(distance: float, acceleration: float, dt: float) -> float:
@@ -63,7 +63,7 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """Returns the present velocity, changed towards a desired one.
+    """Returns the present velocity, changed towards a desired velocity.
 
     Args:
         before: The present velocity, shape (3,).

@@ -80,7 +80,7 @@ def _begin(
     known: OperatorCommand,
     X_WE: np.ndarray,
 ) -> TargetState:
-    """Starts the newest request, if there is a new one."""
+    """Starts the newest request, if there is a new request."""
     command = state.command
     if command.holds > known.holds:
         return hold(state, X_WE, "hold")
@@ -170,7 +170,7 @@ def _next_view(
 
 
 def _break_off(before: TargetState, state: TargetState) -> TargetState:
-    """Marks the latest frame of a broken-off scan as its last one."""
+    """Marks the latest frame of a broken-off scan as the scan's last frame."""
     broken_off = before.mode == SCAN and state.mode != SCAN
     if broken_off and before.scan_size > len(before.scan):
         return dc.replace(state, unfinished=state.unfinished - 1)

@@ -65,7 +65,7 @@ def advance_stream(
     now: float,
     expiry: float,
 ) -> StreamState:
-    """Advances a stream by the newest packet, if there is one.
+    """Advances a stream by the newest packet, if there is a new packet.
 
     A stream takes control of the target when it begins, and when it continues
     after a pause. While messages arrive without pause, it does not take control
@@ -74,7 +74,7 @@ def advance_stream(
     Args:
         kind: The kind of stream: poses or velocities.
         state: The previous state of the stream.
-        packet: The newest packet since the previous call; None for none.
+        packet: The newest packet since the previous call; None if none arrived.
         now: Our wall clock [s].
         expiry: Longest time without a message, and greatest age of a message
             [s]. Beyond it, the stream ends.

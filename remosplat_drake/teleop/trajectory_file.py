@@ -72,17 +72,18 @@ class OperatorStep(Config):
     # Roll, pitch and yaw that the target shall have in W [deg]; absent: the
     # angles of the previous step.
     rpy_deg: RollPitchYawDeg | None = None
-    # Name of a button to press; empty for none.
+    # Name of a button to press; empty: press no button.
     press: str = ""
-    # Name of a saved pose to pick; empty for none.
+    # Name of a saved pose to pick; empty: pick no pose.
     pick: str = ""
     # Name of the end effector that moves from this step on, if there are
     # several. If it is empty, the end effector does not change. A script begins
     # with the first end effector.
     effector: str = ""
-    # Name of an object to take; empty for none.
+    # Name of an object to take; empty: take no object.
     take: str = ""
-    # Name of an object on which to place the carried one; empty for none.
+    # Name of an object on which to place the carried object; empty: do not
+    # place it.
     put_on: str = ""
     # Point x, y, z in W near which to place the carried object [m]; absent:
     # below the hand.

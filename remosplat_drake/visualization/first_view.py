@@ -26,7 +26,7 @@ def draw_first(
         page: The page to draw on.
         robot: The robot.
         q: Configuration at the start, shape (n_q,).
-        splat_W: The map's splat in W; None for none.
+        splat_W: The map's splat in W; None if the map has no splat.
     """
     view = RobotView(page=page, robot=robot)
     context = view.CreateDefaultContext()

@@ -88,7 +88,7 @@ class MotionStatusView(LeafSystem):
             self._page.show(unsupervised(status))
 
     def light_up(self, status: MotionStatus, q: np.ndarray, time: float):
-        """Highlights the link and the point of a status; removes earlier ones.
+        """Highlights link and point of a status; removes earlier highlights.
 
         Args:
             status: The robot's state.

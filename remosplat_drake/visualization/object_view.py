@@ -93,7 +93,7 @@ def at_present(
 
     Args:
         objects: The objects. The pose of a carried object is ignored.
-        payload: The carried object; None for none.
+        payload: The carried object; None if the robot carries none.
         robot: The robot that carries it.
         q: The configuration, shape (n_q,) [rad, m].
     """

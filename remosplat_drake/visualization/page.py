@@ -32,8 +32,8 @@ class MeshcatPage:
 
     The bar shows the robot's state. Meshcat's server sends the shapes of the
     scene and receives presses of buttons. A second server, `PageServer`, serves
-    the page itself, and the newest poses and texts. So a browser that draws
-    slowly skips older poses and does not lag behind.
+    the page itself, and the newest poses and texts. A browser that draws slowly
+    therefore skips older poses and does not lag behind.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's

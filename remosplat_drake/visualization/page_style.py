@@ -54,7 +54,7 @@ def button(text: str, key: str = "") -> str:
 
     Args:
         text: Text on the button.
-        key: Displayed key that clicks the button; empty for none.
+        key: Displayed key that clicks the button; empty if no key clicks it.
     """
     shown = f' <span class="remosplat-key">{key}</span>' if key else ""
     return _span("button", escaped(text) + shown)

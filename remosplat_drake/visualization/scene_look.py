@@ -4,7 +4,7 @@ from pydrake.geometry import Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform
 
 ROOT = "/remosplat"
-"""Path in the scene tree below which all objects of this package are."""
+"""Path in the scene tree that contains all objects of this package."""
 
 LIVE = f"{ROOT}/live"
 """Path in the scene tree of objects that a recording cannot contain. A replay

@@ -43,8 +43,8 @@ _KEYS = {
     CLOSE: "KeyC",
 }
 # The sliders show the target's pose, but the target moves one control period
-# after the sliders. So sliders that a person has just moved are not moved back
-# to the target's pose.
+# after the sliders. Therefore, sliders that a person has just moved are not
+# moved back to the target's pose.
 _GRACE = 0.5
 
 

@@ -41,14 +41,15 @@ def AddViews(
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
         motion_status: Output port of the `MotionStatus`, the robot's state;
-            None without one.
-        splat_W: The scene's splat in W; None for none.
+            None if the diagram has no such port.
+        splat_W: The scene's splat in W; None if it has no splat.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None
-            without one.
+            without guidance.
         movers: Output port of the `Movers`; None if nothing moves.
-        objects: Output port of the objects of a task; None without one.
-        outline: Output port of the `TaskOutline` of a task; None without one.
+        objects: Output port of the objects of a task; None without a task.
+        outline: Output port of the `TaskOutline` of a task; None without a
+            task.
 
     Example:
         >>> import remosplat_drake as rs

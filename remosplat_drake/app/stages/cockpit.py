@@ -56,7 +56,7 @@ def AddCockpitView(
         teleoperation: The inputs of a teleoperated diagram.
         target: The target that the operator moves.
         process: The cockpit.
-        live_map: The map that grows; None without one.
+        live_map: The map that grows; None without a live map.
     """
     inputs = {
         **log_inputs(loop, live_map),
@@ -93,7 +93,7 @@ def cockpit_job(
         teleoperation: The inputs of a teleoperated diagram.
         host: Network interface that the page is served on.
         port: TCP port of the page; None takes the first free one.
-        hardware: Whether the robot is the real one.
+        hardware: Whether the robot is real.
     """
     scenario, world = loop.scenario, loop.world
     config = scenario.controller

@@ -16,7 +16,7 @@ def log_inputs(
 
     Args:
         loop: The control loop, with or without a supervisor.
-        live_map: The map that grows during the run; None without one.
+        live_map: The map that grows during the run; None without a live map.
     """
     ports = {
         "report": loop.report,
@@ -44,9 +44,9 @@ def AddLog(
         loop: The control loop whose ticks are written.
         folder: Folder of a teleoperation's run, for the log; None for other
             runs, which have no folder.
-        live_map: The map whose events are written; None without one.
+        live_map: The map whose events are written; None without a live map.
         target: The target of a teleoperation's operator; None in other runs.
-        recorder: Writer of the run as an MCAP file; None for none.
+        recorder: Writer of the run as an MCAP file; None writes no such file.
 
     Raises:
         FileError: The files of the log cannot be made.

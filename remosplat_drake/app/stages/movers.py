@@ -30,9 +30,9 @@ def AddMovers(
         builder: The builder of the diagram.
         scenario: The scenario.
         station: The robot, simulated or real, as a system.
-        others: Function that adds the other robots, given the output port of
-            all other movers (or None); it returns the output ports of their
-            movers.
+        others: Function that adds further simulated robots. Its argument is the
+            output port of all movers except these robots (or None). It returns
+            the output ports of the robots' movers.
         hardware: Whether the station is the real robot.
 
     Returns:

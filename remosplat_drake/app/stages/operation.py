@@ -32,8 +32,8 @@ class Operation:
         builder: The builder of the diagram.
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on; None draws nothing.
-        cockpit: The cockpit, the operator's own page; None for none.
-        hardware: Whether the robot is the real one.
+        cockpit: The cockpit, the operator's page; None without a cockpit.
+        hardware: Whether the robot is real.
 
     Attributes:
         operator: The system that outputs the requests of the cockpit's
@@ -121,7 +121,7 @@ class Operation:
 
         Args:
             loop: The control loop.
-            live_map: The map that grows; None without one.
+            live_map: The map that grows; None without a live map.
         """
         assert self.target is not None
         at = self._builder, loop, self._teleoperation

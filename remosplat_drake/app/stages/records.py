@@ -43,7 +43,7 @@ def AddMotionStatus(
         controller: The controller whose reports are described.
         selector: The guidance selector beside the controller; None without
             guidance.
-        supervisor: The safety supervisor; None without one.
+        supervisor: The safety supervisor; None without a supervisor.
         movers: The output port of the `Movers` that the robot knows; None
             without movers.
     """

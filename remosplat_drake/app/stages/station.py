@@ -95,7 +95,8 @@ def ConnectUncertainty(
     Args:
         builder: The builder of the diagram.
         station: The robot, simulated or real, as a system.
-        localization: The system that corrects the base by the live map, if any.
+        localization: The system that corrects the base's pose by the live map;
+            None if the odometry is not corrected.
         oracle: The system that measures distances to the map.
     """
     uncertainty = BaseUncertainty.AddToBuilder(builder, station)

@@ -319,7 +319,7 @@ def AddOperatorViews(
         loop: The control loop.
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on.
-        live_map: The map that is drawn; None without one.
+        live_map: The map that is drawn; None without a live map.
     """
     scenario = loop.scenario
     if live_map is not None:

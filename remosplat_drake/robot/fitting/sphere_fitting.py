@@ -297,7 +297,7 @@ def _share(
 
 
 def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
-    """Draws interior centres: on the medial ridge, and others, mostly shallow.
+    """Draws interior centres: on the medial ridge, and further shallow ones.
 
     Edges and corners need small spheres near them. Uniformly drawn voxels of a
     thick body contain few such centres.

@@ -126,7 +126,7 @@ def _check_follower(
 def _check_loops(
     urdf: Urdf, arm: tuple[UrdfJoint, ...], findings: Findings
 ) -> None:
-    """Raises an error for loops that the arm moves; others stay open."""
+    """Raises an error for loops that the arm moves; other loops stay open."""
     for loop in urdf.loops:
         between = set(urdf.chain(loop.first)) ^ set(urdf.chain(loop.second))
         moved = [joint.name for joint in arm if joint in between]

@@ -53,7 +53,7 @@ class JointLimits:
 def complete_limits(
     urdf: Urdf, joints: tuple[UrdfJoint, ...], findings: Findings
 ) -> list[JointLimits]:
-    """Reads the limits of joints, and guesses the missing ones.
+    """Reads the limits of joints, and guesses missing limits.
 
     Revolute joints without limits get one turn in each direction. The function
     changes the joints' elements in the document accordingly.
@@ -68,7 +68,7 @@ def complete_limits(
 
     Raises:
         FieldError: A prismatic joint has no limits, the lower limit is not
-            below the upper one, or a speed or an effort is negative.
+            below the upper limit, or a speed or an effort is negative.
     """
     limits, turning, slow, weak = [], [], [], []
     for joint in joints:

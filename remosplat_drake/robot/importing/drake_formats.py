@@ -46,7 +46,7 @@ def read_by_drake(
         findings: Receives the ignored elements.
 
     Returns:
-        The robot, and an `Srdf` with the rest of its files' content: named
+        The robot, and an `Srdf` with further content of its files: named
         states, and links that may touch.
 
     Raises:

@@ -111,7 +111,8 @@ def write_pieces(
 
     Args:
         urdf: The robot; its links' elements are changed.
-        folder: Folder for the pieces' files; earlier ones are deleted.
+        folder: Folder for the pieces' files; earlier files of pieces are
+            deleted.
         pieces: The pieces of links by name, in their frames.
     """
     for link in urdf.links.values():

@@ -48,7 +48,7 @@ class Mirror:
 
 
 def find_mirror(robot: RobotModel) -> Mirror | None:
-    """Finds the mirror symmetry of a robot's two arms, if there is one.
+    """Finds the mirror symmetry of a robot's two arms; None if there is none.
 
     The arms are mirror images if, with all joints at zero, the mirror maps the
     axis of each joint of one arm to the axis of a joint of the other. The

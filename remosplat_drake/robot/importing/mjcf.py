@@ -145,8 +145,8 @@ def _drop_empty_inertia(body: Element) -> None:
 def _nest_joints(body: Element) -> None:
     """Gives each of a body's several joints its own, nested body.
 
-    Drake places only the last of these joints at the body; it places the others
-    at the origin of the body's parent.
+    Drake places only the last of these joints at the body; it places all
+    earlier joints at the origin of the body's parent.
     """
     name, outer = body.attrib.pop("name", None), body
     joints = body.findall("joint")

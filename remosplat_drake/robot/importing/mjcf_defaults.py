@@ -1,8 +1,8 @@
 """Writes the attributes of MJCF's default classes into the elements.
 
 Drake's parser treats default classes differently from MuJoCo: if a class's
-parent has no joint defaults, the class does not inherit those of its
-grandparent.
+parent has no joint defaults, the class does not inherit the joint defaults of
+its grandparent.
 """
 
 from pathlib import Path

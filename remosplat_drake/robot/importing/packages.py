@@ -164,7 +164,7 @@ def _in_entry(entry: Path, name: str) -> Iterator[Path]:
 
 
 def package_name(folder: Path) -> str | None:
-    """Returns the name in a folder's package.xml; None if there is none."""
+    """Returns the name in a folder's package.xml; None without such a file."""
     try:
         root = ElementTree.parse(folder / "package.xml").getroot()
     except (OSError, ElementTree.ParseError):

@@ -313,7 +313,7 @@ def _described(
 
 
 def _mount(urdf: Urdf, arm: ArmChoice) -> str:
-    """Returns the link that carries all arms: the last common one."""
+    """Returns the link that carries all arms: their last common link."""
     carriers = [
         [urdf.base, *(joint.child for joint in urdf.chain(joint.parent))]
         for joint in arm.joints

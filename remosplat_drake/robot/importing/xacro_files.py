@@ -92,7 +92,7 @@ def expand_xacro(
 
 
 def xacro_arguments(path: Path, packages: Packages) -> dict[str, XacroArgument]:
-    """Finds the arguments of a xacro file, and of those that it includes.
+    """Finds the arguments of a xacro file, and of the files that it includes.
 
     Args:
         path: The file.

@@ -43,7 +43,7 @@ often folded may really touch in most configurations.
 """
 
 SAMPLES = 1000
-"""Number of examined configurations: home, and random ones."""
+"""Number of examined configurations: home, and random configurations."""
 
 
 @dc.dataclass(frozen=True, eq=False)

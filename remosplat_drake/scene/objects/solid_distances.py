@@ -23,7 +23,7 @@ class SolidDistances:
 
     Args:
         moved: The solid that is moved.
-        others: The k other solids, placed in W.
+        others: The k solids to which distances are measured, placed in W.
     """
 
     def __init__(self, moved: Solid, others: Sequence[Solid]):

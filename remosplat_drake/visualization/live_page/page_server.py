@@ -50,8 +50,8 @@ class PageServer:
 
     Attributes:
         port: The TCP port.
-        session: Random name that distinguishes this server from earlier ones on
-            the same port.
+        session: Random name that distinguishes this server from earlier servers
+            on the same port.
         is_closed: Whether the server is closed.
 
     Raises:

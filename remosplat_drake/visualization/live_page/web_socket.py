@@ -69,7 +69,7 @@ def receive_text(file: BufferedIOBase) -> bytes | None:
         if len(head) < 2:
             return None
         kind, size = head[0] & 0x0F, head[1] & ~_MASKED
-        # Clients must mask all frames, and the page sends only short ones.
+        # Clients must mask all frames, and the page sends only short frames.
         if not head[1] & _MASKED or size > _SHORT or kind == _CLOSE:
             return None
         mask, data = file.read(4), file.read(size)
