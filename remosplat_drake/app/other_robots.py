@@ -25,8 +25,9 @@ from remosplat_drake.station.robot_movers import RobotMovers
 class DrivenRobot(Diagram):
     """A robot with its control loop, as a part of another simulation.
 
-    Its input `movers` takes the moving obstacles around it. Its output `movers`
-    provides the robot's links as moving obstacles, for other robots.
+    The input port `movers` takes the moving obstacles around the robot. The
+    output port `movers` outputs the robot's links as moving obstacles, for
+    other robots.
 
     Attributes:
         loop: The stages of its control loop.
@@ -87,7 +88,7 @@ def AddOwnMovers(
         world: The content of the robot's scenario.
         configuration: The output port of its q.
         executed: The output port of the command that it executes.
-        name: Its display name.
+        name: Display name of the robot.
     """
     return RobotMovers.AddToBuilder(
         builder,

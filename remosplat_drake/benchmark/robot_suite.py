@@ -53,7 +53,7 @@ TRAINED_SCENES = {True: "table", False: "workbench"}
 base, and for robots without a mobile base."""
 
 _SHIPPED = "trained"
-"""Name that stands for the shipped scene that fits a robot."""
+"""Name that selects the shipped scene suitable for a robot."""
 
 SCENES = (GENERATED, _SHIPPED, *KINDS)
 """Names of all scenes that a suite may contain."""

@@ -175,7 +175,7 @@ class Serving:
     """Message: the page can be opened.
 
     Attributes:
-        url: Its address.
+        url: Address of the page.
     """
 
     url: str

@@ -226,7 +226,7 @@ def trouble_of(
         status: The robot's state.
         target: The present target.
         robot: The robot, with one end effector.
-        q: Its configuration, shape (n_q,) [rad, m].
+        q: The robot's configuration, shape (n_q,) [rad, m].
         X_EC: Pose of its wrist camera in the end effector's frame, shape (4,
             4); None if no frame of this camera can be added to the map.
 
@@ -254,8 +254,8 @@ def place_at_home(
 
     Args:
         robot: The robot.
-        q: Its configuration, from which only the pose of the base is used,
-            shape (n_q,).
+        q: The robot's configuration, from which only the pose of the base is
+            used, shape (n_q,).
         effector: Index of the end effector.
     """
     home = robot.q_home.copy()

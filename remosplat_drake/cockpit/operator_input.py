@@ -92,7 +92,7 @@ class OperatorInput:
         The pose that was requested for the previous end effector is dropped.
 
         Args:
-            effector: Its name.
+            effector: Name of the end effector.
         """
         self._count("command", "choices", effector=effector, X_WT=None)
 

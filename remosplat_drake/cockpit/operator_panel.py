@@ -383,7 +383,7 @@ class OperatorPanel:
         """Chooses an object that the operator has clicked.
 
         Args:
-            name: Its name.
+            name: Name of the object.
             p_W: The clicked point, shape (3,) [m].
         """
         if self._objects is not None:

@@ -1,4 +1,4 @@
-"""Points of surfaces that an operator clicks, and targets in front of them."""
+"""Finds surface points that an operator clicks, and targets before them."""
 
 import dataclasses as dc
 from collections.abc import Sequence

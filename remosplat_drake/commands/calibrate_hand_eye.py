@@ -105,8 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
     change = np.linalg.solve(believed, X_FC)
     turn = math.acos(np.clip((np.trace(change[:3, :3]) - 1) / 2, -1, 1))
     console.print(
-        f"the mount was {math.degrees(turn):.2f} deg and"
-        f" {1e3 * np.linalg.norm(change[:3, 3]):.1f} mm off"
+        f"the assumed mount was wrong by {math.degrees(turn):.2f} deg and "
+        f"{1e3 * np.linalg.norm(change[:3, 3]):.1f} mm off"
     )
     fields = ", ".join(f"{k}: {v}" for k, v in mount_fields(X_FC).items())
     console.print(f"wrist_camera: {{{fields}}}", highlight=False)

@@ -69,7 +69,7 @@ def check_guide(arguments: argparse.Namespace) -> None:
 def guided(
     splat_G: GaussianSplat, length: float | None, console: Console
 ) -> tuple[RigidTransform, float]:
-    """Finds upward direction, floor and scale; prints flags that set the same.
+    """Finds upward direction, floor and scale, and prints equivalent flags.
 
     Args:
         splat_G: The splat, as read from its file.

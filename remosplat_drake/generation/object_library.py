@@ -154,7 +154,7 @@ def placed_object(
         solid: A solid that stands at the origin.
         name: The object's name.
         p_W: Point in W on which it stands, shape (3,) [m].
-        yaw: Its yaw [rad].
+        yaw: Yaw of the object [rad].
         rng: Source of randomness for the density.
     """
     low, high = SceneObject(name, solid).corners[:, 2]

@@ -14,8 +14,8 @@ class HandSpheres:
     """The spheres of an open hand in its end effector's frame E.
 
     Attributes:
-        p_ES: Their centres, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
+        p_ES: Centres of the spheres, shape (n, 3) [m].
+        radius: Radii of the spheres, shape (n,) [m].
     """
 
     p_ES: np.ndarray

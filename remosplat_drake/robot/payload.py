@@ -23,9 +23,9 @@ class Payload:
         pieces: Vertices of convex pieces in O whose union encloses it, shape
             (v, 3) each [m].
         mass: Mass of the object [kg]; 0 if it is unknown.
-        p_OOcm: Its centre of mass in O, shape (3,) [m].
-        I_OOcm: Its rotational inertia about the centre of mass, in O, shape (3,
-            3) [kg m^2].
+        p_OOcm: Centre of mass of the object in O, shape (3,) [m].
+        I_OOcm: Rotational inertia of the object about the centre of mass, in O,
+            shape (3, 3) [kg m^2].
         holders: Names of the links that hold the object and may touch it.
     """
 

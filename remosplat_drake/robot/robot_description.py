@@ -203,7 +203,7 @@ class RobotDescription(Config):
         """Returns the display name of a link or a joint: elbow, joint 4.
 
         Args:
-            name: Its name in the model file.
+            name: Name of the link or joint in the model file.
         """
         if name in self.link_names:
             return self.link_names[name]

@@ -567,8 +567,8 @@ class RobotModel:
 
         Args:
             sphere: Indices of the spheres, shape (m,).
-            p_WS: Their centres in W, shape (m, 3) [m].
-            R_WL: Orientations of their links, shape (m, 3, 3).
+            p_WS: Centres of the spheres in W, shape (m, 3) [m].
+            R_WL: Orientations of the spheres' links, shape (m, 3, 3).
         """
         return Spheres(
             p_WS,

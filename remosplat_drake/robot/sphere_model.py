@@ -48,7 +48,7 @@ class SphereModel:
 
         Args:
             link: Name of the link.
-            spheres: Its spheres, in its frame.
+            spheres: Spheres of the link, in the link's frame.
         """
         return SphereModel(
             self.name,

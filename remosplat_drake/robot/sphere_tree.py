@@ -53,7 +53,7 @@ class SphereTree(NamedTuple):
 
         Args:
             spheres: The n spheres.
-            body_S: Their bodies, shape (n,).
+            body_S: Bodies of the spheres, shape (n,).
             ignore_below: Height below which each ignores the map, shape (n,)
                 [m].
             bend: Function that bounds |d2p_WP / dq_j dq_k| of points P, given
@@ -109,11 +109,11 @@ def enclosing_ball(
     Clarkson 2003).
 
     Args:
-        centers: Their centres, shape (k, 3) [m].
-        radius: Their radii, shape (k,) [m].
+        centers: Centres of the given balls, shape (k, 3) [m].
+        radius: Radii of the given balls, shape (k,) [m].
 
     Returns:
-        Its centre, shape (3,), and its radius [m].
+        Centre of the found ball, shape (3,) [m], and its radius [m].
     """
     center = centers.mean(axis=0)
     for step in range(2, _STEPS):

@@ -136,7 +136,7 @@ def _screws(
     Args:
         plant: A plant with joints of these names.
         names: The joints.
-        q: Their positions, shape (n,) [rad, m].
+        q: Positions of the joints, shape (n,) [rad, m].
 
     Returns:
         The directions and the moments, shape (n, 3) each. For a prismatic

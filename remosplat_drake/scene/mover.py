@@ -115,8 +115,8 @@ class Mover:
         """Makes a mover that is a sphere.
 
         Args:
-            name: Its display name.
-            center: Its centre in W, shape (3,) [m].
+            name: Display name of the mover.
+            center: Centre of the sphere in W, shape (3,) [m].
             radius: Its radius [m].
             rest: The other attributes of a `Mover`: velocities and bounds.
         """
@@ -134,7 +134,7 @@ class Mover:
         """Makes a mover that is a capsule along M's z axis.
 
         Args:
-            name: Its display name.
+            name: Display name of the mover.
             X_WM: Pose of its frame M, at its centre, in W.
             half_length: Half the length of its axis, without its caps [m].
             radius: Its radius [m].
@@ -147,7 +147,7 @@ class Mover:
         """Makes a mover that is a box.
 
         Args:
-            name: Its display name.
+            name: Display name of the mover.
             X_WM: Pose of its frame M, at its centre, in W.
             half_extents: Half side lengths along M's axes, shape (3,) [m].
             rest: The other attributes of a `Mover`: velocities and bounds.

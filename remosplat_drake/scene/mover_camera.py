@@ -13,8 +13,8 @@ from remosplat_drake.base.errors import FieldError
 class MoverCamera:
     """The space that a camera watches for movers, and its latest image time.
 
-    Its frame C has z ahead, x to the right and y down. A deep copy is the
-    object itself.
+    The camera's frame C has z ahead, x to the right and y down. A deep copy is
+    the object itself.
 
     Attributes:
         name: Display name of the camera.

@@ -17,7 +17,7 @@ class Box:
     Attributes:
         X_WP: Pose of the box's frame P, at its centre, in W.
         half_extents: Half side lengths along P's axes, shape (3,) [m].
-        name: Its display name, "shelf" for example; may be empty.
+        name: Display name, "shelf" for example; may be empty.
 
     Raises:
         RemoSplatError: A half side length is not positive.
@@ -49,7 +49,7 @@ class Cylinder:
             z axis the cylinder's axis.
         radius: Radius [m].
         half_height: Half the length along the axis [m].
-        name: Its display name, "can" for example; may be empty.
+        name: Display name, "can" for example; may be empty.
     """
 
     X_WP: RigidTransform
@@ -110,7 +110,7 @@ class PrimitiveScene:
         """Returns the name of a primitive, for use in a sentence.
 
         Args:
-            i: Its index in `primitives`.
+            i: Index of the primitive in `primitives`.
         """
         primitive = self.primitives[i]
         if primitive.name:
@@ -144,8 +144,8 @@ class PrimitiveScene:
 
         Args:
             center: Centre (x, y) of the slab in W [m].
-            half_extent: Half its side length [m].
-            thickness: Its depth below z = 0 [m].
+            half_extent: Half the side length of the slab [m].
+            thickness: Thickness of the slab below z = 0 [m].
 
         Returns:
             A new scene; the slab is its last box.

@@ -126,7 +126,8 @@ def level_top(support: SceneObject) -> tuple[np.ndarray, float]:
         The corners of the top in W, shape (k, 2) [m], and its height [m].
 
     Raises:
-        RemoSplatError: Its highest points span no level area.
+        RemoSplatError: The highest points of the object do not span a level
+            area.
     """
     points = np.concatenate(hull_pieces(support.solid))
     points_W = support.X_WO.multiply(points.T).T

@@ -25,7 +25,8 @@ _IN_A_BOX, _AT_ONCE = 64, 20_000
 number of points per distance query."""
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of lengths, both relative and in metres."""
+"""Bound on rounding errors of lengths. It is both a relative error and an
+absolute error [m]."""
 
 _Box = tuple[tuple[int, int], ...]
 """A box of grid points: along x, y and z, the first index and the index after

@@ -43,8 +43,8 @@ _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
-"""A base counts as free if the point at the first height above it has at least
-the second clearance [m]."""
+"""A base counts as free if a point above it has enough clearance: height of
+this point, and its least clearance [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
 """Parameters of points on the hand's straight path, 0 to 1, and their least

@@ -142,7 +142,7 @@ class TaskState:
         """Returns an object, with its latest known pose.
 
         Args:
-            name: Its name.
+            name: Name of the object.
         """
         return find_object(self.objects, name)
 
@@ -150,8 +150,8 @@ class TaskState:
         """Returns all objects, one of them with another pose.
 
         Args:
-            name: Its name.
-            X_WO: Its pose, shape (4, 4).
+            name: Name of the object.
+            X_WO: New pose of the object, shape (4, 4).
         """
         pose = RigidTransform(X_WO)
         return tuple(
@@ -166,7 +166,7 @@ class Work:
 
     Attributes:
         task: The task.
-        state: Its progress.
+        state: Progress of the task.
     """
 
     task: Task

@@ -92,7 +92,7 @@ class MotionStatusView(LeafSystem):
 
         Args:
             status: The robot's state.
-            q: Its configuration, shape (n_q,) [m, rad].
+            q: The robot's configuration, shape (n_q,) [m, rad].
             time: Time in a recording [s].
         """
         link = status.link if status.is_obstructed else ""
@@ -151,7 +151,7 @@ def draw_end(
     Args:
         diagram: A diagram with a `MotionStatusView`.
         status: The robot's state at the end.
-        q: Its configuration, shape (n_q,) [m, rad].
+        q: The robot's configuration, shape (n_q,) [m, rad].
         time: Time of the end [s].
     """
     diagram.GetSubsystemByName(_NAME).light_up(status, q, time)

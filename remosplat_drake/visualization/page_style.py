@@ -64,8 +64,9 @@ def hidden(action: str, index: int = 0) -> str:
     """Returns the name of a hidden button, which another control clicks.
 
     Args:
-        action: Its action; `web/task.js` finds it by this name.
-        index: Index of the object that it acts on.
+        action: Name of the button's action, by which `web/task.js` finds the
+            button.
+        index: Index of the object on which the button acts.
     """
     return (
         f'<span class="remosplat-hidden remosplat-{action}"'

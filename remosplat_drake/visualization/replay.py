@@ -185,7 +185,7 @@ def _clearances(
 def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
     """Makes a diagram of the live page's views.
 
-    Its inputs are configuration, report and motion_status.
+    The inputs of the diagram are configuration, report and motion_status.
     """
     builder = DiagramBuilder()
     run_view = RunView.AddToBuilder(builder, page=page, robot=robot)

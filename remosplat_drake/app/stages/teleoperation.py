@@ -203,9 +203,10 @@ def wrist_camera_mount(
 def ConnectSupervision(
     builder: DiagramBuilder, loop: ControlLoop, target: OperatorTarget
 ) -> None:
-    """Connects the supervisor to the target; a stopped robot keeps its target.
+    """Connects the supervisor to the operator's target and jobs.
 
-    A job ends if the supervisor stops the robot.
+    While the supervisor stops the robot, the target stays at the end effector,
+    and jobs end.
 
     Args:
         builder: The builder of the diagram.

@@ -113,9 +113,10 @@ class _Looks:
         poses: Poses of all bodies in some postures, shape (m, b, 4, 4).
         row: Index of each posture among these poses, shape (n,).
         ends: Indices of the two shapes, shape (n, 2).
-        distance: Their distance, shape (n,) [m].
-        points: Their nearest points in the frames of their links, shape (n, 2,
-            3) [m]; those of round shapes are on their cores.
+        distance: Distance of the two shapes, shape (n,) [m].
+        points: The nearest points of the two shapes, in the frames of their
+            links, shape (n, 2, 3) [m]; those of round shapes are on their
+            cores.
         radius: The radii of the two shapes, shape (n, 2) [m].
         X_AB: Pose of the second link in the first, shape (n, 4, 4).
         true: Distances of the links' meshes, shape (n,) [m]; NaN where they

@@ -69,7 +69,7 @@ class _Mesh:
         Args:
             part: One of the parts.
             p: Points at which the piece protrudes, shape (n, 3) [m].
-            off: Their distances from the surface, shape (n,) [m].
+            off: Distances of the points from the surface, shape (n,) [m].
         """
         halves = None
         if len(self.parts) < MOST_PIECES:

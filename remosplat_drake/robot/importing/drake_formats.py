@@ -41,7 +41,7 @@ def read_by_drake(
 
     Args:
         path: The file.
-        dialect: Its format.
+        dialect: Format of the file.
         packages: Resolves references to ROS packages.
         findings: Receives the ignored elements.
 

@@ -23,7 +23,7 @@ class Findings:
         """Adds a value of a file.
 
         Args:
-            what: Its subject, such as `velocity limits`.
+            what: Subject of the value, such as `velocity limits`.
             value: The file's value.
         """
         self.found.append((what, value))
@@ -32,7 +32,7 @@ class Findings:
         """Adds a guess.
 
         Args:
-            what: Its subject, such as `acceleration limits`.
+            what: Subject of the guess, such as `acceleration limits`.
             value: The guess, and its reason.
         """
         self.guessed.append((what, value))
@@ -41,7 +41,7 @@ class Findings:
         """Adds a value of a file that is probably wrong.
 
         Args:
-            what: Its subject, such as a joint.
+            what: Subject of the value, such as a joint.
             value: The doubt, and its possible cause.
         """
         self.doubted.append((what, value))

@@ -77,10 +77,10 @@ def fit_link_pieces(
     for error in fitted.errors:
         findings.doubt(
             " and ".join(error.links),
-            f"are {1e3 * error.distance:.0f} mm apart, but their convex pieces"
-            f" are {1e3 * error.error:.0f} mm nearer, in one of"
-            f" {len(truth.states)} postures; at most {1e3 * ACCURACY:g} mm is"
-            " intended",
+            f"are {1e3 * error.distance:.0f} mm apart, but their convex "
+            f"pieces are {1e3 * error.error:.0f} mm nearer, in one of "
+            f"{len(truth.states)} postures; the goal is at most "
+            f"{1e3 * ACCURACY:g} mm",
         )
 
 

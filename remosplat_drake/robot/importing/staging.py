@@ -59,7 +59,7 @@ def dialect_of(path: Path, text: str) -> Dialect:
 
     Args:
         path: The file, for errors.
-        text: Its text.
+        text: Text of the file.
 
     Raises:
         FileError: The file has none of the supported formats.

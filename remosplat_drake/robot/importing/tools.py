@@ -68,8 +68,8 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
     if len(ends) > 2:
         raise urdf.fail(
             "--end-effector",
-            f"needed once or several times: {len(ends)} chains are equally"
-            f" long; they end at {listed([end.child for end in ends])}",
+            f"is needed, once for each arm: {len(ends)} chains are equally "
+            f"long; they end at {listed([end.child for end in ends])}",
         )
     if not ends:
         return [Tool(urdf.base, "nothing moves", False)]

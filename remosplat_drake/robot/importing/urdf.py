@@ -68,7 +68,7 @@ class Loop:
     """A constraint between two links, in addition to their joints.
 
     Attributes:
-        where: Its element, for errors.
+        where: Element of the constraint, for errors.
         first: Name of one link.
         second: Name of the other.
     """

@@ -54,8 +54,8 @@ def joint_element(
     """Returns a <joint>.
 
     Args:
-        name: Its name.
-        kind: Its type.
+        name: Name of the joint.
+        kind: Type of the joint.
         parent: Name of the link P that carries it.
         child: Name of the link C that it moves.
         X_PC: Pose of C in P at position zero.

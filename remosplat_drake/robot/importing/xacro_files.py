@@ -37,8 +37,8 @@ class XacroArgument:
     """An argument that a xacro file declares.
 
     Attributes:
-        name: Its name.
-        default: Its default; None if it is required.
+        name: Name of the argument.
+        default: Default value; None if the argument is required.
         choices: The values that the files distinguish; empty for any.
     """
 

@@ -112,7 +112,7 @@ def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
 
     Args:
         robot: The robot.
-        shapes: Its convex shapes.
+        shapes: The robot's convex shapes.
 
     Raises:
         FileError: The SRDF file of its description cannot be read.

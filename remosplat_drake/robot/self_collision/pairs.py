@@ -56,7 +56,7 @@ class SelfCollisionPairs:
 
     Attributes:
         robot: The robot.
-        shapes: Its convex shapes.
+        shapes: The robot's convex shapes.
         found: The checked pairs of links, and the reasons for excluded pairs.
         pairs: The pairs of shapes.
         allowance: Length that is added to each pair's distance, so that this

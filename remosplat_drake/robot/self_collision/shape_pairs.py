@@ -53,7 +53,7 @@ class ShapePairs:
 
         Args:
             robot: The robot.
-            shapes: Its convex shapes.
+            shapes: The robot's convex shapes.
             links: The pairs of links.
         """
         on_link: dict[str, list[int]] = {}

@@ -55,7 +55,7 @@ def time_goes_on(
 
     Args:
         field: Name of the list, whose entries have the field `time`.
-        times: Their times [s].
+        times: Times of the entries [s].
 
     Yields:
         The name of an entry's time, and what is wrong with it.

@@ -20,8 +20,8 @@ class ConvexHull:
 
     Attributes:
         X_WP: Pose of the hull's frame P in W.
-        vertices: Its vertices in P, shape (v, 3) [m].
-        name: Its display name; may be empty.
+        vertices: Vertices of the hull in P, shape (v, 3) [m].
+        name: Display name of the hull; may be empty.
 
     Raises:
         RemoSplatError: The points are not finite, or span no volume.

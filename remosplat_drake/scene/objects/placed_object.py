@@ -10,9 +10,10 @@ class PlacedObject:
     """The pose of a known object at a moment.
 
     Attributes:
-        name: Its name.
-        X_WO: Its pose, shape (4, 4).
-        stands: Whether it stands on a support; a carried object does not.
+        name: Name of the object.
+        X_WO: Pose of the object, shape (4, 4).
+        stands: Whether the object stands on a support. A carried object does
+            not.
     """
 
     name: str

@@ -18,13 +18,14 @@ Solid = Box | Cylinder | ConvexHull
 class SceneObject:
     """A rigid object: a named solid with a pose and a mass.
 
-    Its frame O is the solid's frame P. It is immutable: `at` returns a new
-    object with another pose, and a deep copy is the object itself.
+    The object's frame O is the solid's frame P. The class is immutable: `at`
+    returns a new object with another pose, and a deep copy is the object
+    itself.
 
     Attributes:
-        name: Its name, which no other object of the scene has.
-        solid: Its shape, placed in W.
-        mass: Its mass [kg]; None if it is not known.
+        name: Name of the object, which no other object of the scene has.
+        solid: Shape of the object, placed in W.
+        mass: Mass of the object [kg]; None if it is unknown.
 
     Raises:
         RemoSplatError: The name is empty, or the mass is not positive.
@@ -78,7 +79,7 @@ class SceneObject:
         """Returns the same object with another pose.
 
         Args:
-            X_WO: Its pose in W.
+            X_WO: New pose of the object in W.
         """
         return dc.replace(self, solid=dc.replace(self.solid, X_WP=X_WO))
 
