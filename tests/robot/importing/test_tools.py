@@ -145,7 +145,7 @@ def test_three_arms_are_asked_for_in_one_line():
     urdf = robot(chain("a", 6), chain("b", 6), chain("c", 6))
     with pytest.raises(
         FieldError,
-        match=r"--end-effector: needed once or several times: 3 chains are"
+        match=r"--end-effector: is needed, once for each arm: 3 chains are"
         r" equally long; they end at a_link_6, b_link_6, c_link_6",
     ):
         find_tools(urdf, Srdf())
