@@ -106,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
     turn = math.acos(np.clip((np.trace(change[:3, :3]) - 1) / 2, -1, 1))
     console.print(
         f"the assumed mount was wrong by {math.degrees(turn):.2f} deg and "
-        f"{1e3 * np.linalg.norm(change[:3, 3]):.1f} mm off"
+        f"{1e3 * np.linalg.norm(change[:3, 3]):.1f} mm"
     )
     fields = ", ".join(f"{k}: {v}" for k, v in mount_fields(X_FC).items())
     console.print(f"wrist_camera: {{{fields}}}", highlight=False)

@@ -87,5 +87,5 @@ def test_the_mount_is_found_while_the_robot_moves(
     X = found.hand_eye()
     assert np.linalg.norm(X.translation()) < 1e-3
     assert X.rotation().ToAngleAxis().angle() < np.radians(0.1)
-    off = re.search(r"was ([\d.]+) deg and ([\d.]+) mm off", said)
+    off = re.search(r"wrong by ([\d.]+) deg and ([\d.]+) mm", said)
     assert off and abs(float(off[1]) - 2.1) < 0.2, said

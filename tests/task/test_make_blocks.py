@@ -283,5 +283,5 @@ def test_a_place_without_places_is_sought_on_the_support(shop):
         FieldError, match=r"tasks\[1\]\.support: the board is f"
     ):
         make_blocks([PICK, place], dc.replace(shop, places=full))
-    with pytest.raises(FieldError, match=r"places: give at least one pose, or a s"):
+    with pytest.raises(FieldError, match=r"give at least one pose, or a s"):
         make_blocks([PICK, cfg.Place()], shop)
