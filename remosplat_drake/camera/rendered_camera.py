@@ -45,7 +45,7 @@ class RenderedCamera:
             scene: The solids of the scene; None for an empty scene.
             odometry_drift: Velocity at which the received base poses drift from
                 the true ones [m/s, m/s, rad/s].
-            tracks: Motions of the movers over time.
+            tracks: Motions of the movers (moving objects) over time.
 
         Raises:
             RemoSplatError: A setting is invalid.

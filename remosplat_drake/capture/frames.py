@@ -67,7 +67,7 @@ def scale_intrinsics(
 
 
 def sample_nearest(image: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Resizes an image, without interpolation, to the nearest pixels.
+    """Resizes an image; each pixel is the nearest one of the given image.
 
     Args:
         image: Pixels of any type, shape (h, w, ...).

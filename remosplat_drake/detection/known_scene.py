@@ -68,7 +68,8 @@ class KnownScene:
     def distances(self, p_W: np.ndarray) -> np.ndarray:
         """Returns the map's distances at the nodes nearest to points, (n,) [m].
 
-        Points outside the box get the largest distance that a node can store.
+        For points outside the box, the result is the largest distance that a
+        node can store.
 
         Args:
             p_W: Points in W, shape (n, 3) [m].

@@ -80,7 +80,7 @@ def without_measured(
 def seen_finely(
     looks: Capture, lower: np.ndarray, cubes: np.ndarray, edge: float
 ) -> np.ndarray:
-    """Returns a mask of the cubes that closely spaced rays of a view cross.
+    """Returns a mask of the cubes that closely spaced rays show as free.
 
     Args:
         looks: Posed RGB-D images.

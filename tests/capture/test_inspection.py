@@ -71,7 +71,7 @@ def test_a_principal_point_that_nothing_explains(scene_capture):
     K = scene_capture.K.copy()
     K[:, 0, 2] += 30
     text = warnings_of(scene_capture, K=K)
-    assert "lies 25 % of the image's size off its centre: give" in text
+    assert "lies 25 % of the image's size away from its centre: give" in text
 
 
 @pytest.mark.parametrize("axis", [0, 1])

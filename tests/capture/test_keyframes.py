@@ -58,7 +58,8 @@ def test_tells_what_the_others_have_seen():
     assert result.missed == 1 / 5
     assert "1 of 2 frames are used" in result.words
     assert (
-        "20.0 % of the seen surfaces are only in other frames" in result.words
+        "20.0 % of the captured surfaces are only in the remaining frames"
+        in result.words
     )
     beside = [looks(1, 2, 3, 4), looks(1, 2, 3) + (1 << 5)]
     assert choose_keyframes(beside, np.ones(2), 1).missed == 0

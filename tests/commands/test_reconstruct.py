@@ -188,7 +188,7 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
         ),
         (["--focus", "0", "nan", "0"], "--focus: must be finite"),
         (["--focus", "50", "0", "0"], "--focus: is far from all"),
-        (["--random-points", "2"], "random_points: must be 0 or at least 4"),
+        (["--random-points", "2"], "random_points: must be 0, or 4 or more"),
         (["--held-out", "1"], "--held-out"),
         (
             ["--refine-cameras", "--device", "cpu"],

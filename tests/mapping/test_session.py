@@ -191,8 +191,8 @@ def test_a_session_of_wrong_types_is_refused(session, way, value):
     ("key", "value", "problem"),
     [
         ("file", "../../elsewhere.rsmap", "expected 'maps/map_0002.rsmap'"),
-        ("parent", 2, "there is no map 2 before"),
-        ("parent", 7, "there is no map 7 before"),
+        ("parent", 2, "no previous map 2 is listed"),
+        ("parent", 7, "no previous map 7 is listed"),
         ("version", 1, "1 appears twice"),
         ("seconds", -1.0, "must be at least 0"),
     ],

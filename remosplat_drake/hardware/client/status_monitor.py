@@ -117,7 +117,7 @@ def _base_stop(base: BaseState | None) -> str:
     if base is None:
         return ""
     if base.emergency_stop:
-        return "emergency stop of the base is pressed"
+        return "emergency stop of the base"
     if base.protective_stop:
         return "protective stop of the base"
     if base.mode in (base_status.STOPPED, base_status.FAULT):

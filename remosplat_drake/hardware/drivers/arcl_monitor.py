@@ -31,7 +31,7 @@ _STATUS_EVERY = 20
 """Number of queries about the motors per query about the state of charge."""
 
 _LOGIN = 5.0
-"""Longest wait for the password prompt, and for the reply to it [s]."""
+"""Longest wait for the password prompt, and for the reply to a password [s]."""
 
 _SILENCE = 2.0
 """Time without an answer after which the connection counts as lost [s]."""

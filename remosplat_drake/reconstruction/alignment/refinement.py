@@ -103,10 +103,10 @@ class AlignmentConfig:
     Attributes:
         camera: Prior of the camera's errors.
         odometry: Noise of the given poses; None estimates it.
-        lengths: Measured lengths.
-        partners: Approximate number of views that each view is compared with.
-        samples: Points of each view that are compared.
-        seed: Seed of the choice of points.
+        lengths: Manually measured lengths, which determine the scale.
+        partners: Approximate number of views with which each view is compared.
+        samples: Number of points of each view that are compared.
+        seed: Seed of the random choice of points.
     """
 
     camera: CameraPrior = dc.field(default_factory=CameraPrior)

@@ -43,10 +43,12 @@ def depth_error_limit(errors: Sequence[np.ndarray]) -> float:
 
 
 def depth_error_image(error: np.ndarray, limit: float) -> str:
-    """Encodes depth errors (h, w) [m] as a data URI: blue near, red far.
+    """Encodes an image of depth errors as a data URI.
+
+    Blue pixels are too near, and red pixels are too far.
 
     Args:
-        error: The errors; NaN where unknown, which is grey.
+        error: The errors, shape (h, w) [m]; NaN where unknown, which is grey.
         limit: Error at the ends of the colour scale [m].
     """
     return _colored(0.5 + error / (2 * limit), "RdBu_r")

@@ -79,12 +79,12 @@ def test_commands_expire_and_statuses_tell_what_the_arm_does():
         (
             "ur5e",
             "!Ros2Arm {mode: /m}",
-            "running_modes: set both this and `mode`",
+            "running_modes: set both this field and `mode`",
         ),
         (
             "ur5e",
             "!Ros2Arm {running_modes: [RUNNING]}",
-            "running_modes: set both this and `mode`",
+            "running_modes: set both this field and `mode`",
         ),
         (
             "ur5e",
