@@ -2,12 +2,12 @@
 
 Some results can be computed only in Python, for example those of Drake's
 solvers, and those of maps and terms of the quadratic program from other
-packages. For such a result, a kernel calls `ask_python` with arrays and
+packages. For such a result, a kernel calls `call_python` with arrays and
 numbers. A C function, which the kernel finds by its symbol, then calls the
 Python function. The Python function writes its results into the arrays, or
 returns the address of a `Packed`.
 
-If the Python function raises an exception, `ask_python` returns `FAILED`, and
+If the Python function raises an exception, `call_python` returns `FAILED`, and
 the kernel continues with a safe branch. The exception is stored as
 `PythonCalls.error`, so that the code that called the kernel can raise it.
 """
@@ -43,7 +43,7 @@ _NUMBER = -1
 number."""
 
 
-class Question:
+class Arguments:
     """A sequence of the arrays and numbers that a kernel passes to Python.
 
     A value is read from the kernel's memory when it is accessed. Arrays are
@@ -85,12 +85,12 @@ class PythonCalls:
         if calls.error is not None:
             raise calls.error
 
-    Each function takes a `Question`, which contains the values that the kernel
+    Each function takes `Arguments`, the values that the kernel
     passes. The function returns an integer >= 0. To return a `Packed`, it
     returns the result of `handed`.
 
     Attributes:
-        number: Number of this object, which the kernel passes to `ask_python`.
+        number: Number of this object, which the kernel passes to `call_python`.
         error: The first exception that a function raised; None if no function
             has raised an exception. After an exception, no function is called
             any more.
@@ -125,7 +125,7 @@ class PythonCalls:
         self._handed[packed.address] = packed
         return packed.address
 
-    def answer(self, function: int, question: Question | list) -> int:
+    def answer(self, function: int, arguments: Arguments | list) -> int:
         """Calls a registered function; returns `FAILED` if it fails.
 
         A function fails if it raises an exception. After that, no further
@@ -133,12 +133,12 @@ class PythonCalls:
 
         Args:
             function: Index of the function.
-            question: The values that the kernel passes to the function.
+            arguments: The values that the kernel passes to the function.
         """
         if self.error is not None:
             return FAILED
         try:
-            return self._functions[function](question)
+            return self._functions[function](arguments)
         except BaseException as error:  # C would lose Ctrl-C.
             self.error = error
             return FAILED
@@ -151,13 +151,13 @@ _open: dict[int, PythonCalls] = {}
 @ctypes.CFUNCTYPE(*[ctypes.c_int64] * 4)
 def _answer(number: int, function: int, words: int) -> int:
     calls = _open.get(number)
-    return FAILED if calls is None else calls.answer(function, Question(words))
+    return FAILED if calls is None else calls.answer(function, Arguments(words))
 
 
 binding.add_symbol(_SYMBOL, ctypes.cast(_answer, ctypes.c_void_p).value)
 
 
-def ask_python(number, function, values) -> int:
+def call_python(number, function, values) -> int:
     """Calls a Python function, from within a kernel.
 
     Args:
@@ -172,8 +172,8 @@ def ask_python(number, function, values) -> int:
     return _open[number].answer(function, list(_flat(values)))
 
 
-@overload(ask_python)
-def _ask_python(number, function, values):
+@overload(call_python)
+def _call_python(number, function, values):
     return lambda number, function, values: _call(  # pyright: ignore
         number, function, values
     )
@@ -200,7 +200,7 @@ def _packed_at(like, address):
 
 @intrinsic
 def _call(typing_context, number, function, values):
-    """The compiled form of `ask_python`."""
+    """The compiled form of `call_python`."""
     del typing_context
     parts = list(_flat(values))
     for kind in parts:
@@ -208,7 +208,7 @@ def _call(typing_context, number, function, values):
         if (kind.dtype if is_array else kind) not in _KINDS or (
             is_array and kind.layout != "C"
         ):
-            raise TypingError(f"a question cannot hold {kind}")
+            raise TypingError(f"a call of Python cannot pass {kind}")
 
     def generate(context, builder, signature, arguments):
         del signature

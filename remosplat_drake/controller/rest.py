@@ -26,7 +26,7 @@ _SETTLED = 0.25
 """Fraction of the dead band by which an error may still decrease while the
 robot comes to rest."""
 
-_LOOK = 0.1
+_CHECK_PERIOD = 0.1
 """Time between two checks of the errors of a moving robot [s]."""
 
 
@@ -55,14 +55,14 @@ class Rest:
             amount by which the clearance is below the stopping distance [m],
             and 0.
         is_still: Whether the robot rests.
-        looked: Time of the latest check of the errors [s].
+        checked: Time of the latest check of the errors [s].
     """
 
     aim: Aim | None = None
     since: float = math.nan
     errors: np.ndarray = dc.field(default_factory=lambda: np.zeros((1, 2)))
     is_still: bool = False
-    looked: float = -math.inf
+    checked: float = -math.inf
 
     def __deepcopy__(self, memo) -> "Rest":
         return self
@@ -82,12 +82,12 @@ def advance_rest(
     time, config = report.time, rule.config
     if not config.enabled:
         return rest
-    if not rest.is_still and 0.0 <= time - rest.looked < _LOOK:
+    if not rest.is_still and 0.0 <= time - rest.checked < _CHECK_PERIOD:
         return rest
     errors = _errors(rule, law, report)
     if errors is None:
-        return Rest(looked=time)
-    anew = Rest(report.aim, time, errors, looked=time)
+        return Rest(checked=time)
+    anew = Rest(report.aim, time, errors, checked=time)
     if rest.aim is None or not rest.aim.equals(report.aim):
         return anew
     change = (errors - rest.errors) / config.bands
@@ -96,7 +96,7 @@ def advance_rest(
     if change.min() < -_SETTLED:
         return anew
     settled = time - rest.since >= config.settling_time
-    return dc.replace(rest, is_still=settled, looked=time)
+    return dc.replace(rest, is_still=settled, checked=time)
 
 
 def at_rest(

@@ -24,7 +24,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.signals.compiled_map import Maps, answers, together
+from remosplat_drake.signals.compiled_map import Maps, register_query, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import SOLID, Thing
 
@@ -187,7 +187,7 @@ def query(objects, spheres, answer):
                 write_answer(answer[i], j, reported, point, d, gx, gy, gz)
 
 
-answers(ObjectArrays, query)
+register_query(ObjectArrays, query)
 
 
 def _arrays(objects: Sequence[SceneObject], relief: np.ndarray) -> ObjectArrays:

@@ -31,7 +31,7 @@ from remosplat_drake.scene.kernels.solid_distance import (
     cylinder_distance,
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.compiled_map import Maps, answers, together
+from remosplat_drake.signals.compiled_map import Maps, register_query, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import SOLID, Thing
 
@@ -189,7 +189,7 @@ def in_world(primitives, j, x, y, z):
 
 @helper
 def write_answer(answer, number, distance, p_WS, d, gx, gy, gz):
-    """Writes the result of a query in the form of `compiled_map.ask`.
+    """Writes the result of a query in the form of `compiled_map.query_map`.
 
     Args:
         answer: Output, shape (8,).
@@ -261,7 +261,7 @@ def _nearest(primitives, columns):
     return nearest
 
 
-answers(Primitives, query)
+register_query(Primitives, query)
 
 
 @kernel

@@ -46,7 +46,7 @@ def query_maps(
 
 
 def sphere_queries(spheres: Spheres, max_distance: float) -> np.ndarray:
-    """Makes the array of queries for `compiled_map.ask`.
+    """Makes the array of queries for `compiled_map.query_map`.
 
     Args:
         spheres: The n robot spheres, placed in W.

@@ -65,7 +65,7 @@ def target_of(aim, i) -> TargetArrays:
 
 
 @kernel(returns=several(reals(1), reals(1), reals(1)))
-def asked_error(X_WE, target):
+def constrained_error(X_WE, target):
     """Computes a `PoseError`'s attributes in constrained directions.
 
     It is the error to the nearest pose that satisfies the target: in free
@@ -79,7 +79,7 @@ def asked_error(X_WE, target):
     if not has_free(target.weights):
         return p_ET_W, rotation_W, p_ET_E
     leave_free(target, p_ET_W)
-    rotation_W = asked_rotation(X_WE, target.X_WT, target.weights)
+    rotation_W = constrained_rotation(X_WE, target.X_WT, target.weights)
     for c in range(3):
         p_ET_E[c] = dot(X_WE[:3, c], p_ET_W)
     return p_ET_W, rotation_W, p_ET_E
@@ -115,7 +115,7 @@ def leave_free(target, p_W) -> None:
 
 
 @helper
-def asked_rotation(X_WE, X_WT, weights):
+def constrained_rotation(X_WE, X_WT, weights):
     """Computes the smallest rotation of E to its constrained orientation.
 
     If the rotation about one axis is free, the result is the smallest rotation
@@ -170,10 +170,10 @@ def place_on_line(X_WE, target):
         [rad], and the line's rotation per metre, shape (3,) [rad/m]; all in W,
         with zeros in free directions.
     """
-    along_W, turn_W, _ = asked_error(target.X_WA, target)
+    along_W, turn_W, _ = constrained_error(target.X_WA, target)
     length = norm(along_W)
     if length < 1e-9:
-        p_ET_W, rotation_W, _ = asked_error(X_WE, target)
+        p_ET_W, rotation_W, _ = constrained_error(X_WE, target)
         return np.zeros(3), 0.0, p_ET_W, rotation_W, np.zeros(3)
     done = 0.0
     for c in range(3):
@@ -187,7 +187,7 @@ def place_on_line(X_WE, target):
         p_ES_W[c] = start + done * along_W[c]
     leave_free(target, p_ES_W)
     turned = _turned(target.X_WA, turn_W, done)
-    rotation_W = asked_rotation(X_WE, turned, target.weights)
+    rotation_W = constrained_rotation(X_WE, turned, target.weights)
     return along_W, length - done, p_ES_W, rotation_W, turn_W
 
 

@@ -1,4 +1,4 @@
-"""`ask`: computes distances to a map in compiled kernels.
+"""`query_map`: computes distances to a map in compiled kernels.
 
 A `DistanceField` is a Python object, so a kernel would have to call Python for
 each query. To avoid this, a field may provide its arrays as a packed named
@@ -20,7 +20,7 @@ from remosplat_drake.base.kernels import (
 )
 from remosplat_drake.base.kernels.packed import Packed, bind_code
 from remosplat_drake.base.kernels.returns import TRUTH, reals, several, wholes
-from remosplat_drake.base.python_calls import FAILED, ask_python
+from remosplat_drake.base.python_calls import FAILED, call_python
 
 
 class Misplacement(NamedTuple):
@@ -101,17 +101,17 @@ class PythonMap(NamedTuple):
 _EPSILON = 2.0**-52
 """Relative spacing of double-precision numbers."""
 
-LOOK, ROWS = 0, 1
+CLEARANCES, ROWS = 0, 1
 """Indices of two functions in a map's `PythonCalls`. The first computes
 clearances of spheres, and the second all rows."""
 
 
-def ask(compiled, question, answer) -> None:
+def query_map(compiled, queries, answer) -> None:
     """Computes distances from n points to a map; for kernels only.
 
     Args:
         compiled: The map, in the form of `DistanceField.compiled`.
-        question: The queries, shape (n, 6). The columns are a point in W (three
+        queries: The queries, shape (n, 6). The columns are a point in W (three
             columns), the distance up to which surfaces are searched, the height
             below which the map is ignored [m], and the index of the robot
             sphere with this centre (-1 if there is none).
@@ -123,8 +123,8 @@ def ask(compiled, question, answer) -> None:
     raise NotImplementedError("this is called from compiled code")
 
 
-def answers(kind: type, kernel: Callable) -> None:
-    """Registers the kernel that `ask` calls for maps of a given type.
+def register_query(kind: type, kernel: Callable) -> None:
+    """Registers the kernel that `query_map` calls for maps of a given type.
 
     Numba compiles the code of `kernel` into all kernels that query maps. It
     compiles these kernels again if the file of `kernel` has changed. Changes of
@@ -132,48 +132,48 @@ def answers(kind: type, kernel: Callable) -> None:
 
     Args:
         kind: The named tuple with the map's arrays, a class.
-        kernel: The kernel, with the arguments of `ask`.
+        kernel: The kernel, with the arguments of `query_map`.
     """
     bind_code(kind, kernel)
     note_extension(kernel)
 
-    # The type of the named tuple distinguishes this implementation of `ask`;
+    # The type of the named tuple distinguishes this implementation of `query_map`;
     # see `bind_code`.
-    @extending.overload(ask)
-    def _ask_kind(compiled, question, answer):
+    @extending.overload(query_map)
+    def _query_kind(compiled, queries, answer):
         if getattr(compiled, "kind", None) is kind:
-            return lambda compiled, question, answer: kernel(
-                compiled, question, answer
+            return lambda compiled, queries, answer: kernel(
+                compiled, queries, answer
             )
 
 
-@overload(ask)
-def _ask_together(compiled, question, answer):
+@overload(query_map)
+def _query_together(compiled, queries, answer):
     if getattr(compiled, "kind", None) is Maps:
-        return lambda compiled, question, answer: ask(
-            compiled.parts, question, answer
+        return lambda compiled, queries, answer: query_map(
+            compiled.parts, queries, answer
         )
 
 
-@overload(ask)
-def _ask_all(compiled, question, answer):
+@overload(query_map)
+def _query_all(compiled, queries, answer):
     """Queries several maps and returns the nearest result."""
     if not isinstance(compiled, types.UniTuple | types.Tuple):
         return None
     if len(compiled) == 1:
-        return lambda compiled, question, answer: ask(
-            compiled[0], question, answer
+        return lambda compiled, queries, answer: query_map(
+            compiled[0], queries, answer
         )
 
-    def nearest(compiled, question, answer):
-        ask(compiled[0], question, answer)
+    def nearest(compiled, queries, answer):
+        query_map(compiled[0], queries, answer)
         # The search of the remaining maps is faster if it is limited to points
         # nearer than this one.
-        nearer, other = question.copy(), np.empty_like(answer)
+        nearer, other = queries.copy(), np.empty_like(answer)
         for i in range(len(answer)):
             if answer[i, 0] >= 0.0:
                 nearer[i, 3] = answer[i, 1]
-        ask(compiled[1:], nearer, other)
+        query_map(compiled[1:], nearer, other)
         for i in range(len(answer)):
             if other[i, 0] >= 0.0:
                 for c in range(answer.shape[1]):
@@ -182,37 +182,37 @@ def _ask_all(compiled, question, answer):
     return nearest
 
 
-def ask_each(maps, question, answers) -> None:
+def query_each(maps, queries, answers) -> None:
     """Queries several maps, one after the other; for kernels only.
 
     Args:
         maps: The k maps, in the form of `DistanceField.compiled_rows`.
-        question: The queries, as for `ask`.
-        answers: Output: the result of `ask` for each map, shape (k, n, 8).
+        queries: The queries, as for `query_map`.
+        answers: Output: the result of `query_map` for each map, shape (k, n, 8).
     """
     raise NotImplementedError("this is called from compiled code")
 
 
-@overload(ask_each)
-def _ask_each_together(maps, question, answers):
+@overload(query_each)
+def _query_each_together(maps, queries, answers):
     if getattr(maps, "kind", None) is Maps:
-        return lambda maps, question, answers: ask_each(
-            maps.parts, question, answers
+        return lambda maps, queries, answers: query_each(
+            maps.parts, queries, answers
         )
 
 
-@overload(ask_each)
-def _ask_each(maps, question, answers):
+@overload(query_each)
+def _query_each(maps, queries, answers):
     if not isinstance(maps, types.BaseTuple) or len(maps) == 0:
         return None
     if len(maps) == 1:
-        return lambda maps, question, answers: ask(
-            maps[0], question, answers[0]
+        return lambda maps, queries, answers: query_map(
+            maps[0], queries, answers[0]
         )
 
-    def one_by_one(maps, question, answers):
-        ask(maps[0], question, answers[0])
-        ask_each(maps[1:], question, answers[1:])
+    def one_by_one(maps, queries, answers):
+        query_map(maps[0], queries, answers[0])
+        query_each(maps[1:], queries, answers[1:])
 
     return one_by_one
 
@@ -237,19 +237,19 @@ def clearance_rows(maps, p_WS, radius, ignore_below, index, within):
         valid. A query is valid if no centre is infinite and no value is NaN.
     """
     k, n = len(maps.parts), len(radius)
-    question, is_defined = np.empty((n, 6)), True
+    queries, is_defined = np.empty((n, 6)), True
     for i in range(n):
         for c in range(3):
-            question[i, c] = p_WS[i, c]
+            queries[i, c] = p_WS[i, c]
             is_defined &= np.isfinite(p_WS[i, c])
-        question[i, 3] = radius[i] + within
-        question[i, 4] = ignore_below[i]
-        question[i, 5] = index[i]
-        is_defined &= not np.isnan(question[i, 3])
+        queries[i, 3] = radius[i] + within
+        queries[i, 4] = ignore_below[i]
+        queries[i, 5] = index[i]
+        is_defined &= not np.isnan(queries[i, 3])
         is_defined &= not np.isnan(ignore_below[i])
     answers = np.full((k, n, 8), -1.0)
     if is_defined:
-        ask_each(maps, question, answers)
+        query_each(maps, queries, answers)
     sphere, distance = np.empty(k * n, np.int64), np.empty(k * n)
     direction_W, p_WC = np.empty((k * n, 3)), np.empty((k * n, 3))
     m = 0
@@ -353,8 +353,8 @@ def _sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found):
 
 
 def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):
-    question = sphere, p_WS, R_WL, _longest(reach), found
-    if ask_python(placed[2], LOOK, question) == FAILED:
+    arguments = sphere, p_WS, R_WL, _longest(reach), found
+    if call_python(placed[2], CLEARANCES, arguments) == FAILED:
         for i in range(len(found)):
             found[i] = np.nan
     for i in range(len(found)):
@@ -365,20 +365,20 @@ def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):
 def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
     compiled, off, _ = placed
     scale = 1.0 + off.turn
-    question = np.empty((len(sphere), 6))
+    queries = np.empty((len(sphere), 6))
     answer = np.full((len(sphere), 8), -1.0)
     for row in range(len(sphere)):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
-            question[row, c] = p_WS[row, c]
+            queries[row, c] = p_WS[row, c]
         # The bound is slightly larger than the distance, since the query finds
         # only points that are nearer than its bound.
         far += abs(far) * _EPSILON
         least = scale * far + _margin(off, p_WS[row])
-        question[row, 3] = robot.radius[i] + least
-        question[row, 4] = robot.ignore_below[i]
-        question[row, 5] = robot.index[i]
-    ask(compiled, question, answer)
+        queries[row, 3] = robot.radius[i] + least
+        queries[row, 4] = robot.ignore_below[i]
+        queries[row, 5] = robot.index[i]
+    query_map(compiled, queries, answer)
     for row in range(len(sphere)):
         far = _reach_of(reach, row)
         found[row] = far

@@ -3,7 +3,7 @@
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, overload
-from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
+from remosplat_drake.base.python_calls import FAILED, call_python, packed_at
 from remosplat_drake.signals.compiled_map import (
     ROWS,
     RowArrays,
@@ -40,7 +40,7 @@ def _rows_within(maps, line, robot, state, within, below):
 
 
 def _rows_of_python(maps, line, robot, state, within, below):
-    address = ask_python(line, ROWS, (state.p_WS, state.R_WL, within))
+    address = call_python(line, ROWS, (state.p_WS, state.R_WL, within))
     if address == FAILED:
         return _unknown_rows()
     rows = packed_at(maps.rows, address)

@@ -15,7 +15,7 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.returns import reals, several, wholes
 from remosplat_drake.base.vectors import across, dot
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.compiled_map import ask
+from remosplat_drake.signals.compiled_map import query_map
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.row_arrays import row_arrays
 
@@ -102,7 +102,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
     sphere[:m], distance[:m] = rows.sphere, rows.distance
     direction_W[:m], p_WC[:m] = rows.direction_W, rows.p_WC
     count = m
-    question = np.empty((1 + _SIDES, 6))
+    queries = np.empty((1 + _SIDES, 6))
     answer = np.empty((1 + _SIDES, 8))
     for row in range(m):
         if not rows.distance[row] < below:
@@ -114,12 +114,12 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
             if side:
                 step = _STEP if side % 2 else -_STEP
             for c in range(3):
-                question[side, c] = p_WS[i, c] + step * axes[(side - 1) // 2, c]
-            question[side, 3] = radius[i] + abs(rows.distance[row]) + 2 * _STEP
-            question[side, 4] = ignore_below[i]
-            question[side, 5] = index[i]
+                queries[side, c] = p_WS[i, c] + step * axes[(side - 1) // 2, c]
+            queries[side, 3] = radius[i] + abs(rows.distance[row]) + 2 * _STEP
+            queries[side, 4] = ignore_below[i]
+            queries[side, 5] = index[i]
         answer[:, 0] = -1.0
-        ask(maps, question, answer)
+        query_map(maps, queries, answer)
         if answer[0, 0] < 0.0:
             continue
         for side in range(1, 1 + _SIDES):
@@ -132,7 +132,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
             # the offset point.
             beside = 0.0
             for c in range(3):
-                beside += n_W[c] * (question[side, c] - p_WS[i, c])
+                beside += n_W[c] * (queries[side, c] - p_WS[i, c])
             more = answer[side, 1] + beside - answer[0, 1]
             sphere[count] = i
             distance[count] = rows.distance[row] + max(more, 0.0)

@@ -11,7 +11,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.target_arrays import (
     TargetArrays,
-    asked_error,
+    constrained_error,
     place_on_line,
 )
 
@@ -198,7 +198,7 @@ class Target:
             X_WE: Pose of the end effector, shape (4, 4).
         """
         return PoseError(
-            *asked_error(np.array(X_WE, float, order="C"), self.arrays)
+            *constrained_error(np.array(X_WE, float, order="C"), self.arrays)
         )
 
     def is_reached(

@@ -13,7 +13,7 @@ from remosplat_drake.app.velocity_run import (
     build_velocity_run,
 )
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance

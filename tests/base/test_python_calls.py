@@ -16,7 +16,7 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.python_calls import (
     FAILED,
     PythonCalls,
-    ask_python,
+    call_python,
     packed_at,
 )
 
@@ -35,7 +35,7 @@ LIKE = Packed(Pair(np.zeros(0), np.zeros((0, 2))))
 def asks(line, vector, matrix, index, mask, number, count, flag):
     """Asks about all kinds of values, and writes after the answer."""
     pair = Pair(vector, matrix)
-    answer = ask_python(line, 0, (pair, index, (mask, number), count, flag))
+    answer = call_python(line, 0, (pair, index, (mask, number), count, flag))
     return answer, vector.sum() + matrix.sum()
 
 
@@ -68,7 +68,7 @@ def reads(like, line):
     """Reads what Python hands over, twice."""
     total = 0.0
     for _ in range(2):
-        address = ask_python(line, 1, (np.ones(1),))
+        address = call_python(line, 1, (np.ones(1),))
         if address == FAILED:
             return -1.0
         pair = packed_at(like, address)

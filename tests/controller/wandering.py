@@ -39,7 +39,7 @@ _WITHIN = 0.98
 """By how much motions keep within their bounds: they are made of steps."""
 
 _BENT = 1e-5
-"""A retreat is checked from look to look, and may bend by so much [m]."""
+"""A retreat is checked from sample to sample, and may bend by so much [m]."""
 
 
 def make_law(robot: RobotModel) -> ReactiveLaw:

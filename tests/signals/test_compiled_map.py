@@ -18,7 +18,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.compiled_map import ask
+from remosplat_drake.signals.compiled_map import query_map
 from remosplat_drake.signals.distance_field import DistanceField
 
 
@@ -42,7 +42,7 @@ FIELDS = fields()
 
 @kernel
 def asked(compiled, question, answer):
-    ask(compiled, question, answer)
+    query_map(compiled, question, answer)
 
 
 @pytest.mark.parametrize("name", sorted(FIELDS))
@@ -86,7 +86,7 @@ from typing import NamedTuple
 import numpy as np
 from remosplat_drake.base.kernels import kernel
 from remosplat_drake.base.kernels.packed import Packed
-from remosplat_drake.signals.compiled_map import answers, clearance_rows
+from remosplat_drake.signals.compiled_map import register_query, clearance_rows
 from remosplat_drake.signals.compiled_map import together
 
 class Plane(NamedTuple):
@@ -98,7 +98,7 @@ def query(plane, spheres, answer):
         answer[i] = 0.0
         answer[i, 1] = spheres[i, 2] - plane.height
 
-answers(Plane, query)
+register_query(Plane, query)
 maps = together([Packed(Plane(0.5))])
 zeros, alone = np.zeros(1), np.full(1, -1)
 free = zeros - np.inf

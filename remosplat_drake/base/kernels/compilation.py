@@ -30,7 +30,7 @@ extending_modules: list[str] = []
 """Modules that extend Numba's compiler. Worker processes import them before
 they compile."""
 
-_ASKED, _BEGUN, _ENDED, _READY = range(4)
+_REQUESTED, _BEGUN, _ENDED, _READY = range(4)
 """Messages of a worker about a variant (a kernel for certain argument types).
 In order, they mean: the worker needs the variant, has begun to compile it, has
 compiled it, or is ready for the next variant."""
@@ -45,7 +45,7 @@ class _Compilation:
     Attributes:
         changed: Condition that is notified when a variant is requested or has
             been compiled.
-        asked: All requested variants.
+        requested: All requested variants.
         waiting: Requested variants that no process has begun to compile, in the
             order of compilation.
         running: Variants that workers compile at present.
@@ -65,7 +65,7 @@ class _Compilation:
 
     def __init__(self):
         self.changed = Condition()
-        self.asked: set[Unit] = set()
+        self.requested: set[Unit] = set()
         self.waiting: dict[Unit, None] = {}
         self.running: set[Unit] = set()
         self.processes = self.idle = 0
@@ -136,23 +136,23 @@ def rest() -> None:
 
 
 def _miss(variant: Unit) -> None:
-    _state.asked.add(variant)
+    _state.requested.add(variant)
     _state.missing.setdefault(variant, _state.weights.get(variant, _USUAL))
 
 
-def ask(variant: Unit) -> None:
+def request(variant: Unit) -> None:
     """Requests a kernel's variant from the workers, unless it is on disk.
 
     Args:
         variant: The kernel, for certain argument types.
     """
-    if variant in _state.asked or variant.uses is not None:
+    if variant in _state.requested or variant.uses is not None:
         return
-    _state.asked.add(variant)
+    _state.requested.add(variant)
     if variant.reference is None or not variant.file or variant.is_kept:
         return
     if _state.tell is not None:
-        _state.tell(_ASKED, variant)
+        _state.tell(_REQUESTED, variant)
         return
     with _state.changed:
         _miss(variant)
@@ -179,7 +179,7 @@ def begin(variant: Unit) -> None:
     if expected is not None:
         _state.weights = dict(expected())
         for other in _state.weights:
-            ask(other)
+            request(other)
     with _state.changed:
         _miss(variant)
     if _state.shows is not None:
@@ -223,7 +223,7 @@ def finish(variant: Unit) -> None:
             variant.prepare()
         assert variant.uses is not None
         for used in variant.uses:
-            ask(used)
+            request(used)
         missing += variant.uses
 
 
@@ -295,8 +295,8 @@ class _Process:
             other = found(reference)
             if other is None:
                 continue
-            if what == _ASKED:
-                ask(other)
+            if what == _REQUESTED:
+                request(other)
             with _state.changed:
                 if what == _BEGUN:
                     self._begin(other)

@@ -147,9 +147,9 @@ class PackedType(types.Type):
         # The order of the fields is part of the type, since compiled code
         # depends on it.
         self.names: tuple[str, ...] = kind._fields  # pyright: ignore
-        looks = repr((fields, self.names, self.code))
-        digest = hashlib.sha256(looks.encode()).hexdigest()[:16]
-        unknown = " at 0x" if " at 0x" in looks else ""
+        layout = repr((fields, self.names, self.code))
+        digest = hashlib.sha256(layout.encode()).hexdigest()[:16]
+        unknown = " at 0x" if " at 0x" in layout else ""
         super().__init__(
             f"Packed.{kind.__module__}.{kind.__name__}.{digest}{unknown}"
         )

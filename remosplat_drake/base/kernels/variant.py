@@ -108,7 +108,7 @@ class Variant:
             if returns is not None:
                 told = isinstance(returns, types.Type)
                 self._result = returns if told else returns(*self.arguments)
-                compilation.ask(self)
+                compilation.request(self)
             else:
                 self.prepare()
         assert self._result is not None

@@ -120,7 +120,7 @@ class GuidanceSelector(LeafSystem):
             Value(start_selection(rule))
         )
         self.DeclareStateOutputPort("selection", self._selection_index)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._update)
 
     @staticmethod
     def AddToBuilder(
@@ -157,7 +157,7 @@ class GuidanceSelector(LeafSystem):
         )
         return selector
 
-    def _look(self, context: Context, state: State):
+    def _update(self, context: Context, state: State):
         cell = int(self._selection_index)
         start = perf_counter()
         selection = self._advanced(

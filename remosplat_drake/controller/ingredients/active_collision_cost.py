@@ -114,10 +114,13 @@ def add_active_collision_cost(own, k, tick, program):
         for j in range(len(c)):
             c[j] += w * tick.rates[i, j]
     nearness = max((own.influence - least) / span, 0.0)
-    room = own.mover_influence - own.mover_separation
+    mover_span = own.mover_influence - own.mover_separation
     robot, state = tick.robot, tick.state
     for i in range(len(soon.sphere)):
-        w, s = (own.mover_influence - soon.distance[i]) / room, soon.sphere[i]
+        w, s = (
+            (own.mover_influence - soon.distance[i]) / mover_span,
+            soon.sphere[i],
+        )
         total += w
         nearness = max(nearness, w)
         body, p_WS = robot.body_S[s], state.p_WS[s]

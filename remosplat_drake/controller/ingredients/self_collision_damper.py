@@ -13,7 +13,7 @@ from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.program.kernels.tick_arrays import (
-    NearQuestion,
+    NearSettings,
     new_row,
 )
 from remosplat_drake.robot.robot_arrays import add_rate
@@ -79,7 +79,7 @@ class SelfCollisionDamper(CompiledIngredient):
         self._pairs = self_collision_pairs(robot, config.stopping)
 
     @property
-    def near_question(self) -> NearQuestion:
+    def near_settings(self) -> NearSettings:
         """The pairs and the reach, which are arguments of `near_arrays`.
 
         The reach is negative if the damper is disabled.
@@ -87,7 +87,7 @@ class SelfCollisionDamper(CompiledIngredient):
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
         crowded = float(_CROWDED * config.stopping)
-        return NearQuestion(pairs.pair_arrays.values, reach, crowded)
+        return NearSettings(pairs.pair_arrays.values, reach, crowded)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
         """Makes the input of the kernel; see `CompiledIngredient`."""

@@ -5,16 +5,18 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
-from remosplat_drake.controller.planning.kernels.looks import (
+from remosplat_drake.controller.planning.kernels.collision_checks import (
     is_free,
     is_free_between,
 )
-from remosplat_drake.controller.planning.kernels.map_looks import rooms
+from remosplat_drake.controller.planning.kernels.map_checks import (
+    sphere_margins,
+)
 from remosplat_drake.controller.planning.kernels.map_work import MapWork
 from remosplat_drake.controller.planning.kernels.motion_samples import (
     MotionSamples,
 )
-from remosplat_drake.controller.planning.kernels.own_work import OwnWork
+from remosplat_drake.controller.planning.kernels.self_work import SelfWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
@@ -27,7 +29,7 @@ from remosplat_drake.controller.verification.map_calls import (
 )
 from remosplat_drake.controller.verification.self_sweep import (
     SelfClearance,
-    no_own_arrays,
+    no_self_collision_arrays,
 )
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
@@ -84,13 +86,13 @@ class FreeSpace:
         self.lower, self.upper = bounds
         self.checks = 0
         if self_clearance is None:
-            own, own_level = no_own_arrays(robot), np.zeros(0)
-            own_bend = np.zeros((robot.n_u, robot.n_u, 0))
+            own, self_level = no_self_collision_arrays(robot), np.zeros(0)
+            self_bend = np.zeros((robot.n_u, robot.n_u, 0))
         else:
-            own_bend = self_clearance.bend
+            self_bend = self_clearance.bend
             own, least = self_clearance.arrays, self_clearance.stopping
-            own_level = self_clearance.distances(start, least)
-            own_level = np.minimum(own_level, least)
+            self_level = self_clearance.distances(start, least)
+            self_level = np.minimum(self_level, least)
         compiled, off = map_for_kernels(field)
         balls = robot.sphere_tree
         ball_level = np.full(len(balls.radius), float(stopping))
@@ -106,11 +108,11 @@ class FreeSpace:
             ball_order=np.arange(len(balls.first) - 1)[::-1],
             samples=MotionSamples.make(robot.arrays.values.tree, robot.n_q),
             work=MapWork.make(len(ball_level), robot.n_u),
-            own=own,
-            own_level=own_level,
-            link_level=_most_by_link(own.values.pairs, own_level),
-            own_bend=own_bend,
-            own_work=OwnWork.make(own.values.pairs, own_bend.shape[2]),
+            self_pairs=own,
+            self_level=self_level,
+            link_level=_most_by_link(own.values.pairs, self_level),
+            self_bend=self_bend,
+            self_work=SelfWork.make(own.values.pairs, self_bend.shape[2]),
             movers=standing.arrays,
             mover_level=standing.levels(robot.spheres_at(start)),
             lower=self.lower,
@@ -119,7 +121,7 @@ class FreeSpace:
         )
         self.arrays = Packed(values)
         # A smaller distance at the start is kept instead.
-        level += self.rooms(start[None], 0.0)[0]
+        level += self.margins(start[None], 0.0)[0]
 
     def is_free(self, q: np.ndarray) -> bool:
         """Returns whether a configuration keeps all distances.
@@ -142,19 +144,19 @@ class FreeSpace:
         with self.calls() as line:
             return is_free_between(self.arrays, line, a, b)
 
-    def rooms(self, q: np.ndarray, far: float) -> np.ndarray:
-        """Measures the rooms: clearances of spheres minus the required ones.
+    def margins(self, q: np.ndarray, far: float) -> np.ndarray:
+        """Measures the margins: clearances of spheres minus the required ones.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
-            far: Value at which rooms are truncated [m]; a small one makes the
+            far: Value at which margins are truncated [m]; a small one makes the
                 query cheaper.
 
         Returns:
-            The rooms, shape (k, n) [m].
+            The margins, shape (k, n) [m].
         """
         with self.calls() as line:
-            return rooms(self.arrays, line, np.array(q, float), far)
+            return sphere_margins(self.arrays, line, np.array(q, float), far)
 
     def calls(self) -> AbstractContextManager[int]:
         """Context in which kernels can query a map that is computed in Python.

@@ -137,10 +137,10 @@ def _cramped(
     if not len(found):
         return GoalConfigurations(found, tried, 0)
     reached, found = len(found), found[:_COMPARED]
-    rooms = space.rooms(found, 0.0)
-    best = int(np.argmax(rooms.min(axis=1)))
-    sphere = int(np.argmin(rooms[best]))
-    missing = max(-float(rooms[best, sphere]), 0.0)
+    margins = space.margins(found, 0.0)
+    best = int(np.argmax(margins.min(axis=1)))
+    sphere = int(np.argmin(margins[best]))
+    missing = max(-float(margins[best, sphere]), 0.0)
     return GoalConfigurations(
         found[:0], tried, reached, sphere, missing, found[best]
     )
@@ -221,8 +221,8 @@ def _price(
     if robot.n_base:
         way = np.hypot(*(found[:, :2] - q[:2]).T)
         far = np.maximum(far, way / robot.velocity_limit[0])
-    room = space.rooms(found, _ENOUGH).min(axis=1)
-    cramped = np.exp(-room / 0.02)
+    margin = space.margins(found, _ENOUGH).min(axis=1)
+    cramped = np.exp(-margin / 0.02)
     inside = np.minimum(found - space.lower, space.upper - found)[:, arm]
     at_limit = np.exp(-inside / 0.2).max(axis=1)
     m = least_manipulability(arms, np.ascontiguousarray(found))

@@ -27,7 +27,7 @@ from remosplat_drake.controller.planning.plan import (
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.search import Search
-from remosplat_drake.controller.planning.stretches import driven_corners
+from remosplat_drake.controller.planning.segments import driven_corners
 from remosplat_drake.controller.planning.timing import TimingLimits, timed_path
 from remosplat_drake.controller.program.joint_margins import (
     STOP_SHARE,

@@ -83,7 +83,7 @@ class Search:
         tucked = self._tucked()
         while left > 0 and not self.interrupted():
             most = min(_CHUNK, left)
-            trees = trees.with_room(most)
+            trees = trees.with_capacity(most)
             draws = self._draws(rng, tucked)
             with space.calls() as line:
                 checks, *met = grow(

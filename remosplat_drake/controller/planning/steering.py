@@ -109,7 +109,7 @@ def _turn(a, b, heading):
 
 
 @kernel
-def stretch_command(a, b, n_base):
+def segment_command(a, b, n_base):
     """Returns the command u that leads from corner a to b in one second.
 
     Args:
@@ -132,8 +132,8 @@ def stretch_command(a, b, n_base):
 
 
 @kernel(returns=reals(2))
-def stretch_commands(corners, n_base):
-    """Computes `stretch_command` from each corner to the next, (k, n_u).
+def segment_commands(corners, n_base):
+    """Computes `segment_command` from each corner to the next, (k, n_u).
 
     Args:
         corners: Corners of a motion, shape (k + 1, n_q) [rad, m].
@@ -142,7 +142,7 @@ def stretch_commands(corners, n_base):
     k, n_q = len(corners) - 1, corners.shape[1]
     commands = np.empty((k, n_q - 3 + n_base if n_base else n_q))
     for i in range(k):
-        commands[i] = stretch_command(corners[i], corners[i + 1], n_base)
+        commands[i] = segment_command(corners[i], corners[i + 1], n_base)
     return commands
 
 

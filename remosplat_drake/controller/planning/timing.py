@@ -19,10 +19,10 @@ from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.kernels.controllable_speeds import (
     controllable_speeds,
 )
-from remosplat_drake.controller.planning.kernels.room_speeds import (
-    speeds_in_room,
+from remosplat_drake.controller.planning.kernels.damper_speeds import (
+    damper_speeds,
 )
-from remosplat_drake.controller.planning.steering import stretch_commands
+from remosplat_drake.controller.planning.steering import segment_commands
 from remosplat_drake.controller.program.path import Path
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -73,7 +73,7 @@ def timed_path(
     if len(path.q) < 2:
         return path
     step = np.diff(path.s)
-    rate = stretch_commands(path.q, robot.n_base) / step[:, None]
+    rate = segment_commands(path.q, robot.n_base) / step[:, None]
     turn, bend, is_sharp = _turns(rate, step)
     fastest = _fastest(rate, robot.velocity_limit)
     fastest[1:] = np.minimum(fastest[1:], fastest[:-1])
@@ -82,7 +82,7 @@ def timed_path(
     )
     law = slope, space.stopping, CREEP
     with space.calls() as line:
-        fastest = speeds_in_room(
+        fastest = damper_speeds(
             space.arrays, line, (path.q, path.s), fastest, law
         )
     # At a sharp corner, the command changes instantly, by at most the change
@@ -101,14 +101,14 @@ def timed_path(
 
 
 def _refined(corners: np.ndarray) -> np.ndarray:
-    """Adds points on stretches that are longer than a step."""
+    """Adds points on segments that are longer than a step."""
     way = np.diff(corners, axis=0)
     pieces = np.ceil(np.linalg.norm(way, axis=1) / _STEP).astype(int)
     pieces = np.maximum(pieces, 1)
-    stretch = np.repeat(np.arange(len(pieces)), pieces)
+    segment = np.repeat(np.arange(len(pieces)), pieces)
     before = np.repeat(np.cumsum(pieces) - pieces, pieces)
-    share = (np.arange(1, len(stretch) + 1) - before) / pieces[stretch]
-    points = corners[:-1][stretch] + share[:, None] * way[stretch]
+    share = (np.arange(1, len(segment) + 1) - before) / pieces[segment]
+    points = corners[:-1][segment] + share[:, None] * way[segment]
     return np.concatenate([corners[:1], points])
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class Path:
-    """A sequence of straight stretches through configurations.
+    """A sequence of straight segments through configurations.
 
     Lengths of the path are sums in which a radian counts like a metre.
 

@@ -22,7 +22,7 @@ from remosplat_drake.controller.program.ingredient import (
     AnyIngredient,
     Ingredient,
 )
-from remosplat_drake.controller.program.kernels.tick_arrays import NearQuestion
+from remosplat_drake.controller.program.kernels.tick_arrays import NearSettings
 from remosplat_drake.controller.program.term import NameTakenError
 from remosplat_drake.controller.tick.compiled_outside import CompiledOutside
 from remosplat_drake.robot.robot_model import RobotModel
@@ -83,7 +83,7 @@ class CompiledLaw:
         self.names = _names([*own.values(), *functions])
         added_by = self._functions.added_by
         self._arrays = Packed(Parts(tuple(settings), present, added_by))
-        near = self._own.near_question
+        near = self._own.near_settings
         if not present[_OWN]:
             near = near._replace(reach=-1.0)
         self._near = Packed(near)
@@ -103,7 +103,7 @@ class CompiledLaw:
         return self._arrays
 
     @property
-    def near(self) -> Packed[NearQuestion]:
+    def near(self) -> Packed[NearSettings]:
         """Argument of `near_arrays`: the pairs and the largest distance.
 
         The distance is negative if the law has no `SelfCollisionDamper`.

@@ -2,7 +2,7 @@
 
 from time import perf_counter
 
-from remosplat_drake.base.python_calls import Question
+from remosplat_drake.base.python_calls import Arguments
 from remosplat_drake.controller.ingredients.kernels.assemble import Assembled
 from remosplat_drake.controller.program.active_set import INFEASIBLE, OPTIMAL
 from remosplat_drake.controller.program.ingredient import added
@@ -73,17 +73,17 @@ class TickCalls(MapCalls):
         else:
             super()._check()
 
-    def _add(self, question: Question) -> int:
+    def _add(self, arguments: Arguments) -> int:
         """Calls the ingredients in Python; see `add_outside`."""
         law, compiled = self._law, self._law.compiled
-        bounds, costs, flags = (question[i] for i in range(3))
+        bounds, costs, flags = (arguments[i] for i in range(3))
         # The arrays are copied, since a kernel's memory is freed when the
         # kernel returns.
         n = len(StateArrays._fields)
-        told = [question[i].copy() for i in range(3, n + 8)]
+        told = [arguments[i].copy() for i in range(3, n + 8)]
         state, (u_previous, *rows) = StateArrays(*told[:n]), told[n:]
         tick = self._given.tick(
-            law, state, u_previous, Clearances(*rows), question[n + 8]
+            law, state, u_previous, Clearances(*rows), arguments[n + 8]
         )
         self.outside = added(
             compiled.outside, bounds.copy(), compiled.names, tick
@@ -91,10 +91,10 @@ class TickCalls(MapCalls):
         self.outside.write(bounds, costs, flags)
         return self._calls.handed(self.outside.more)
 
-    def _solve(self, question: Question) -> int:
+    def _solve(self, arguments: Arguments) -> int:
         """Solves a program that kernels cannot solve; see `decide`."""
         start = perf_counter()
-        u, *form = (question[i] for i in range(11))
+        u, *form = (arguments[i] for i in range(11))
         extension = None if self.outside is None else self.outside.extension
         program = QuadraticProgram(SlackForm(*form), extension)
         optimum = self._law.solver.solve(program)
@@ -103,10 +103,10 @@ class TickCalls(MapCalls):
         self.solving += perf_counter() - start
         return INFEASIBLE if optimum is None else OPTIMAL
 
-    def _refuse(self, question: Question) -> int:
+    def _refuse(self, arguments: Arguments) -> int:
         """Describes an invalid term of a compiled ingredient; see `settle`."""
         n = len(ProgramArrays._fields)
-        program = ProgramArrays(*(question[i] for i in range(n)))
-        found = Assembled(program, question[n], question[n + 1])
+        program = ProgramArrays(*(arguments[i] for i in range(n)))
+        found = Assembled(program, arguments[n], arguments[n + 1])
         self._law.compiled.check(found)
         return 0

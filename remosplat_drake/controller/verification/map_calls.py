@@ -3,7 +3,7 @@
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
-from remosplat_drake.base.python_calls import PythonCalls, Question
+from remosplat_drake.base.python_calls import Arguments, PythonCalls
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.compiled_map import (
     IN_PLACE,
@@ -44,8 +44,8 @@ def is_pythons(field: DistanceField) -> bool:
     Args:
         field: The map.
     """
-    asked = map_for_kernels(field)[0], rows_for_kernels(field)
-    return any(part in _PYTHONS.values() for part in asked)
+    maps = map_for_kernels(field)[0], rows_for_kernels(field)
+    return any(part in _PYTHONS.values() for part in maps)
 
 
 def _python_map(is_lipschitz: bool) -> Packed[PythonMap]:
@@ -97,20 +97,20 @@ class MapCalls:
 
     def _answers(self) -> tuple:
         """The functions that answer, in the order of kernels' indices."""
-        return self._look, self._rows
+        return self._clearances, self._rows
 
-    def _look(self, question: Question) -> int:
+    def _clearances(self, arguments: Arguments) -> int:
         """Measures clearances of spheres; see `sphere_clearances`."""
-        sphere, p_WS, R_WL, reach, found = (question[i] for i in range(5))
+        sphere, p_WS, R_WL, reach, found = (arguments[i] for i in range(5))
         spheres = self._robot.placed(sphere, p_WS, R_WL)
         # Slightly more than the distance, since rows at the limit are omitted.
         rows = self._field.clearances(spheres, np.nextafter(reach, np.inf))
         found[:] = np.minimum(rows.per_sphere(len(sphere)), reach)
         return 0
 
-    def _rows(self, question: Question) -> int:
+    def _rows(self, arguments: Arguments) -> int:
         """Finds all rows at a state; see `rows_within`."""
-        p_WS, R_WL, within = (question[i] for i in range(3))
+        p_WS, R_WL, within = (arguments[i] for i in range(3))
         every = np.arange(len(p_WS))
         spheres = self._robot.placed(every, p_WS, R_WL)
         rows = self._field.clearances(spheres, within)

@@ -7,7 +7,9 @@ import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.lanes import WIDTH
-from remosplat_drake.controller.verification.kernels.verified import OwnArrays
+from remosplat_drake.controller.verification.kernels.verified import (
+    SelfCollisionArrays,
+)
 from remosplat_drake.robot.motion_bounds import hessian_bound
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
@@ -19,7 +21,7 @@ from remosplat_drake.robot.self_collision.pairs import (
 from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 
-def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
+def no_self_collision_arrays(robot: RobotModel) -> Packed[SelfCollisionArrays]:
     """Returns arrays without pairs, for a robot without self-collision checks.
 
     Args:
@@ -33,7 +35,9 @@ def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
         *(no_boxes, no_shapes, no_shapes),
     )
     no_rate = np.zeros((0, robot.n_u))
-    return Packed(OwnArrays(pairs, no_rate, no_rate, robot.screw_turns))
+    return Packed(
+        SelfCollisionArrays(pairs, no_rate, no_rate, robot.screw_turns)
+    )
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -80,10 +84,10 @@ class SelfClearance:
         )
 
     @cached_property
-    def arrays(self) -> Packed[OwnArrays]:
+    def arrays(self) -> Packed[SelfCollisionArrays]:
         """The pairs and bounds on their approach, packed for kernels."""
         return Packed(
-            OwnArrays(
+            SelfCollisionArrays(
                 self.pairs.pair_arrays.values,
                 self.rate,
                 self.lever,

@@ -25,8 +25,8 @@ if
 
 The first bound holds for ticks on time. A late tick may end between two
 samples, where the distance may be smaller by `TOLERANCE`;
-`between_looks.tolerated` explains why this does not accumulate for a robot that
-starts with at least d_s.
+`between_samples.tolerated` explains why this does not accumulate for a robot
+that starts with at least d_s.
 
 For a map that is not Lipschitz, such as depth views, the guarantee is weaker:
 its reported distances hold at the end of every tick, and nothing is guaranteed
@@ -151,9 +151,9 @@ class Surroundings:
 @kernel
 def _path_objection(
     dt,
-    looks_at_itself,
+    checks_self_collision,
     own,
-    own_stopping,
+    self_stopping,
     robot,
     compiled,
     off,
@@ -166,7 +166,7 @@ def _path_objection(
     path,
 ):
     """Calls the kernel `path_objection`, for Python."""
-    kept = KeptArrays(dt, 0.0, looks_at_itself, own, own_stopping, 0.0)
+    kept = KeptArrays(dt, 0.0, checks_self_collision, own, self_stopping, 0.0)
     around = Around(
         robot,
         (compiled, off, line),

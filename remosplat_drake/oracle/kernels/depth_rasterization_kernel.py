@@ -117,7 +117,7 @@ def nearest_pixels(
 def _draw_near(splats, rules, canvas):
     """Draws splats that are nearer than the views' nearest pixels.
 
-    Returns False if the canvas has no room for the splats.
+    Returns False if the canvas has no capacity for the splats.
     """
     queue = canvas.queue
     push(queue, -np.inf, ALL_VIEWS)
@@ -130,10 +130,10 @@ def _draw_near(splats, rules, canvas):
         if seen == 0:
             continue
         if link >= 0:
-            has_room = _open_node(splats, rules, canvas, link, seen)
+            has_capacity = _open_node(splats, rules, canvas, link, seen)
         else:
-            has_room = _open_leaf(splats, rules, canvas, link, seen)
-        if not has_room:
+            has_capacity = _open_leaf(splats, rules, canvas, link, seen)
+        if not has_capacity:
             return False
 
 
@@ -206,7 +206,7 @@ def _open_leaf(splats, rules, canvas, leaf, seen):
 def _draw_deferred(splats, rules, canvas):
     """Draws those pixels of deferred splats that are not on the grid.
 
-    Returns False if the canvas has no room for the fragments.
+    Returns False if the canvas has no capacity for the fragments.
     """
     for i in range(canvas.count[DEFERRED]):
         k, view = divmod(canvas.deferred[i], N_VIEWS)

@@ -39,7 +39,7 @@ from remosplat_drake.oracle.kernels.solid_records import (
     solid,
 )
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING, WIDTH
-from remosplat_drake.signals.compiled_map import answers
+from remosplat_drake.signals.compiled_map import register_query
 from remosplat_drake.splat.bvh import leaf_range
 
 _SLACK = 1.0 + 1e-12
@@ -91,7 +91,7 @@ def query(tree, spheres, answer):
     _query_range(tree, spheres, answer, 0, len(answer))
 
 
-answers(SplatTree, query)
+register_query(SplatTree, query)
 
 
 @parallel_kernel

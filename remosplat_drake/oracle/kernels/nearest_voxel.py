@@ -11,7 +11,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.oracle.voxel_octree import SEEN, UNSEEN, VoxelOctree
-from remosplat_drake.signals.compiled_map import answers
+from remosplat_drake.signals.compiled_map import register_query
 
 
 @kernel
@@ -53,7 +53,7 @@ def query(grid, spheres, answer):
             _write_answer(grid, p, found, 1.0, limit, answer[row])
 
 
-answers(VoxelOctree, query)
+register_query(VoxelOctree, query)
 
 
 @helper

@@ -42,12 +42,12 @@ class NodeQueue(NamedTuple):
     count: np.ndarray
 
 
-def new_queue(room: int) -> NodeQueue:
+def new_queue(capacity: int) -> NodeQueue:
     """Makes an empty queue with a given capacity."""
     return NodeQueue(
-        keys=np.empty(room),
-        items=np.empty(room, np.int64),
-        links=np.empty(room, np.int32),
+        keys=np.empty(capacity),
+        items=np.empty(capacity, np.int64),
+        links=np.empty(capacity, np.int32),
         first=np.empty(BUCKETS, np.int32),
         scale=np.empty(1),
         count=np.zeros(2, np.int64),
@@ -71,7 +71,7 @@ def push(queue, key, item) -> bool:
     one that is removed.
 
     Returns:
-        Whether the queue had room for the node.
+        Whether the queue had capacity for the node.
     """
     place = queue.count[_SIZE]
     if place == len(queue.keys):

@@ -57,10 +57,10 @@ class Canvas(NamedTuple):
             `alpha_cutoff`, the value is the negative transmittance of the
             fragments nearer than the limit.
         latest: Index of the latest run of each row; -1 if it has none.
-        runs: Range [m] and alpha of each run's fragments, shape (room, 2, 4);
+        runs: Range [m] and alpha of each run's fragments, shape (capacity, 2, 4);
             alpha is 0 for a missing fragment.
         run_heads: For each run, the previous run in the same row, the run's
-            layer, and the place of its first pixel in this layer, shape (room,
+            layer, and the place of its first pixel in this layer, shape (capacity,
             3).
         candidates: Pixels whose transmittance has fallen below the threshold of
             the median.
@@ -109,12 +109,12 @@ class Canvas(NamedTuple):
     stack: np.ndarray
 
 
-def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
+def new_canvas(resolution: int, capacity: int) -> Packed[Canvas]:
     """Makes the working memory of one thread.
 
     Args:
         resolution: Number of pixels along a side of a view.
-        room: Capacity for runs, for deferred splats, and for nodes.
+        capacity: Capacity for runs, for deferred splats, and for nodes.
     """
     n = N_VIEWS * resolution * resolution
     chunks = -(-resolution // WIDTH)
@@ -128,11 +128,11 @@ def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
             count=np.zeros(3, np.int64),
             light=np.ones(n + FEW),
             latest=np.full(N_VIEWS * resolution, -1),
-            runs=np.empty((room, 2, FEW)),
-            run_heads=np.empty((room, 3), np.int64),
+            runs=np.empty((capacity, 2, FEW)),
+            run_heads=np.empty((capacity, 3), np.int64),
             candidates=np.empty(n, np.int64),
-            order=np.empty((room, 2)),
-            deferred=np.empty(room, np.int64),
+            order=np.empty((capacity, 2)),
+            deferred=np.empty(capacity, np.int64),
             ready=np.zeros(N_VIEWS, np.int64),
             places=np.zeros((N_VIEWS, WIDTH), np.int64),
             projections=np.zeros((PROJECTION_SIZE, WIDTH)),
@@ -141,7 +141,7 @@ def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
             met=np.zeros((WIDTH, chunks), np.int64),
             pair=np.zeros((2, WIDTH)),
             sets=np.zeros(WIDTH),
-            queue=new_queue(room),
+            queue=new_queue(capacity),
             stack=np.empty(MOST_WAITING, np.int64),
         )
     )
@@ -161,8 +161,8 @@ def wipe(canvas, bound):
 
 
 @inlined
-def has_room(canvas, rules):
-    """Returns whether the canvas has room for eight more splats in one view."""
+def has_capacity(canvas, rules):
+    """Returns whether the canvas has capacity for eight more splats in one view."""
     most = WIDTH * rules.resolution * -(-rules.resolution // FEW)
     return canvas.count[RUNS] + most <= len(canvas.runs) and canvas.count[
         DEFERRED
@@ -174,7 +174,7 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
     """Stores the fragments of a run that are nearer than the view's limit.
 
     Args:
-        canvas: The canvas; `has_room` must be true.
+        canvas: The canvas; `has_capacity` must be true.
         rules: The sensor's `Rules`.
         row: Number of the row, counted through all views.
         layer: Layer of the run's pixels.

@@ -46,7 +46,7 @@ from remosplat_drake.oracle.kernels.pixel_runs import (
     ROUNDING,
     add_run,
     gather,
-    has_room,
+    has_capacity,
     median_range,
     settle,
 )
@@ -94,9 +94,9 @@ def draw_waiting(splats, rules, canvas, view, part):
             and only their grid pixels are drawn.
 
     Returns:
-        False if the canvas has no room for the splats.
+        False if the canvas has no capacity for the splats.
     """
-    if not has_room(canvas, rules):
+    if not has_capacity(canvas, rules):
         return False
     n, places = canvas.ready[view], canvas.places[view]
     canvas.ready[view] = 0

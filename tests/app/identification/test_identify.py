@@ -26,7 +26,7 @@ from remosplat_drake.app.identification.record import (
 )
 from remosplat_drake.app.identification.room import NoRoomError, Room
 from remosplat_drake.base.resources import models_dir
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance

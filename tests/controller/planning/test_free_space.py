@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import remosplat_drake as rs
 from remosplat_drake.controller.planning.free_space import FreeSpace
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance

@@ -17,7 +17,7 @@ from remosplat_drake.controller.guidance.selection_round import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.oracle.signed_distance import SignedDistanceField

@@ -51,7 +51,7 @@ def test_the_nearest_node_is_that_of_all_distances(seed, count, n_base):
     rng = np.random.default_rng(seed)
     start, goals = rng.normal(0, 4, 5), rng.normal(0, 4, (count, 5))
     q = rng.normal(0, 4, 5)
-    trees = Trees.rooted(start, goals).with_room(9)
+    trees = Trees.rooted(start, goals).with_capacity(9)
     off = goals - q
     if n_base:
         off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
@@ -63,9 +63,9 @@ def test_the_nearest_node_is_that_of_all_distances(seed, count, n_base):
 def test_trees_grow_and_keep_their_nodes():
     goals = np.arange(6.0).reshape(2, 3)
     trees = Trees.rooted(np.full(3, 9.0), goals)
-    more = trees.with_room(5)
+    more = trees.with_capacity(5)
     assert more.q.shape[2] >= 7
-    assert more.with_room(1) is more
+    assert more.with_capacity(1) is more
     np.testing.assert_array_equal(more.branch(GOAL, 1), goals[1:])
     np.testing.assert_array_equal(more.branch(START, 0), np.full((1, 3), 9.0))
 

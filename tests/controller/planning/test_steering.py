@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remosplat_drake.controller.planning.steering import (
-    stretch_command,
+    segment_command,
     waypoints,
 )
 
@@ -28,7 +28,7 @@ def test_commands_lead_from_corner_to_corner(frankie, a, b, backing):
     turned = corners[-1][2] - b[2]
     assert np.cos(turned) == pytest.approx(1.0)
     for one, other in pairwise(corners):
-        u = stretch_command(one, other, 2)
+        u = segment_command(one, other, 2)
         # The base does not drive for less than a micrometre.
         assert frankie.advance(one, u, 1.0) == pytest.approx(other, abs=1e-6)
         assert u[0] >= -backing - 1e-5
@@ -47,4 +47,4 @@ def test_the_way_back_is_driven_backwards_only_if_it_is_short(frankie):
 def test_an_arm_moves_straight(three_link):
     a, b = np.zeros(3), np.array([0.3, -0.2, 1.0])
     assert waypoints(a, b, 0, 0.0) == pytest.approx(np.array([a, b]))
-    assert stretch_command(a, b, 0) == pytest.approx(b)
+    assert segment_command(a, b, 0) == pytest.approx(b)

@@ -17,7 +17,7 @@ from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.kernels.controllable_speeds import (
     controllable_speeds,
 )
-from remosplat_drake.controller.planning.steering import stretch_command
+from remosplat_drake.controller.planning.steering import segment_command
 from remosplat_drake.controller.planning.timing import TimingLimits, timed_path
 from remosplat_drake.controller.program.kernels.path_speeds import way_ahead
 from remosplat_drake.controller.program.path import Path
@@ -194,6 +194,6 @@ def test_a_base_stops_where_it_goes_over_from_turning_to_driving(frankie):
     corner = int(np.argmin(np.abs(path.s - 1.0)))
     # In a period of 0.02 s, the base changes its speed by 0.9 1.0 0.02 m/s.
     assert path.v[corner] == pytest.approx(0.018)
-    u = stretch_command(corners[1], corners[2], 2)
+    u = segment_command(corners[1], corners[2], 2)
     assert u == pytest.approx([1.0, 0.0, *np.zeros(7)])
     assert path.v.max() == pytest.approx(0.87)

@@ -6,7 +6,7 @@ Slow, and without any shortcut: what tests hold the kernel against.
 import numpy as np
 from verified_commands import at, tube_of
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     bend_of,
     longest_way,
 )
@@ -33,11 +33,11 @@ def keeps_off_movers(
         time: When the path starts [s].
         separation: The distance to keep [m].
         tolerance: How far below its level a distance may fall between two
-            looks [m].
+            samples [m].
     """
     tube = tube_of(robot, path)
-    looks = at(path, np.append(0.0, path.times))
-    p_WS = np.array([robot.spheres_at(q).p_WS for q in looks])
+    samples = at(path, np.append(0.0, path.times))
+    p_WS = np.array([robot.spheres_at(q).p_WS for q in samples])
     spans = np.diff(path.times, prepend=0.0)
     speed = np.abs(path.rates).max(axis=0)
     for i, radius in enumerate(robot.spheres.radius):
@@ -60,7 +60,7 @@ def keeps_off_movers(
 
 
 class _Seen:
-    """A mover at the looks of a path, as a sphere sees it.
+    """A mover at the samples of a path, as a sphere sees it.
 
     Args:
         movers: What moves.
@@ -93,19 +93,19 @@ class _Seen:
         least: float,
         tolerance: float,
     ) -> bool:
-        """Tells whether the sphere is clear or retreats, from look to look.
+        """Tells whether the sphere is clear or retreats, from sample to sample.
 
         Args:
-            p_WS: Its centre at the looks, shape (s, 3) [m].
+            p_WS: Its centre at the samples, shape (s, 3) [m].
             way: Bounds on its ways between them, shape (s - 1,) [m].
             bent: Bounds on how its velocity changes between them, times the
                 time between, shape (s - 1,) [m].
             kept: The distance to keep, or the present one if that is less [m].
             least: What even that must be [m].
-            tolerance: How far below that it may fall between two looks [m].
+            tolerance: How far below that it may fall between two samples [m].
         """
         distance = [self._distance(k, p)[0] for k, p in enumerate(p_WS)]
-        room = np.array(distance) - min(kept, max(distance[0], least))
+        margin = np.array(distance) - min(kept, max(distance[0], least))
         last = 0
         for k in range(1, len(p_WS)):
             if way[k - 1] == 0.0:
@@ -113,8 +113,8 @@ class _Seen:
             passed = self._clock[k] - self._clock[last]
             used = way[k - 1] + self._mover.speed * passed
             used += self._reach[k] - self._reach[last]
-            is_clear = room[k] >= 0.0
-            is_clear &= room[k] + room[last] - used >= -2.0 * tolerance
+            is_clear = margin[k] >= 0.0
+            is_clear &= margin[k] + margin[last] - used >= -2.0 * tolerance
             if not is_clear and not (
                 self._retreats(last, k, p_WS, bent)
                 and self._retreats(k, k, p_WS, bent)
@@ -124,7 +124,7 @@ class _Seen:
         return True
 
     def _distance(self, k: int, p_WS: np.ndarray) -> tuple[float, np.ndarray]:
-        """Distance from wherever it can be at look k, and the way to it."""
+        """Distance from wherever it can be at sample k, and the way to it."""
         far, n_W = core_distance(self._mover, self._X_WM[k], p_WS)
         return far - self._reach[k] - self._touching, n_W
 

@@ -5,24 +5,24 @@ import dataclasses as dc
 import numpy as np
 from verified_commands import at, spans
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
-    known_rooms,
+from remosplat_drake.controller.verification.kernels.between_samples import (
     longest_ways,
+    margin_bounds,
 )
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     PIECES,
     ROUNDS,
 )
-from remosplat_drake.controller.verification.kernels.places import PathArrays
-from remosplat_drake.controller.verification.kernels.scene_looks import (
-    look_along,
+from remosplat_drake.controller.verification.kernels.path_samples import (
+    sample_path,
 )
+from remosplat_drake.controller.verification.kernels.places import PathArrays
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
-Looks = tuple[np.ndarray, ...]
-"""The arrays that `look_along` returns."""
+Samples = tuple[np.ndarray, ...]
+"""The arrays that `sample_path` returns."""
 
 
 def sweeps_clear(
@@ -38,21 +38,29 @@ def sweeps_clear(
 
     Arguments are those of the kernel, with the map as a `DistanceField`.
     """
-    room = clearance - level
-    near = np.arange(len(room))
+    margin = clearance - level
+    near = np.arange(len(margin))
     if field.is_lipschitz:
-        near = np.flatnonzero(~(sphere_travel(robot, path) < room))
+        near = np.flatnonzero(~(sphere_travel(robot, path) < margin))
     if not len(near):
         return True
-    start, room = p_WS[near], room[near]
+    start, margin = p_WS[near], margin[near]
     tolerance = tolerance[near]
-    looks = look_along(robot.arrays, path, near, start, room, tolerance)
+    samples = sample_path(robot.arrays, path, near, start, margin, tolerance)
     sweep = _Sweep(
-        robot, path, field, near, level[near], start, room, looks[2], tolerance
+        robot,
+        path,
+        field,
+        near,
+        level[near],
+        start,
+        margin,
+        samples[2],
+        tolerance,
     )
     if not field.is_lipschitz:
-        return sweep.is_clear_at_ends(looks)
-    return sweep.is_clear(looks)
+        return sweep.is_clear_at_ends(samples)
+    return sweep.is_clear(samples)
 
 
 def sphere_travel(robot: RobotModel, path: PathArrays) -> np.ndarray:
@@ -71,11 +79,11 @@ class _Sweep:
         sphere: Indices of the spheres, shape (n,).
         level: Clearance that each sphere must keep, shape (n,) [m].
         start: Centres of the spheres at the start, shape (n, 3) [m].
-        room: What the clearances have above their levels at the start, shape
+        margin: What the clearances have above their levels at the start, shape
             (n,) [m].
         bend: Bounds on how fast the spheres' velocities change, shape (n,)
             [m/s^2].
-        tolerance: How far below zero each room may fall between the path's
+        tolerance: How far below zero each margin may fall between the path's
             times, shape (n,) [m].
     """
 
@@ -85,59 +93,61 @@ class _Sweep:
     sphere: np.ndarray
     level: np.ndarray
     start: np.ndarray
-    room: np.ndarray
+    margin: np.ndarray
     bend: np.ndarray
     tolerance: np.ndarray
 
-    def is_clear_at_ends(self, looks: Looks) -> bool:
+    def is_clear_at_ends(self, samples: Samples) -> bool:
         """Tells whether clearances keep their levels at the path's times.
 
         Args:
-            looks: The spheres along the path, as `look_along` returns them.
+            samples: The spheres along the path, as `sample_path` returns them.
         """
-        point, R_WL = looks[:2]
+        point, R_WL = samples[:2]
         k, n = R_WL.shape[:2]
         gap = np.tile(np.arange(n), k)
         spheres = self._spheres(
             gap, point[1:].reshape(-1, 3), R_WL.reshape(-1, 3, 3)
         )
-        room = self._room(spheres, self.level[gap], np.zeros(1))
-        return bool((room >= 0.0).all())
+        margin = self._margin(spheres, self.level[gap], np.zeros(1))
+        return bool((margin >= 0.0).all())
 
-    def is_clear(self, looks: Looks) -> bool:
+    def is_clear(self, samples: Samples) -> bool:
         """Tells whether they do on the whole path, less the tolerance.
 
         Args:
-            looks: The spheres along the path, as `look_along` returns them.
+            samples: The spheres along the path, as `sample_path` returns them.
         """
-        point, R_WL, _, way, room, wanted = looks
-        self._ask(np.arange(len(self.room)), point[1:], R_WL, room, wanted)
-        if not (room >= 0.0).all():
+        point, R_WL, _, way, margin, wanted = samples
+        self._query(
+            np.arange(len(self.margin)), point[1:], R_WL, margin, wanted
+        )
+        if not (margin >= 0.0).all():
             return False
-        room = np.concatenate([self.room[None], room])
-        is_open = self._is_open(np.arange(len(self.start)), room, way)
+        margin = np.concatenate([self.margin[None], margin])
+        is_open = self._is_open(np.arange(len(self.start)), margin, way)
         if not is_open.any():
             return True
         place, gap = np.nonzero(is_open)
         ends = np.stack([place, place + 1])
         times = np.concatenate([[0.0], self.path.times])
         return self._is_clear_between(
-            gap, times[ends], room[ends, gap], point[ends, gap]
+            gap, times[ends], margin[ends, gap], point[ends, gap]
         )
 
     def _is_clear_between(
         self,
         gap: np.ndarray,
         time: np.ndarray,
-        room: np.ndarray,
+        margin: np.ndarray,
         point: np.ndarray,
     ) -> bool:
-        """Looks between two times, again and again, at e spheres.
+        """Samples between two times, again and again, at e spheres.
 
         Args:
             gap: Which of the n spheres are looked at, shape (e,).
             time: Times before and after, shape (2, e) [s].
-            room: Rooms at these times, shape (2, e) [m].
+            margin: Margins at these times, shape (2, e) [m].
             point: Centres at these times, shape (2, e, 3) [m].
         """
         shares = np.linspace(0.0, 1.0, PIECES + 1)[1:-1, None]
@@ -151,28 +161,32 @@ class _Sweep:
             point = np.concatenate([point[:1], p_WS, point[1:]])
             spans = np.tile(span, (PIECES, 1))
             way = longest_ways(point, spans, self.bend[gap])
-            found, wanted = known_rooms(
-                p_WS, self.start[gap], self.room[gap], way, self.tolerance[gap]
+            found, wanted = margin_bounds(
+                p_WS,
+                self.start[gap],
+                self.margin[gap],
+                way,
+                self.tolerance[gap],
             )
             R_WL = spheres.R_WL.reshape(*between.shape, 3, 3)
-            self._ask(gap, p_WS, R_WL, found, wanted)
+            self._query(gap, p_WS, R_WL, found, wanted)
             if not (found >= -self.tolerance[gap]).all():
                 return False
             time = np.concatenate([time[:1], between, time[1:]])
-            room = np.concatenate([room[:1], found, room[1:]])
-            place, i = np.nonzero(self._is_open(gap, room, way))
+            margin = np.concatenate([margin[:1], found, margin[1:]])
+            place, i = np.nonzero(self._is_open(gap, margin, way))
             if not len(place):
                 return True
             ends = np.stack([place, place + 1])
             gap, time = gap[i], time[ends, i]
-            room, point = room[ends, i], point[ends, i]
+            margin, point = margin[ends, i], point[ends, i]
         return False
 
     def _is_open(
-        self, gap: np.ndarray, room: np.ndarray, way: np.ndarray
+        self, gap: np.ndarray, margin: np.ndarray, way: np.ndarray
     ) -> np.ndarray:
-        """Tells between which looks a room may fall too low, shape (k, n)."""
-        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance[gap])
+        """Whether a margin may fall too low between samples, shape (k, n)."""
+        return ~(margin[:-1] + margin[1:] - way >= -2.0 * self.tolerance[gap])
 
     def _spheres(
         self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
@@ -187,37 +201,37 @@ class _Sweep:
             at(self.path, times), state, self.sphere[gap]
         )
 
-    def _ask(
+    def _query(
         self,
         gap: np.ndarray,
         point: np.ndarray,
         R_WL: np.ndarray,
-        room: np.ndarray,
+        margin: np.ndarray,
         wanted: np.ndarray,
     ) -> None:
-        """Asks the map where a known room tells too little, and puts it in.
+        """Queries the map where the bound of a margin does not suffice.
 
         Args:
             gap: Which of the n spheres are looked at, shape (e,).
-            point: Centres at each look, shape (k, e, 3) [m].
-            R_WL: Orientations of the spheres' links at each look, shape
+            point: Centres at each sample, shape (k, e, 3) [m].
+            R_WL: Orientations of the spheres' links at each sample, shape
                 (k, e, 3, 3).
-            room: Lower bounds of the rooms, as `known_rooms` has them, shape
-                (k, e) [m]; the map's answers replace some of them.
-            wanted: What a room should exceed, as `known_rooms` has it, shape
-                (k, e) [m].
+            margin: Lower bounds of the margins, as `margin_bounds` has them,
+                shape (k, e) [m]; the map's answers replace some of them.
+            wanted: What a margin should exceed, as `margin_bounds` has it,
+                shape (k, e) [m].
         """
-        place, i = np.nonzero(~(room > wanted))
+        place, i = np.nonzero(~(margin > wanted))
         if len(place):
             spheres = self._spheres(gap[i], point[place, i], R_WL[place, i])
-            room[place, i] = self._room(
+            margin[place, i] = self._margin(
                 spheres, self.level[gap[i]], wanted[place, i]
             )
 
-    def _room(
+    def _margin(
         self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
     ) -> np.ndarray:
-        """Asks the map for rooms, exact below `wanted`, at least it above."""
+        """Queries margins, exact below `wanted`, at least it above."""
         reach = level.max() + wanted.max()
         # Not at the distance itself: rows there are left out.
         found = self.field.clearances(spheres, np.nextafter(reach, np.inf))

@@ -7,9 +7,9 @@ from effort import effort
 from pydrake.math import RigidTransform
 from scene_sweep_reference import sweeps_clear as sweeps_clear_of_any
 from verified_commands import Around, make_path
-from verify_reference import least_rooms
+from verify_reference import least_margins
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
     tolerated,
 )
@@ -111,7 +111,7 @@ def test_it_decides_as_the_sweep_of_any_map(frankie, kind):
                 DT,
                 frankie.acceleration_limit,
             )
-            at_ends, between = least_rooms(around, u, looks=20)
+            at_ends, between = least_margins(around, u, samples=20)
             assert at_ends >= -1e-9 and between >= -1e-9
     assert 0.1 < np.mean(decided) < 0.9
 

@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from scipy.spatial.transform import Rotation
 from verified_commands import make_path as path_of
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.kernels.mover_sweep import (

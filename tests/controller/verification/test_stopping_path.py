@@ -15,7 +15,7 @@ from verified_commands import (
     tube_of,
     verified_command,
 )
-from verify_reference import least_rooms
+from verify_reference import least_margins
 
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.prediction.history import History
@@ -101,7 +101,7 @@ def test_without_delays_it_is_the_path_of_a_held_command(three_link):
     np.testing.assert_allclose(
         knots(path)[-1], at(held, held.times[-2:-1])[0], atol=1e-12
     )
-    # Looks are at the same places, though not at the same times.
+    # Samples are at the same places, though not at the same times.
     times = held.times[:-1]
     np.testing.assert_allclose(
         at(path, path.times)[: len(times)], at(held, times), atol=1e-12
@@ -175,6 +175,6 @@ def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
     if scale:
         exact = field.clearances(frankie.spheres_at(motion.q_start))
         known = dc.replace(around, clearance=exact.per_sphere(len(near)))
-        ends, between = least_rooms(known, command, looks=5)
+        ends, between = least_margins(known, command, samples=5)
         assert ends >= -1e-9
         assert between >= -1e-9

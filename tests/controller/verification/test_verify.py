@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 from verified_commands import Around, at, verified_command
-from verify_reference import least_rooms
+from verify_reference import least_margins
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
     longest_way,
     tolerated,
@@ -301,7 +301,7 @@ def test_what_is_no_distance_is_asked_at_the_ends_of_ticks_only(pendulum):
 
 
 _BAND = 2e-5
-"""Between looks at every 200th of a tick a room falls by no more [m]."""
+"""Between samples at every 200th of a tick a margin falls by no more [m]."""
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.1])
@@ -327,7 +327,7 @@ def test_it_allows_what_looking_very_often_allows(
         limit=frankie.acceleration_limit,
         self_clearance=frankie_itself,
     )
-    at_ends, at_all_times = least_rooms(here, u)
+    at_ends, at_all_times = least_margins(here, u)
     _, scale, _ = verified_command(here, u, np.zeros(9))
     if scale == 1.0:
         assert at_ends >= -1e-12
@@ -382,7 +382,7 @@ class Table:
         self.field = SignedDistanceField(scene)
         self.q = np.array([0.3, *scene.X_WB_start[1:], *robot.home])
         self.level = np.minimum(STOPPING, self.around(self.q, DT).clearance)
-        self.own_level = np.minimum(0.01, itself.distances(self.q))
+        self.self_level = np.minimum(0.01, itself.distances(self.q))
 
     def around(self, q, dt: float) -> Around:
         limit, itself = self.robot.acceleration_limit, self.itself
@@ -395,7 +395,7 @@ class Table:
         spheres = self.robot.spheres_at(q)
         found = self.field.clearances(spheres).per_sphere(len(spheres))
         assert (found >= self.level - slack).all()
-        assert (self.itself.distances(q) >= self.own_level - slack).all()
+        assert (self.itself.distances(q) >= self.self_level - slack).all()
         assert (q >= self.robot.position_lower - 1e-9).all()
         assert (q <= self.robot.position_upper + 1e-9).all()
 

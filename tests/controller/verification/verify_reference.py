@@ -7,24 +7,24 @@ against.
 import numpy as np
 from verified_commands import Around, at, tube_of
 
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     tolerated,
 )
 
 
-def least_rooms(
-    around: Around, u: np.ndarray, looks: int = 200
+def least_margins(
+    around: Around, u: np.ndarray, samples: int = 200
 ) -> tuple[float, float]:
     """Measures how much more distance a command's path leaves than it must.
 
     Args:
         around: Robot, map and present state.
         u: The command, shape (n_u,) [rad/s, m/s].
-        looks: Number of looks in each tick of the path.
+        samples: Number of samples in each tick of the path.
 
     Returns:
-        The smallest room, that is distance above the level to be kept, of all
-        spheres and pairs of shapes at the ends of ticks; and at all looks the
+        The smallest margin, that is distance above the level to be kept, of all
+        spheres and pairs of shapes at the ends of ticks; and at all samples the
         smallest above what is tolerated between these [m].
     """
     path = around.path(u)
@@ -32,10 +32,10 @@ def least_rooms(
     times = np.concatenate([[0.0], path.times])
     ends, between = [], []
     for k in range(len(path.times)):
-        for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
-            rooms = _rooms(around, at(path, [time])[0], kept)
-            between.append(rooms[1])
-        ends.append(rooms[0])
+        for time in np.linspace(times[k], times[k + 1], samples + 1)[1:]:
+            margins = _margins(around, at(path, [time])[0], kept)
+            between.append(margins[1])
+        ends.append(margins[0])
     return min(ends), min(between)
 
 
@@ -58,14 +58,14 @@ def _kept(around: Around, tube: np.ndarray) -> Kept:
     ]
 
 
-def _rooms(around: Around, q: np.ndarray, kept: Kept) -> tuple[float, float]:
-    """Measures the smallest rooms at a configuration [m]."""
+def _margins(around: Around, q: np.ndarray, kept: Kept) -> tuple[float, float]:
+    """Measures the smallest margins at a configuration [m]."""
     spheres = around.robot.spheres_at(q)
     found = [around.field.clearances(spheres).per_sphere(len(spheres))]
     if around.self_clearance is not None:
         found.append(around.self_clearance.distances(q))
-    room, beyond = np.inf, np.inf
+    margin, beyond = np.inf, np.inf
     for distance, (level, slack) in zip(found, kept, strict=True):
-        room = min(room, (distance - level).min(initial=np.inf))
+        margin = min(margin, (distance - level).min(initial=np.inf))
         beyond = min(beyond, (distance - level + slack).min(initial=np.inf))
-    return float(room), float(beyond)
+    return float(margin), float(beyond)

@@ -190,7 +190,7 @@ def assemble(
         aim: The `AimArrays`.
         rows: Spheres, distances and directions of the m clearances.
         movers: The `MoverArrays`.
-        near: The `NearQuestion`: settings of the search for near links.
+        near: The `NearSettings`: settings of the search for near links.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         tube: Bound of each sphere's deviation from its path, shape (n,) [m].

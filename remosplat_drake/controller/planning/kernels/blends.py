@@ -11,7 +11,9 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import reals
-from remosplat_drake.controller.planning.kernels.looks import is_free_between
+from remosplat_drake.controller.planning.kernels.collision_checks import (
+    is_free_between,
+)
 
 _TURN = 0.15
 """Largest turn between two pieces of a blend [rad]."""

@@ -33,7 +33,7 @@ from remosplat_drake.robot.pose_lanes import (
 from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.robot.target_arrays import (
     AimArrays,
-    asked_rotation,
+    constrained_rotation,
     has_free,
     target_of,
 )
@@ -223,7 +223,7 @@ def _write_error(X_WE, target, e, first):
         for r in range(3):
             for c in range(4):
                 X[r, c] = X_WE[0, r, c, k]
-        turn_W = asked_rotation(X, X_WT, target.weights)
+        turn_W = constrained_rotation(X, X_WT, target.weights)
         for c in range(3):
             e[first + c, k] = _LENGTH * turn_W[c]
     for half in (0, 3):

@@ -15,7 +15,9 @@ from remosplat_drake.base.lanes import (
     lowest_bit,
     write_lanes,
 )
-from remosplat_drake.controller.planning.kernels.map_looks import measure
+from remosplat_drake.controller.planning.kernels.map_checks import (
+    measure_margins,
+)
 from remosplat_drake.controller.planning.kernels.motion_samples import (
     ALL_PARTS,
     PARTS,
@@ -28,7 +30,7 @@ from remosplat_drake.controller.planning.kernels.part_stack import (
     push_parts,
     take_part,
 )
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
     bend_of,
     detour,
@@ -83,7 +85,7 @@ def _find_open_spheres(space, line):
     """Finds the spheres that are possibly too near during the motion.
 
     Returns:
-        Their number; -1 if one has too little room at a sample.
+        Their number; -1 if one has too small a margin at a sample.
     """
     order, parts, step = space.ball_order, space.work.parts, 1.0 / PARTS
     some = 1 if is_compiled(space.map) else len(order)
@@ -145,27 +147,27 @@ def _find_open_parts(space, line, first, last, step):
         step: Time between two samples [s].
 
     Returns:
-        Whether all spheres have enough room at all samples.
+        Whether all spheres have sufficient margins at all samples.
     """
     work, groups, rows = space.work, len(space.balls.first) - 1, 0
     parts, queries = work.parts, work.queries
     for row in range(first, last):
         rows = _add_queries(space, row, step, rows)
-    measure(space, line, rows)
+    measure_margins(space, line, rows)
     at = 0
     for row in range(first, last):
         is_sphere = parts.item[row] >= groups
         samples = samples_of(parts.open[row])
-        work.room[:] = 0.0
+        work.margin[:] = 0.0
         while samples:
             k = lowest_bit(samples)
             samples &= samples - 1
-            work.room[k] = queries.room[at]
-            if is_sphere and not work.room[k] >= -TOLERANCE:
+            work.margin[k] = queries.margin[at]
+            if is_sphere and not work.margin[k] >= -TOLERANCE:
                 return False
             at += 1
         way = lanes_from(work.way, row * WIDTH) - 2.0 * TOLERANCE
-        parts.open[row] &= open_parts(work.room, way)
+        parts.open[row] &= open_parts(work.margin, way)
         if is_sphere and not is_lipschitz(space.map):
             parts.open[row] = 0
     return True

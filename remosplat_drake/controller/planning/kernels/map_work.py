@@ -1,6 +1,6 @@
 """`MapWork`: working memory of kernels that check distances from a map.
 
-Python allocates it, for the reason given in `own_work.py`.
+Python allocates it, for the reason given in `self_work.py`.
 """
 
 from typing import NamedTuple
@@ -19,10 +19,10 @@ class MapQueries(NamedTuple):
         p_WS: Its centre in W, shape (n, 3) [m].
         R_WL: Orientation of its link, which only maps in Python use, shape (n,
             3, 3).
-        wanted: Rooms up to these values are computed exactly, shape (n,) [m].
+        wanted: Margins up to these values are computed exactly, shape (n,) [m].
         reach: Clearances up to these values are computed exactly, shape (n,)
             [m].
-        room: Output: rooms, which are clearances minus required ones, shape
+        margin: Output: margins, which are clearances minus required ones, shape
             (n,) [m].
     """
 
@@ -31,7 +31,7 @@ class MapQueries(NamedTuple):
     R_WL: np.ndarray
     wanted: np.ndarray
     reach: np.ndarray
-    room: np.ndarray
+    margin: np.ndarray
 
     @staticmethod
     def make(n: int) -> "MapQueries":
@@ -64,9 +64,9 @@ class MapWork(NamedTuple):
         way: Bounds on the paths from each sample to the next, shape (m, 8) [m].
         either: Scratch memory, for one row of `way` with a number before it and
             one after it, shape (10,) [m].
-        wanted: Rooms up to which results are exact at the samples, shape (8,)
+        wanted: Margins up to which results are exact at the samples, shape (8,)
             [m].
-        room: Rooms at the samples, shape (16,) [m].
+        margin: Margins at the samples, shape (16,) [m].
     """
 
     queries: MapQueries
@@ -77,7 +77,7 @@ class MapWork(NamedTuple):
     way: np.ndarray
     either: np.ndarray
     wanted: np.ndarray
-    room: np.ndarray
+    margin: np.ndarray
 
     @staticmethod
     def make(m: int, n_u: int) -> "MapWork":

@@ -6,7 +6,7 @@ samples, so that eight samples take little longer than one.
 Let r_k be the excess of a distance over the required one at a sample, and s_k a
 bound on the path of the moving point from there to the next sample. If r_k +
 r_(k+1) is at least s_k, the required distance is kept in between; see
-`between_looks.py`.
+`between_samples.py`.
 """
 
 from typing import NamedTuple
@@ -36,7 +36,7 @@ ALL_PARTS = 2**PARTS - 1
 class MotionSamples(NamedTuple):
     """Samples of a motion of a robot with b bodies.
 
-    Python allocates their memory, for the reason given in `own_work.py`.
+    Python allocates their memory, for the reason given in `self_work.py`.
 
     Attributes:
         share: 0, 1/7, 2/7 to 1, shape (8,).
@@ -111,15 +111,15 @@ def changes(memory, first, last):
 
 
 @helper
-def open_parts(room, way):
+def open_parts(margin, way):
     """Returns the parts in which distances may be too small, as bits.
 
     Args:
-        room: Rooms at the eight samples, followed by at least one number
+        margin: Margins at the eight samples, followed by at least one number
             without effect, shape (9 or more,) [m].
         way: Bounds on the paths to the next sample, as lanes [m].
     """
-    both = lanes_from(room, 0) + lanes_from(room, 1)
+    both = lanes_from(margin, 0) + lanes_from(margin, 1)
     return places_of(~(both >= way) & first_lanes(PARTS, way))
 
 

@@ -21,7 +21,7 @@ _MOST = 1 + _DEPTH * (PARTS - 1)
 class PartStack(NamedTuple):
     """A stack of parts to check, with at most m items each.
 
-    Python allocates the memory, for the reason given in `own_work.py`.
+    Python allocates the memory, for the reason given in `self_work.py`.
 
     Attributes:
         time: Start and end of each part, shape (n, 2) [s].

@@ -13,10 +13,10 @@ from remosplat_drake.controller.planning.kernels.base_spheres import (
     base_spheres,
     may_stand,
 )
+from remosplat_drake.controller.planning.kernels.collision_checks import is_free
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     reach_from,
 )
-from remosplat_drake.controller.planning.kernels.looks import is_free
 
 TOLERANCE = 2e-3
 """Largest pose error of a goal configuration, with angles times 0.3 m [m]. If

@@ -15,7 +15,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, several
-from remosplat_drake.controller.planning.kernels.looks import (
+from remosplat_drake.controller.planning.kernels.collision_checks import (
     is_free,
     is_free_between,
     moves_freely,
@@ -45,7 +45,8 @@ def grow(space, line, trees, draws, most):
     Args:
         space: The `SpaceArrays`.
         line: Identifier of the `PythonCalls` of its map.
-        trees: The `Trees`, with room for `most` more nodes in each; written to.
+        trees: The `Trees`, with memory for `most` more nodes in each; written
+            to.
         draws: Drawn configurations, shape (k, n_q) [rad, m]; written to.
         most: Largest number of motions to check.
 

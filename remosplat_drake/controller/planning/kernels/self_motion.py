@@ -31,10 +31,12 @@ from remosplat_drake.controller.planning.kernels.part_stack import (
     push_parts,
     take_part,
 )
-from remosplat_drake.controller.planning.kernels.self_looks import (
+from remosplat_drake.controller.planning.kernels.self_checks import (
     ROUNDING,
 )
-from remosplat_drake.controller.verification.kernels.between_looks import detour
+from remosplat_drake.controller.verification.kernels.between_samples import (
+    detour,
+)
 from remosplat_drake.robot.pose_lanes import entry, place_by_lanes, turned_back
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     center_offsets,
@@ -64,7 +66,7 @@ def keeps_off_itself(space, q, u):
             them.
         u: The command, which is held for a second, shape (n_u,).
     """
-    work = space.own_work.motion
+    work = space.self_work.motion
     top = begin_parts(work.parts, _begin(space, u))
     while top > 0:
         start, end, count = take_part(work.parts, top)
@@ -86,17 +88,17 @@ def keeps_off_itself(space, q, u):
 def _begin(space, u):
     """Lists the pairs of links that may be too near, and returns their number.
 
-    Links that have more room at one end than they can approach are left out.
-    This also computes the bounds on their speeds and accelerations.
+    Links that have a larger margin at one end than they can approach are left
+    out. This also computes the bounds on their speeds and accelerations.
     """
-    rate, work = space.own.rate, space.own_work.motion
+    rate, work = space.self_pairs.rate, space.self_work.motion
     count = 0
     for link in range(len(rate)):
         speed = 0.0
         for c in range(len(u)):
             speed += rate[link, c] * abs(u[c])
         work.speed[link] = speed
-        if speed > space.own_work.room[link]:
+        if speed > space.self_work.margin[link]:
             work.parts.item[count] = link
             count += 1
     bends = len(work.bend)
@@ -105,7 +107,7 @@ def _begin(space, u):
         for i in range(len(u)):
             for j in range(len(u)):
                 bound = lanes_from(
-                    space.own_bend, (i * len(u) + j) * bends + first
+                    space.self_bend, (i * len(u) + j) * bends + first
                 )
                 bend = bend + bound * (abs(u[i]) * abs(u[j]))
         write_lanes(work.bend, first, bend)
@@ -115,7 +117,7 @@ def _begin(space, u):
 @helper
 def _place_centers(space):
     """Places the centres of shapes and boxes at the samples."""
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     X_WL, boxes, shapes = space.samples.X_WL, pairs.link_boxes, pairs.shapes
     place_by_lanes(X_WL, boxes.body, boxes.center, work.p_WL)
     place_by_lanes(X_WL, shapes.body, shapes.center, work.p_WC)
@@ -130,23 +132,23 @@ def _open_parts(space, link, step):
         link: The pair of links.
         step: Time between two samples [s].
     """
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     X_WL, boxes, shapes = space.samples.X_WL, pairs.link_boxes, pairs.shapes
     a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
     apart = least_distances(boxes, X_WL, work.p_WL, a, b)
-    write_lanes(work.room, 0, apart - space.link_level[link])
-    if open_parts(work.room, in_all(work.speed[link] * step)) == 0:
+    write_lanes(work.margin, 0, apart - space.link_level[link])
+    if open_parts(work.margin, in_all(work.speed[link] * step)) == 0:
         return 0
     way, parts = _ways(space, link, step), 0
     sag = 0.125 * work.bend[link] * step * step
-    if open_parts(work.room, way) == 0:
+    if open_parts(work.margin, way) == 0:
         return 0
     for k in range(pairs.start[link], pairs.start[link + 1]):
         i, j = pairs.first[k], pairs.second[k]
-        kept = space.own_level[k] - pairs.allowance[k]
+        kept = space.self_level[k] - pairs.allowance[k]
         apart = least_distances(shapes, X_WL, work.p_WC, i, j)
-        write_lanes(work.room, 0, apart - kept)
-        found = open_parts(work.room, way)
+        write_lanes(work.margin, 0, apart - kept)
+        found = open_parts(work.margin, way)
         if found != 0:
             found = _exactly_open(space, k, found, way, sag)
         if found == _MEETS:
@@ -166,7 +168,7 @@ def _exactly_open(space, k, parts, way, sag):
         way: Bounds on the paths to the next sample, as lanes [m].
         sag: See `_not_separated`.
     """
-    kept, result = space.own_level[k] - space.own.pairs.allowance[k], 0
+    kept, result = space.self_level[k] - space.self_pairs.pairs.allowance[k], 0
     _begin_direction(space, k)
     parts = _not_separated(space, k, parts, sag)
     while parts:
@@ -175,10 +177,10 @@ def _exactly_open(space, k, parts, way, sag):
         enough, both = kept + travel, 0.0
         for sample in (part, part + 1):
             if parts & bit:
-                room = _exact_distance(space, k, sample, enough) - kept
-                if room < -ROUNDING:
+                margin = _exact_distance(space, k, sample, enough) - kept
+                if margin < -ROUNDING:
                     return _MEETS
-                both += room
+                both += margin
                 parts = _not_separated(space, k, parts, sag)
         if parts & bit:
             parts ^= bit
@@ -190,7 +192,7 @@ def _exactly_open(space, k, parts, way, sag):
 @helper
 def _begin_direction(space, k):
     """Makes the direction between the centres the first that is tried."""
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     n_A, X_WL, middle = work.n_A[k], space.samples.X_WL, WIDTH // 2
     if n_A[0] != 0.0 or n_A[1] != 0.0 or n_A[2] != 0.0:
         return
@@ -215,9 +217,9 @@ def _not_separated(space, k, parts, sag):
     than a bound b. So between two samples at a time t from each other, its
     position differs from a straight line by at most `sag`, b t^2 / 8.
     """
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     shapes, X_WL = pairs.shapes, space.samples.X_WL
-    kept = space.own_level[k] - pairs.allowance[k]
+    kept = space.self_level[k] - pairs.allowance[k]
     pair = pairs.first[k], pairs.second[k]
     gap = separations(shapes, X_WL, pair, work.n_A[k]) - (kept + sag)
     low = ~places_of(gap >= 0.0)
@@ -234,7 +236,7 @@ def _exact_distance(space, k, sample, enough):
         sample: Number of the sample.
         enough: Above this value, a lower bound suffices [m].
     """
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     shapes, X_WL = pairs.shapes, space.samples.X_WL
     i, j, n_A = pairs.first[k], pairs.second[k], work.n_A[k]
     A, B = shapes.body[i], shapes.body[j]
@@ -252,7 +254,7 @@ def _exact_distance(space, k, sample, enough):
         (i, j),
         work.n_W,
         enough,
-        space.own_work.gjk,
+        space.self_work.gjk,
     )
     return found
 
@@ -265,7 +267,7 @@ def _ways(space, link, step):
     moves a point by 2 sin(x / 2) times its distance from the axis, and changes
     the rotation matrix by 2 sqrt(2) sin(x / 2), in the Frobenius norm.
     """
-    work, pairs = space.own_work.motion, space.own.pairs
+    work, pairs = space.self_work.motion, space.self_pairs.pairs
     X_WL, pose = space.samples.X_WL, work.pose
     boxes = pairs.link_boxes
     a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]

@@ -10,9 +10,11 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import REAL, WHOLE, reals, several
-from remosplat_drake.controller.planning.kernels.looks import is_free_between
+from remosplat_drake.controller.planning.kernels.collision_checks import (
+    is_free_between,
+)
 from remosplat_drake.controller.planning.steering import (
-    stretch_command,
+    segment_command,
     waypoints,
 )
 from remosplat_drake.robot.kinematics import advance
@@ -37,7 +39,7 @@ def shortened(space, line, corners, draws):
         shape (p, n_q), and the number of checked motions.
     """
     corners, checks = _without_detours(space, line, corners)
-    corners = _in_stretches(space, corners)
+    corners = _split_segments(space, corners)
     times = _times(space, corners)
     for k in range(len(draws)):
         if len(corners) < 3:
@@ -72,7 +74,7 @@ def motion_time(space, a, b):
     robot, time = space.robot, 0.0
     way = waypoints(a, b, robot.n_base, space.backing)
     for k in range(len(way) - 1):
-        u = stretch_command(way[k], way[k + 1], robot.n_base)
+        u = segment_command(way[k], way[k + 1], robot.n_base)
         longest = 0.0
         for j in range(len(u)):
             longest = max(longest, abs(u[j]) / robot.velocity_limit[j])
@@ -118,7 +120,7 @@ def _without_detours(space, line, corners):
 
 
 @helper
-def _in_stretches(space, corners):
+def _split_segments(space, corners):
     """Returns all corners of a path, including those of its motions."""
     parts, count = 1, 1
     for k in range(len(corners) - 1):
@@ -148,13 +150,13 @@ def _times(space, corners):
 
 @helper
 def _place(space, corners, times, time):
-    """Returns the stretch and the configuration of a path at a time."""
+    """Returns the segment and the configuration of a path at a time."""
     k = 0
     while k < len(times) - 2 and times[k + 1] <= time:
         k += 1
     n_base, span = space.robot.n_base, times[k + 1] - times[k]
     share = (time - times[k]) / span if span > 0.0 else 0.0
-    u = stretch_command(corners[k], corners[k + 1], n_base)
+    u = segment_command(corners[k], corners[k + 1], n_base)
     return k, advance(corners[k], u, n_base, share)
 
 

@@ -9,8 +9,10 @@ from remosplat_drake.controller.planning.kernels.map_work import MapWork
 from remosplat_drake.controller.planning.kernels.motion_samples import (
     MotionSamples,
 )
-from remosplat_drake.controller.planning.kernels.own_work import OwnWork
-from remosplat_drake.controller.verification.kernels.verified import OwnArrays
+from remosplat_drake.controller.planning.kernels.self_work import SelfWork
+from remosplat_drake.controller.verification.kernels.verified import (
+    SelfCollisionArrays,
+)
 from remosplat_drake.robot.robot_arrays import RobotArrays
 from remosplat_drake.robot.sphere_tree import SphereTree
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
@@ -33,14 +35,14 @@ class SpaceArrays(NamedTuple):
             it, so only one thread at a time may use a space.
         samples: Samples of a part of a motion.
         work: Working memory for checks against the map.
-        own: The pairs of the robot's own shapes.
-        own_level: Distance that each pair keeps, shape (k,) [m].
+        self_pairs: The pairs of the robot's own shapes.
+        self_level: Distance that each pair keeps, shape (k,) [m].
         link_level: For each pair of links, the largest distance that a pair of
             their shapes keeps, shape (l,) [m].
-        own_bend: Bounds on the accelerations of points on one link as seen from
-            the other, for each two entries of the command and each pair of
+        self_bend: Bounds on the accelerations of points on one link as seen
+            from the other, for each two entries of the command and each pair of
             links, shape (n_u, n_u, l), padded in the last dimension.
-        own_work: Working memory for checks of these pairs.
+        self_work: Working memory for checks of these pairs.
         movers: Standing movers as further obstacles, enlarged by the distance
             to keep.
         mover_level: Distance that each sphere keeps from them, shape (n,) [m].
@@ -58,11 +60,11 @@ class SpaceArrays(NamedTuple):
     ball_order: np.ndarray
     samples: MotionSamples
     work: MapWork
-    own: OwnArrays | Packed[OwnArrays]
-    own_level: np.ndarray
+    self_pairs: SelfCollisionArrays | Packed[SelfCollisionArrays]
+    self_level: np.ndarray
     link_level: np.ndarray
-    own_bend: np.ndarray
-    own_work: OwnWork
+    self_bend: np.ndarray
+    self_work: SelfWork
     movers: MoverArrays
     mover_level: np.ndarray
     lower: np.ndarray

@@ -20,7 +20,7 @@ _YAW = 2
 
 
 class Trees(NamedTuple):
-    """Two trees of configurations, with room for m of them each.
+    """Two trees of configurations, with memory for m of them each.
 
     Attributes:
         q: The configurations, shape (2, n_q, m) [rad, m]. Each entry of q is
@@ -47,17 +47,17 @@ class Trees(NamedTuple):
         q[START, :, 0], q[GOAL] = start, goals.T
         return Trees(q, np.full((2, k), ROOT), np.array([1, k]))
 
-    def with_room(self, more: int) -> "Trees":
-        """Returns the trees with room for more nodes in each.
+    def with_capacity(self, more: int) -> "Trees":
+        """Returns the trees with memory for more nodes in each.
 
         Args:
             more: Least number of further nodes.
         """
-        room = self.q.shape[2]
+        capacity = self.q.shape[2]
         wanted = int(self.count.max()) + more
-        if wanted <= room:
+        if wanted <= capacity:
             return self
-        grown = max(wanted, 2 * room) - room
+        grown = max(wanted, 2 * capacity) - capacity
         q = np.pad(self.q, ((0, 0), (0, 0), (0, grown)))
         parent = np.pad(self.parent, ((0, 0), (0, grown)), constant_values=ROOT)
         return Trees(q, parent, self.count)
@@ -116,7 +116,7 @@ def nearest(trees, tree, q, n_base):
 
 @helper
 def add_node(trees, tree, q, parent):
-    """Adds a node to a tree with room for it, and returns the node's index.
+    """Adds a node to a tree with memory for it, and returns the node's index.
 
     Args:
         trees: The `Trees`.

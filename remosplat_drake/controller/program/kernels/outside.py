@@ -3,7 +3,7 @@
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
+from remosplat_drake.base.python_calls import FAILED, call_python, packed_at
 from remosplat_drake.controller.program.kernels.dense import (
     prune,
     slack_form,
@@ -20,14 +20,14 @@ ADD = 2
 
 
 @helper
-def add_outside(like, line, program, asked):
+def add_outside(like, line, program, inputs):
     """Calls ingredients in Python, which add to the program of a tick.
 
     Args:
         like: A packed `OutsideRows` of the same type as the ingredients' rows.
         line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
-        asked: Further inputs of the ingredients: the `StateArrays`, the command
+        inputs: Further inputs of the ingredients: the `StateArrays`, the command
             that is being executed, the `RowArrays` of the clearances, and the
             time since the first tick of the rollout [s].
 
@@ -42,7 +42,7 @@ def add_outside(like, line, program, asked):
         bounds[0, j], bounds[1, j] = program.lower[j], program.upper[j]
         bounds[2, j] = program.free_lower[j]
         bounds[3, j] = program.free_upper[j]
-    address = ask_python(line, ADD, (bounds, costs, flags, *asked))
+    address = call_python(line, ADD, (bounds, costs, flags, *inputs))
     if address == FAILED:
         return program, False
     more = packed_at(like, address)

@@ -20,7 +20,7 @@ from remosplat_drake.robot.self_collision.kernels.near_points import (
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.target_arrays import (
     AimArrays,
-    asked_error,
+    constrained_error,
     target_of,
 )
 from remosplat_drake.scene.kernels.mover_reach import (
@@ -61,7 +61,7 @@ class GuidanceArrays(NamedTuple):
     path_a: np.ndarray
 
 
-class NearQuestion(NamedTuple):
+class NearSettings(NamedTuple):
     """Settings of the search for links that are near each other.
 
     Attributes:
@@ -261,7 +261,7 @@ def near_arrays(near, X_WL) -> NearArrays:
     """Finds the points at which the robot's links are near each other.
 
     Args:
-        near: The `NearQuestion`, packed.
+        near: The `NearSettings`, packed.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     pairs = near.pairs
@@ -327,7 +327,9 @@ def make_tick(
     scales, largest = np.empty(k), 0.0
     for i in range(k):
         target = target_of(aim, i)
-        p_W, turn_W, p_E = asked_error(state.X_WE[aim.effector[i]], target)
+        p_W, turn_W, p_E = constrained_error(
+            state.X_WE[aim.effector[i]], target
+        )
         set_vector(p_ET_W[i], p_W)
         set_vector(rotation_W[i], turn_W)
         scales[i] = error_scale(p_E, target)

@@ -4,7 +4,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
-from remosplat_drake.base.python_calls import ask_python
+from remosplat_drake.base.python_calls import call_python
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     JointLimitDamper,
@@ -211,7 +211,7 @@ def _optimum(program, is_own_solver, line):
     if ended == UNDECIDED:
         u = np.zeros(len(program.lower))
         form = slack_form(program)
-        ended = ask_python(line, SOLVE, (u, *form))
+        ended = call_python(line, SOLVE, (u, *form))
     return u, ended == OPTIMAL and np.isfinite(u).all()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
-from remosplat_drake.base.python_calls import ask_python
+from remosplat_drake.base.python_calls import call_python
 from remosplat_drake.controller.ingredients import CollisionDamper
 from remosplat_drake.controller.ingredients.kernels.assemble import (
     PARTS,
@@ -23,7 +23,7 @@ from remosplat_drake.controller.program.kernels.compiled_terms import NO_PART
 from remosplat_drake.controller.program.kernels.outside import add_outside
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     PROGRAM,
-    NearQuestion,
+    NearSettings,
     OutsideRows,
     given_or,
     make_program,
@@ -93,7 +93,7 @@ class LawArrays(NamedTuple):
     influence: float
     stopping: float
     verify: bool
-    near: NearQuestion
+    near: NearSettings
     kept: KeptArrays
 
 
@@ -306,12 +306,12 @@ def _whole_program(law, given, ahead, aim, u_previous, guidance):
         guidance,
     )
     if refused != NO_PART:
-        ask_python(placed[2], REFUSE, (program, refused, ended))
+        call_python(placed[2], REFUSE, (program, refused, ended))
         return make_program(robot.velocity_limit, 0, 1, 0), False
     if not law.has_outside:
         return program, True
-    asked = state, u_previous, rows, ahead
-    return add_outside(law.outside, placed[2], program, asked)
+    inputs = state, u_previous, rows, ahead
+    return add_outside(law.outside, placed[2], program, inputs)
 
 
 @helper

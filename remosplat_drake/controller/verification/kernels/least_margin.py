@@ -61,10 +61,10 @@ def least_margin(robot, state, movers, u, monitoring, tube):
             closing = closing_speed(movers, j, p_WM, p_WS, far, n_W)
             coming = min(max(closing, 0.0) * now + pushed, late)
             approach = max(_rate(robot, state, i, n_W, u), 0.0)
-            asked = coming + approach * way + kept
-            if far - radii - asked < least:
-                least = far - radii - asked
-                sphere, mover, distance, needed = i, j, far - radii, asked
+            required = coming + approach * way + kept
+            if far - radii - required < least:
+                least = far - radii - required
+                sphere, mover, distance, needed = i, j, far - radii, required
     return sphere, mover, distance, needed
 
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     apart,
     longest_way,
 )
-from remosplat_drake.controller.verification.kernels.places import place
-from remosplat_drake.controller.verification.kernels.scene_looks import (
-    look_along,
+from remosplat_drake.controller.verification.kernels.path_samples import (
+    sample_path,
 )
+from remosplat_drake.controller.verification.kernels.places import place
 from remosplat_drake.robot.kinematics import body_poses
 from remosplat_drake.signals.compiled_map import (
     is_lipschitz,
@@ -36,7 +36,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Returns whether all spheres keep their distance from a map on a path.
 
     At the path's `times` they keep the distance; between these times, the
-    distance minus a tolerance. See `between_looks.py`.
+    distance minus a tolerance. See `between_samples.py`.
 
     Args:
         robot: The `RobotArrays`.
@@ -59,24 +59,24 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         return True
     level, tolerance, start = level[near], tolerance[near], p_WS[near]
     at_start = clearance[near] - level
-    point, R_WL, bend, way, room, wanted = look_along(
+    point, R_WL, bend, way, margin, wanted = sample_path(
         robot, path, near, start, at_start, tolerance
     )
-    k, n = room.shape
+    k, n = margin.shape
     reach = level.max()
     if knows_between:
         reach += wanted.max()
-    looks = np.empty((k * n, 2), np.int64)
+    queries = np.empty((k * n, 2), np.int64)
     count = 0
     for j in range(k):
         for i in range(n):
-            if not (knows_between and room[j, i] > wanted[j, i]):
-                looks[count, 0], looks[count, 1] = j, i
+            if not (knows_between and margin[j, i] > wanted[j, i]):
+                queries[count, 0], queries[count, 1] = j, i
                 count += 1
     sphere, p = np.empty(count, np.int64), np.empty((count, 3))
     R = np.empty((count, 3, 3))
     for row in range(count):
-        j, i = looks[row]
+        j, i = queries[row]
         sphere[row] = near[i]
         for c in range(3):
             p[row, c] = point[j + 1, i, c]
@@ -85,9 +85,9 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     found = np.empty(count)
     sphere_clearances(placed, robot, sphere, p, R, reach, found)
     for row in range(count):
-        j, i = looks[row]
-        room[j, i] = found[row] - level[i]
-        if not room[j, i] >= 0.0:
+        j, i = queries[row]
+        margin[j, i] = found[row] - level[i]
+        if not margin[j, i] >= 0.0:
             return False
     if not knows_between:
         return True
@@ -95,7 +95,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     for i in range(n):
         before, time = at_start[i], 0.0
         for j in range(k):
-            after = room[j, i]
+            after = margin[j, i]
             if not before + after - way[j, i] >= -2.0 * tolerance[i]:
                 gap = near[i], level[i], at_start[i], bend[i], reach
                 ends = time, times[j], before, after
@@ -109,11 +109,11 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
 
 
 @helper
-def _within_reach(robot, path, room):
-    """Finds the spheres whose rooms may become negative on a path."""
-    near, count = np.empty(len(room), np.int64), 0
-    for i in range(len(room)):
-        if not travel_of(robot, path, i) < room[i]:
+def _within_reach(robot, path, margin):
+    """Finds the spheres whose margins may become negative on a path."""
+    near, count = np.empty(len(margin), np.int64), 0
+    for i in range(len(margin)):
+        if not travel_of(robot, path, i) < margin[i]:
             near[count] = i
             count += 1
     return near[:count]
@@ -147,16 +147,16 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
         robot: The `RobotArrays`.
         path: The `PathArrays`.
         placed: The map.
-        gap: The sphere, its level, its room at the start, the bound on its
+        gap: The sphere, its level, its margin at the start, the bound on its
             acceleration, and the largest queried distance.
-        ends: The two times, and the sphere's rooms at these.
+        ends: The two times, and the sphere's margins at these.
         places: The sphere's centres at the start of the path, and at the two
             times.
         tolerance: Amount by which a clearance may fall below its level [m].
     """
     i, level, at_start, bend, reach = gap
     start, p_before, p_after = places
-    # Remaining pieces: times and rooms at their ends, and their depths.
+    # Remaining pieces: times and margins at their ends, and their depths.
     most = ROUNDS * PIECES
     left = np.empty((most, 4))
     centers = np.empty((most, 2, 3))
@@ -168,14 +168,14 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
     sphere = np.full(1, i)
     p, found = np.empty((PIECES + 1, 3)), np.empty(1)
     R = np.empty((PIECES + 1, 3, 3))
-    room, way = np.empty(PIECES + 1), np.empty(PIECES)
+    margin, way = np.empty(PIECES + 1), np.empty(PIECES)
     while count:
         count -= 1
         depth = depths[count]
         if depth == ROUNDS:
             return False
         begin, end = left[count, 0], left[count, 1]
-        room[0], room[PIECES] = left[count, 2], left[count, 3]
+        margin[0], margin[PIECES] = left[count, 2], left[count, 3]
         p[0], p[PIECES] = centers[count, 0], centers[count, 1]
         span = (end - begin) / PIECES
         for k in range(1, PIECES):
@@ -183,22 +183,22 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
         for k in range(PIECES):
             way[k] = longest_way(p[k], p[k + 1], bend, span)
         for k in range(1, PIECES):
-            room[k] = at_start - apart(start, p[k])
+            margin[k] = at_start - apart(start, p[k])
             wanted = max(0.5 * max(way[k - 1], way[k]) - tolerance, 0.0)
-            if not room[k] > wanted:
+            if not margin[k] > wanted:
                 one = slice(k, k + 1)
                 sphere_clearances(
                     placed, robot, sphere, p[one], R[one], reach, found
                 )
-                room[k] = found[0] - level
-            if not room[k] >= -tolerance:
+                margin[k] = found[0] - level
+            if not margin[k] >= -tolerance:
                 return False
         for k in range(PIECES):
-            if room[k] + room[k + 1] - way[k] >= -2.0 * tolerance:
+            if margin[k] + margin[k + 1] - way[k] >= -2.0 * tolerance:
                 continue
             left[count, 0] = begin + k * span
             left[count, 1] = begin + (k + 1) * span
-            left[count, 2], left[count, 3] = room[k], room[k + 1]
+            left[count, 2], left[count, 3] = margin[k], margin[k + 1]
             centers[count, 0], centers[count, 1] = p[k], p[k + 1]
             depths[count] = depth + 1
             count += 1

@@ -12,14 +12,14 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     apart,
 )
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     travel_of,
 )
-from remosplat_drake.controller.verification.kernels.scene_looks import (
-    look_along,
+from remosplat_drake.controller.verification.kernels.path_samples import (
+    sample_path,
 )
 from remosplat_drake.scene.kernels.mover_reach import (
     center_distance,
@@ -55,26 +55,26 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     if len(movers.radius) == 0:
         return True
     least = tube + tolerance
-    pair, level, room = _within_reach(
+    pair, level, margin = _within_reach(
         robot, path, movers, p_WS, separation + tube, least
     )
     if len(pair) == 0:
         return True
     near, place_of = _spheres_of(pair, len(p_WS))
     start = p_WS[near]
-    point, _, _, way, _, _ = look_along(
+    point, _, _, way, _, _ = sample_path(
         robot, path, near, start, np.zeros(len(near)), np.zeros(len(near))
     )
     times = np.zeros(len(path.clock) + 1)
     times[1:] = path.clock
-    seen = _looks_at_movers(movers, times)
+    seen = _sampled_movers(movers, times)
     for m in range(len(pair)):
         i = place_of[pair[m, 0]]
         touching = robot.radius[pair[m, 0]] + movers.radius[pair[m, 1]]
         if not _pair_is_kept(
             movers,
             seen,
-            (pair[m, 1], touching, level[m], room[m]),
+            (pair[m, 1], touching, level[m], margin[m]),
             (times, point[:, i], way[:, i]),
             tolerance,
         ):
@@ -96,12 +96,12 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
         least: Least required distance, shape (n,) [m].
 
     Returns:
-        The pairs, shape (m, 2), the level of each, and its room at the start,
+        The pairs, shape (m, 2), the level of each, and its margin at the start,
         shape (m,) each [m].
     """
     n, k, last = len(p_WS), len(movers.radius), path.clock[-1]
     pair = np.empty((n * k, 2), np.int64)
-    level, room = np.empty(n * k), np.empty(n * k)
+    level, margin = np.empty(n * k), np.empty(n * k)
     travel = np.empty(n)
     for i in range(n):
         travel[i] = travel_of(robot, path, i)
@@ -124,9 +124,9 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
             if not found - travel[i] - travels >= kept[i]:
                 pair[m, 0], pair[m, 1] = i, j
                 level[m] = min(kept[i], max(found, least[i]))
-                room[m] = found - level[m]
+                margin[m] = found - level[m]
                 m += 1
-    return pair[:m], level[:m], room[:m]
+    return pair[:m], level[:m], margin[:m]
 
 
 @helper
@@ -143,7 +143,7 @@ def _spheres_of(pair, n):
 
 
 @helper
-def _looks_at_movers(movers, times):
+def _sampled_movers(movers, times):
     """Predicts all k movers at all s samples of a path.
 
     Returns:
@@ -171,8 +171,8 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 
     Args:
         movers: The `MoverArrays`.
-        seen: The result of `_looks_at_movers`.
-        pair: The mover, the sum of both radii, the level, and the room at the
+        seen: The result of `_sampled_movers`.
+        pair: The mover, the sum of both radii, the level, and the margin at the
             start.
         sphere: The times of the s samples, the centres then, shape (s, 3), and
             bounds on the lengths of its paths from sample to sample, shape (s -
@@ -191,8 +191,8 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
         used += grown[j, k] - grown[j, last]
         lost = apart(point[0], point[k]) + speed[j] * times[k]
         lost += grown[j, k] - grown[j, 0]
-        room = at_start - lost
-        knows = room >= 0.0 and room + before - used >= -2.0 * tolerance
+        margin = at_start - lost
+        knows = margin >= 0.0 and margin + before - used >= -2.0 * tolerance
         if not knows:
             taken = touching + level
             if not is_exact:
@@ -203,14 +203,16 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
             far, _, _, _ = core_distance(
                 movers, j, R_WM[j, k], p_WM[j, k], point[k]
             )
-            room = far - grown[j, k] - taken
-            is_clear = room >= 0.0 and room + before - used >= -2.0 * tolerance
+            margin = far - grown[j, k] - taken
+            is_clear = (
+                margin >= 0.0 and margin + before - used >= -2.0 * tolerance
+            )
             if not is_clear and not (
                 _retreats(movers, seen, j, last, k, point, way, touching)
                 and _retreats(movers, seen, j, k, k, point, way, touching)
             ):
                 return False
-        last, before, is_exact = k, room, not knows
+        last, before, is_exact = k, margin, not knows
     return True
 
 
@@ -231,7 +233,7 @@ def _retreats(movers, seen, j, then, k, point, way, touching):
     y = point[k, 1] - point[k - 1, 1]
     z = point[k, 2] - point[k - 1, 2]
     chord = math.sqrt(x * x + y * y + z * z)
-    bent = 3.0 * (way[k - 1] - chord)  # a t^2, see `between_looks`.
+    bent = 3.0 * (way[k - 1] - chord)  # a t^2, see `between_samples`.
     deepest, worst_ahead, worst_aside = np.inf, -np.inf, 0.0
     for end in range(k - 1, k + 1):
         far, nx, ny, nz = core_distance(

@@ -9,7 +9,7 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
 from remosplat_drake.base.vectors import norm, set_vector
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     tolerated,
 )
 from remosplat_drake.controller.verification.kernels.places import (
@@ -64,7 +64,7 @@ def pairs_keep_apart(tree, path, own, stopping, off):
     _place(tree, shapes, path, 0.0, X_WL[0], p_WC[0])
     is_placed[0] = True
     p_WL = centers_in_world(link_boxes, X_WL[0])
-    looks = knots, X_WL, p_WC, is_placed
+    samples = knots, X_WL, p_WC, is_placed
     work = make_work()
     for link in range(len(boxes)):
         farthest = travel[link, -1]
@@ -91,7 +91,7 @@ def pairs_keep_apart(tree, path, own, stopping, off):
             bend = relative_bend(lever[link], turns, speed, offset, reach[j])
             if not _pair_keeps_apart(
                 (tree, shapes, path),
-                looks,
+                samples,
                 (i, j, level, bend),
                 travel[link],
                 found - level,
@@ -103,10 +103,10 @@ def pairs_keep_apart(tree, path, own, stopping, off):
 
 
 @helper
-def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
+def _pair_keeps_apart(given, samples, pair, travel, margin, tolerance, work):
     """Checks one pair; computed poses are shared with other pairs."""
     tree, shapes, path = given
-    knots, X_WL, p_WC, is_placed = looks
+    knots, X_WL, p_WC, is_placed = samples
     # The path before `left` is clear. The next part ends at the last of
     # `rights`, which is halved if the part is too long.
     left = 0
@@ -124,46 +124,54 @@ def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
             way = travel[right] - travel[left]
         else:
             way = _way(shapes, X_WL[left], X_WL[right], pair, time)
-        room_after = _room(shapes, X_WL[right], p_WC[right], pair, way, work)
-        if not room_after >= 0.0:
+        margin_after = _margin(
+            shapes, X_WL[right], p_WC[right], pair, way, work
+        )
+        if not margin_after >= 0.0:
             return False
-        if not room + room_after - way >= 0.0:
+        if not margin + margin_after - way >= 0.0:
             if right - left > 1:
                 rights[height] = (left + right) // 2
                 height += 1
                 continue
             if not _keeps_apart_within(
-                given, looks, pair, right, (room, room_after), tolerance, work
+                given,
+                samples,
+                pair,
+                right,
+                (margin, margin_after),
+                tolerance,
+                work,
             ):
                 return False
-        left, room = right, room_after
+        left, margin = right, margin_after
         height -= 1
     return True
 
 
 @helper
-def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
+def _keeps_apart_within(given, samples, pair, knot, margins, tolerance, work):
     """Checks one pair within the tick that ends at a knot.
 
     Within a tick, distances may fall below their level by the tolerance.
     """
     tree, shapes, path = given
-    knots, X_WL, p_WC, _ = looks
+    knots, X_WL, p_WC, _ = samples
     begin, end = knots[knot - 1], knots[knot]
     shortest = 0.5**_HALVINGS * (end - begin)
     rights = np.empty((_HALVINGS + 2, 2))
     X_rights = np.empty((_HALVINGS + 2, *X_WL[0].shape))
-    rights[0, 0], rights[0, 1] = end, rooms[1]
+    rights[0, 0], rights[0, 1] = end, margins[1]
     copy_poses(X_WL[knot], X_rights[0])
-    left, room, X_left = begin, rooms[0], X_WL[knot - 1].copy()
+    left, margin, X_left = begin, margins[0], X_WL[knot - 1].copy()
     centers = np.empty_like(p_WC[0])
     height = 1
     while height:
-        right, room_after = rights[height - 1, 0], rights[height - 1, 1]
+        right, margin_after = rights[height - 1, 0], rights[height - 1, 1]
         X_right = X_rights[height - 1]
         way = _way(shapes, X_left, X_right, pair, right - left)
-        if room + room_after - way >= -2.0 * tolerance:
-            left, room = right, room_after
+        if margin + margin_after - way >= -2.0 * tolerance:
+            left, margin = right, margin_after
             copy_poses(X_right, X_left)
             height -= 1
             continue
@@ -173,7 +181,7 @@ def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
         X_middle = X_rights[height]
         _place(tree, shapes, path, middle, X_middle, centers)
         rights[height, 0] = middle
-        rights[height, 1] = _room(shapes, X_middle, centers, pair, way, work)
+        rights[height, 1] = _margin(shapes, X_middle, centers, pair, way, work)
         if not rights[height, 1] >= -tolerance:
             return False
         height += 1
@@ -191,7 +199,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 
 
 @helper
-def _room(shapes, X_WL, p_WC, pair, way, work):
+def _margin(shapes, X_WL, p_WC, pair, way, work):
     """Computes the excess of a pair's distance over its level [m].
 
     The result is a lower bound if that exceeds the paths next to the sample.

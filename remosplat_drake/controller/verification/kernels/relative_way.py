@@ -5,10 +5,10 @@ and let p and R be the position of C and the orientation of B in A. Relative to
 A, each point of the hull moves by at most the motion of C plus r times the
 angle by which B turns. No distance between A and B changes by more than that.
 
-The motion of C is bounded as in `between_looks`, and so is the angle. For this
-purpose, the matrix R is a point whose velocity has the Frobenius norm sqrt(2)
-times the angular speed; its acceleration is at most sqrt(2) times the square of
-the sum of all joint speeds between A and B.
+The motion of C is bounded as in `between_samples`, and so is the angle. For
+this purpose, the matrix R is a point whose velocity has the Frobenius norm
+sqrt(2) times the angular speed; its acceleration is at most sqrt(2) times the
+square of the sum of all joint speeds between A and B.
 """
 
 import math

@@ -9,7 +9,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import REAL, WHOLE, reals, several
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
     tolerated,
 )
@@ -51,7 +51,7 @@ VERDICT = several(reals(1), REAL, WHOLE)
 """Numba's type of the result of `verified`."""
 
 
-class OwnArrays(NamedTuple):
+class SelfCollisionArrays(NamedTuple):
     """A `SelfClearance`, packed for kernels.
 
     Attributes:
@@ -73,18 +73,18 @@ class KeptArrays(NamedTuple):
     Attributes:
         dt: Duration of a tick [s].
         spare: Time beyond a tick for which a station holds a command [s].
-        looks_at_itself: Whether self-collision is checked, too.
-        own: The pairs of the robot's own shapes.
-        own_stopping: The distance that these pairs keep [m].
+        checks_self_collision: Whether self-collision is checked, too.
+        self_pairs: The pairs of the robot's own shapes.
+        self_stopping: The distance that these pairs keep [m].
         separation: The distance to keep from all possible positions of movers
             [m].
     """
 
     dt: float
     spare: float
-    looks_at_itself: bool
-    own: OwnArrays
-    own_stopping: float
+    checks_self_collision: bool
+    self_pairs: SelfCollisionArrays
+    self_stopping: float
     separation: float
 
 
@@ -257,16 +257,16 @@ def path_objection(kept, around, path):
         around: The `Around` at the path's start.
         path: The `PathArrays`.
     """
-    robot, own = around.robot, kept.own
+    robot, own = around.robot, kept.self_pairs
     lower, upper = robot.position_lower, robot.position_upper
     if not keeps_joint_limits(path, lower, upper):
         return _JOINTS
-    if kept.looks_at_itself:
+    if kept.checks_self_collision:
         off = np.zeros(len(own.rate))
         for k in range(len(off)):
             for j in range(len(path.peak)):
                 off[k] += own.rate[k, j] * path.tube[j] * path.peak[j]
-        if not pairs_keep_apart(robot.tree, path, own, kept.own_stopping, off):
+        if not pairs_keep_apart(robot.tree, path, own, kept.self_stopping, off):
             return _ITSELF
     tube, p_WS = sphere_tube(robot, path.tube, path.peak), around.p_WS
     if not keeps_off_movers(

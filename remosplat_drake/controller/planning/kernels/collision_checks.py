@@ -9,23 +9,23 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
-from remosplat_drake.controller.planning.kernels.map_looks import (
+from remosplat_drake.controller.planning.kernels.map_checks import (
     is_off_the_map,
 )
 from remosplat_drake.controller.planning.kernels.map_motion import (
     keeps_off_the_map,
 )
-from remosplat_drake.controller.planning.kernels.self_looks import (
+from remosplat_drake.controller.planning.kernels.self_checks import (
     is_off_itself,
 )
 from remosplat_drake.controller.planning.kernels.self_motion import (
     keeps_off_itself,
 )
 from remosplat_drake.controller.planning.steering import (
-    stretch_command,
+    segment_command,
     waypoints,
 )
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     TOLERANCE,
 )
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
@@ -38,7 +38,7 @@ from remosplat_drake.robot.kinematics import (
 )
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 
-_MOVER_LOOK = 0.02
+_MOVER_STEP = 0.02
 """Motion of a sphere between two samples at which its distances from standing
 movers are checked [m]."""
 
@@ -98,7 +98,7 @@ def moves_freely(space, line, a, b):
     n_base = space.robot.n_base
     corners = waypoints(a, b, n_base, space.backing)
     for k in range(len(corners) - 1):
-        u = stretch_command(corners[k], corners[k + 1], n_base)
+        u = segment_command(corners[k], corners[k + 1], n_base)
         if not (
             keeps_off_the_map(space, line, corners[k], u)
             and _keeps_off_movers(space, corners[k], u)
@@ -148,10 +148,10 @@ def _keeps_off_movers(space, q, u):
         for j in range(len(u)):
             way += robot.jacobian_bound[i, j] * abs(u[j])
         travel = max(travel, way)
-    looks = max(1, round(travel / _MOVER_LOOK))
-    times = np.empty(looks)
-    for k in range(looks):
-        times[k] = (k + 1.0) / looks
+    samples = max(1, round(travel / _MOVER_STEP))
+    times = np.empty(samples)
+    for k in range(samples):
+        times[k] = (k + 1.0) / samples
     X_WL, _ = body_poses(robot.tree, q)
     p_WS, _ = sphere_points(X_WL, robot.body_S, robot.p_LS)
     path = held(q, u, robot.n_base, times, times)

@@ -4,8 +4,10 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import reals
-from remosplat_drake.controller.planning.kernels.map_looks import look
-from remosplat_drake.controller.verification.kernels.between_looks import apart
+from remosplat_drake.controller.planning.kernels.map_checks import query_margins
+from remosplat_drake.controller.verification.kernels.between_samples import (
+    apart,
+)
 from remosplat_drake.robot.kinematics import body_poses, place_points
 from remosplat_drake.signals.compiled_map import is_lipschitz
 
@@ -19,7 +21,7 @@ moved by that distance, no other query is needed."""
 
 
 @kernel(returns=reals(1))
-def speeds_in_room(space, line, path, fastest, law):
+def damper_speeds(space, line, path, fastest, law):
     """Bounds the speeds along a path by the clearances of the spheres.
 
     Let r be the excess of a sphere's clearance over the stopping distance. On a
@@ -45,7 +47,7 @@ def speeds_in_room(space, line, path, fastest, law):
     short = stopping - space.level
     p_before, R_before = np.empty((n, 3)), np.empty((n, 3, 3))
     p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
-    room, room_before = np.full(n, -np.inf), np.full(n, -np.inf)
+    margin, margin_before = np.full(n, -np.inf), np.full(n, -np.inf)
     wanted, wanted_before = np.zeros(n), np.zeros(n)
     X_WL, _ = body_poses(robot.tree, q[0])
     place_points(X_WL, robot.body_S, robot.p_LS, p_WS, R_WL)
@@ -63,34 +65,34 @@ def speeds_in_room(space, line, path, fastest, law):
                 for i in range(n):
                     way = apart(p_before[i], p_WS[i])
                     wanted[i] = min(longest * way, _FAR) + short[i]
-        _look_at_most(
-            space, line, (p_before, R_before), wanted, wanted_before, room
+        _update_margins(
+            space, line, (p_before, R_before), wanted, wanted_before, margin
         )
         if k > 0:
             step = s[k] - s[k - 1]
             least = speed[k - 1]
             for i in range(n):
-                nearer = room_before[i] - room[i]
-                if room_before[i] < wanted_before[i] and nearer > 0.0:
-                    allowed = slope * (room_before[i] - short[i]) * step
+                nearer = margin_before[i] - margin[i]
+                if margin_before[i] < wanted_before[i] and nearer > 0.0:
+                    allowed = slope * (margin_before[i] - short[i]) * step
                     least = min(least, allowed / nearer)
             speed[k - 1] = max(least, min(speed[k - 1], creep))
         for i in range(n):
-            room_before[i] = room[i]
+            margin_before[i] = margin[i]
             if knows_between:
-                room[i] -= apart(p_before[i], p_WS[i])
+                margin[i] -= apart(p_before[i], p_WS[i])
             else:
-                room[i] = -np.inf
+                margin[i] = -np.inf
     return speed
 
 
 @helper
-def _look_at_most(space, line, at, wanted, wanted_before, room):
-    """Measures rooms if a lower bound is smaller than needed."""
-    n = len(room)
+def _update_margins(space, line, at, wanted, wanted_before, margin):
+    """Measures margins if a lower bound is smaller than needed."""
+    n = len(margin)
     reach = np.empty(n)
     for i in range(n):
         most = max(wanted[i], wanted_before[i])
         # Spheres with sufficient lower bounds are not queried.
-        reach[i] = -np.inf if room[i] > most else most + _AHEAD
-    look(space, line, at, reach, room, -np.inf)
+        reach[i] = -np.inf if margin[i] > most else most + _AHEAD
+    query_margins(space, line, at, reach, margin, -np.inf)

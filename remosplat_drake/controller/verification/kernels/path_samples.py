@@ -4,10 +4,10 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import set_vector
-from remosplat_drake.controller.verification.kernels.between_looks import (
+from remosplat_drake.controller.verification.kernels.between_samples import (
     bend_of,
-    known_rooms,
     longest_ways,
+    margin_bounds,
 )
 from remosplat_drake.controller.verification.kernels.places import (
     peak_speed,
@@ -17,7 +17,7 @@ from remosplat_drake.robot.kinematics import body_poses, sphere_points
 
 
 @helper
-def look_along(robot, path, sphere, start, room, tolerance):
+def sample_path(robot, path, sphere, start, margin, tolerance):
     """Places n spheres at the k times of a path.
 
     Args:
@@ -26,9 +26,9 @@ def look_along(robot, path, sphere, start, room, tolerance):
         sphere: Indices of the spheres, shape (n,).
         start: Centres of the spheres in W at the start of the path, shape
             (n, 3) [m].
-        room: Rooms of the spheres (clearances minus levels) at the start of the
-            path, shape (n,) [m].
-        tolerance: Amount by which each room may fall below zero between two
+        margin: Margins of the spheres (clearances minus levels) at the start of
+            the path, shape (n,) [m].
+        tolerance: Amount by which each margin may fall below zero between two
             samples, shape (n,) [m].
 
     Returns:
@@ -36,7 +36,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
         the orientations of the spheres' links at the times, shape (k, n, 3, 3);
         bounds on the spheres' accelerations, shape (n,) [m/s^2]; bounds on the
         paths between the samples, shape (k, n) [m]; and the known and the
-        required rooms of `known_rooms`, shape (k, n) each [m].
+        required margins of `margin_bounds`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
     times = path.times
@@ -62,5 +62,5 @@ def look_along(robot, path, sphere, start, room, tolerance):
     for i in range(n):
         bend[i] = bend_of(robot.hessian_bound[sphere[i]], speed)
     way = longest_ways(point, span, bend)
-    known, wanted = known_rooms(point[1:], start, room, way, tolerance)
+    known, wanted = margin_bounds(point[1:], start, margin, way, tolerance)
     return point, R_WL, bend, way, known, wanted

@@ -1,4 +1,4 @@
-"""Converts a path to stretches on which the base only turns or only drives.
+"""Converts a path to segments on which the base only turns or only drives.
 
 A search draws the base's heading at each corner at random. Turns that only
 serve to reach such a heading are omitted.
@@ -20,7 +20,7 @@ def driven_corners(space: FreeSpace, corners: np.ndarray) -> np.ndarray:
         corners: Corners of a free path, shape (m, n_q) [rad, m].
 
     Returns:
-        Corners of stretches on which the base only turns or only drives
+        Corners of segments on which the base only turns or only drives
         straight on, its yaw unwrapped, shape (k, n_q) [rad, m].
     """
     if not space.robot.n_base:

@@ -3,11 +3,11 @@
 A gap is a distance that depends on one moving point, and changes by at most the
 motion of that point: the distance from a sphere's centre to the scene, or the
 distance between two spheres, where the point is the vector between their
-centres. The room of a gap is its distance minus its level, the distance that it
-must keep.
+centres. The margin of a gap is its distance minus its level, the distance that
+it must keep.
 
-Let r_0 and r_1 be the rooms at two samples, and s the length of the point's
-path between them. In between, the room is at least (r_0 + r_1 - s) / 2.
+Let r_0 and r_1 be the margins at two samples, and s the length of the point's
+path between them. In between, the margin is at least (r_0 + r_1 - s) / 2.
 
 For s there is an upper bound. Let a be a bound on the point's acceleration, and
 t the time between the samples. At the time x after the first sample, the
@@ -128,26 +128,26 @@ def longest_ways(point, span, bend):
 
 
 @kernel(linked=True)
-def known_rooms(point, start, room, way, tolerance):
-    """Bounds rooms without a query, and computes the required rooms.
+def margin_bounds(point, start, margin, way, tolerance):
+    """Bounds margins without a query, and computes the required margins.
 
-    A room is the excess of a distance over its level. If a point has moved by x
-    from its start, its room has decreased by at most x.
+    A margin is the excess of a distance over its level. If a point has moved by
+    x from its start, its margin has decreased by at most x.
 
     Args:
         point: Position of each of n points at each of k samples, shape (k, n,
             3) [m].
-        start: Position at which the room of each point is known, shape (n, 3)
+        start: Position at which the margin of each point is known, shape (n, 3)
             [m].
-        room: The rooms at `start`, shape (n,) [m].
+        margin: The margins at `start`, shape (n,) [m].
         way: Bounds on the lengths of the paths before each sample, and after
             the last one if the path continues, shape (k or k + 1, n) [m].
-        tolerance: Amount by which each room may fall below zero between two
+        tolerance: Amount by which each margin may fall below zero between two
             samples, shape (n,) [m].
 
     Returns:
-        Lower bounds on the rooms, and the least rooms that prove the adjacent
-        parts of the paths to be clear, shape (k, n) each [m].
+        Lower bounds on the margins, and the least margins that prove the
+        adjacent parts of the paths to be clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))
@@ -155,7 +155,7 @@ def known_rooms(point, start, room, way, tolerance):
     for j in range(k):
         after = min(j + 1, len(way) - 1)
         for i in range(n):
-            known[j, i] = room[i] - apart(start[i], point[j, i])
+            known[j, i] = margin[i] - apart(start[i], point[j, i])
             half = 0.5 * max(way[j, i], way[after, i])
             wanted[j, i] = max(half - tolerance[i], 0.0)
     return known, wanted

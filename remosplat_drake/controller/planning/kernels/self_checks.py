@@ -17,28 +17,32 @@ def is_off_itself(space, X_WL):
     """Returns whether all pairs of shapes keep their distances.
 
     Args:
-        space: The `SpaceArrays`. If all distances are kept, the rooms of the
+        space: The `SpaceArrays`. If all distances are kept, the margins of the
             links are written to its working memory.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    work, pairs = space.own_work, space.own.pairs
+    work, pairs = space.self_work, space.self_pairs.pairs
     place_centers(pairs.link_boxes, X_WL, work.p_WL)
     place_centers(pairs.shapes, X_WL, work.p_WC)
     for link in range(len(pairs.boxes)):
         a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
         apart = least_distance(pairs.link_boxes, X_WL, work.p_WL, a, b)
-        room = apart - space.link_level[link]
+        margin = apart - space.link_level[link]
         # The boxes show that most links are far apart.
-        if room < 0.0 and not _is_apart(space, X_WL, link):
+        if margin < 0.0 and not _is_apart(space, X_WL, link):
             return False
-        work.room[link] = max(room, 0.0)
+        work.margin[link] = max(margin, 0.0)
     return True
 
 
 @helper
 def _is_apart(space, X_WL, link):
     """Returns whether two links keep their distance."""
-    pairs, level, work = space.own.pairs, space.own_level, space.own_work
+    pairs, level, work = (
+        space.self_pairs.pairs,
+        space.self_level,
+        space.self_work,
+    )
     shapes, body = pairs.shapes, pairs.shapes.body
     for k in range(pairs.start[link], pairs.start[link + 1]):
         kept = level[k] - pairs.allowance[k]

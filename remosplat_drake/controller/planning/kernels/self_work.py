@@ -1,4 +1,4 @@
-"""`OwnWork`: working memory of kernels that check for self-collision.
+"""`SelfWork`: working memory of kernels that check for self-collision.
 
 Numba counts references to memory that a kernel allocates, with an atomic
 operation at each call. That takes longer than the checks themselves. References
@@ -22,7 +22,8 @@ class SelfMotionWork(NamedTuple):
         p_WC: Centres of the shapes at the samples, shape (s, 3, 8) [m].
         p_WL: Centres of the links' boxes, the same.
         pose: Pose of a link in another one, shape (13, 8).
-        room: Rooms between two links or shapes at the samples, shape (16,) [m].
+        margin: Margins between two links or shapes at the samples, shape (16,)
+            [m].
         n_A: For each pair of shapes, the latest direction that separated them,
             from the first shape to the second: a unit vector in the frame A of
             the first one's link, initially zero, shape (k, 3).
@@ -38,7 +39,7 @@ class SelfMotionWork(NamedTuple):
     p_WC: np.ndarray
     p_WL: np.ndarray
     pose: np.ndarray
-    room: np.ndarray
+    margin: np.ndarray
     n_A: np.ndarray
     speed: np.ndarray
     bend: np.ndarray
@@ -59,7 +60,7 @@ class SelfMotionWork(NamedTuple):
             p_WC=np.zeros((len(pairs.shapes.body), 3, WIDTH)),
             p_WL=np.zeros((len(pairs.link_boxes.body), 3, WIDTH)),
             pose=np.zeros((13, WIDTH)),
-            room=np.zeros(2 * WIDTH),
+            margin=np.zeros(2 * WIDTH),
             n_A=np.zeros((len(pairs.first), 3)),
             speed=np.zeros(len(pairs.boxes)),
             bend=np.zeros(bends),
@@ -70,14 +71,14 @@ class SelfMotionWork(NamedTuple):
         )
 
 
-class OwnWork(NamedTuple):
+class SelfWork(NamedTuple):
     """Memory for s shapes, l boxes of links and k pairs of shapes.
 
     Attributes:
         p_WC: Centres of the shapes, shape (s, 3) [m].
         p_WL: Centres of the links' boxes, shape (l, 3) [m].
-        room: Rooms of the links at the latest free configuration: lower bounds
-            on their distances minus the required ones, shape (l,) [m].
+        margin: Margins of the links at the latest free configuration: lower
+            bounds on their distances minus the required ones, shape (l,) [m].
         offset_W: Vector from a shape to another in W, shape (3,) [m].
         gjk: Arrays of `gjk.make_work`.
         motion: Memory for motions.
@@ -85,18 +86,18 @@ class OwnWork(NamedTuple):
 
     p_WC: np.ndarray
     p_WL: np.ndarray
-    room: np.ndarray
+    margin: np.ndarray
     offset_W: np.ndarray
     gjk: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     motion: SelfMotionWork
 
     @staticmethod
-    def make(pairs: PairArrays, bends: int) -> "OwnWork":
+    def make(pairs: PairArrays, bends: int) -> "SelfWork":
         """Makes the memory; see `SelfMotionWork.make`."""
-        return OwnWork(
+        return SelfWork(
             p_WC=np.zeros((len(pairs.shapes.body), 3)),
             p_WL=np.zeros((len(pairs.link_boxes.body), 3)),
-            room=np.zeros(len(pairs.boxes)),
+            margin=np.zeros(len(pairs.boxes)),
             offset_W=np.zeros(3),
             gjk=make_work(),
             motion=SelfMotionWork.make(pairs, bends),
