@@ -85,9 +85,9 @@ class PythonCalls:
         if calls.error is not None:
             raise calls.error
 
-    Each function takes `Arguments`, the values that the kernel
-    passes. The function returns an integer >= 0. To return a `Packed`, it
-    returns the result of `handed`.
+    Each function takes `Arguments`, the values that the kernel passes. The
+    function returns an integer >= 0. To return a `Packed`, it returns the
+    result of `handed`.
 
     Attributes:
         number: Number of this object, which the kernel passes to `call_python`.

@@ -38,6 +38,8 @@ Values = TypeVar("Values", bound=tuple)
 
 _WORD = ir.IntType(64)
 _REAL, _WHOLE = struct.Struct("d"), struct.Struct("q")
+_HEADERS = [struct.Struct(f"{1 + 2 * n}q") for n in range(33)]
+"""Formats of the headers of arrays with n dimensions."""
 
 
 class Packed(Generic[Values]):
@@ -60,10 +62,10 @@ class Packed(Generic[Values]):
             values: The named tuple; named tuples in it are packed, too. Arrays
                 that are not contiguous are copied.
         """
-        words: list[int] = []
+        words = bytearray()
         self.values, layout = _pack(values, words)
         self._layout, self._numba_type_ = _known_type(layout, self.values)
-        self._words = np.array(words, np.int64)
+        self._words = np.frombuffer(words, np.int64)
         self.address = _address(self._words)
 
     def __getattr__(self, name: str) -> Any:
@@ -79,7 +81,7 @@ class Packed(Generic[Values]):
         return self
 
 
-def _pack(value: Any, words: list[int]) -> tuple[Any, Any]:
+def _pack(value: Any, words: bytearray) -> tuple[Any, Any]:
     """Appends a value as 64-bit words; an array's are address, shape, strides.
 
     Returns:
@@ -89,12 +91,11 @@ def _pack(value: Any, words: list[int]) -> tuple[Any, Any]:
     """
     if isinstance(value, np.ndarray):
         value = np.ascontiguousarray(value)
-        words.append(_address(value))
-        words += value.shape
-        words += value.strides
+        header = _HEADERS[value.ndim]
+        words += header.pack(_address(value), *value.shape, *value.strides)
         return value, (value.dtype, value.ndim)
     if isinstance(value, Packed):
-        words += value._words.tolist()
+        words += value._words.data
         return value.values, value._layout
     if isinstance(value, tuple):
         kind = type(value)
@@ -102,9 +103,9 @@ def _pack(value: Any, words: list[int]) -> tuple[Any, Any]:
         make = getattr(kind, "_make", tuple)
         return make(p for p, _ in parts), (kind, *(at for _, at in parts))
     if isinstance(value, float):
-        words += _WHOLE.unpack(_REAL.pack(value))
+        words += _REAL.pack(value)
     else:
-        words.append(int(value))
+        words += _WHOLE.pack(int(value))
     return value, type(value)
 
 
