@@ -97,17 +97,16 @@ def goal_configurations(
     if aim.q is not None:
         return _named(space, aim.q, q)
     arms = arms_of(space, aim)
-    own = np.stack([q, q])
-    own[1, -len(space.robot.home) :] = space.robot.home
-    own = np.clip(own, space.lower, space.upper)
-    found, is_open, tried = _reaching(space, arms, own[:, None], most)
+    found, is_open, tried = np.empty((0, len(q))), np.empty(0, bool), 0
     left, (round_size, later) = _PATIENCE * seeds, _ROUND
     while tried < seeds and left > 0 and is_open.sum() < most:
         count, round_size = min(round_size, left, seeds), later
         draws = _draws(space, aim, q, count * _GROUP, rng)
-        draws = draws.reshape(count, _GROUP, len(q))
+        groups = draws.reshape(count, _GROUP, len(q))
+        if not tried:
+            groups = np.concatenate([_own_groups(space, q), groups])
         missing = most - int(is_open.sum())
-        more, more_open, more_tried = _reaching(space, arms, draws, missing)
+        more, more_open, more_tried = _reaching(space, arms, groups, missing)
         found = np.concatenate([found, more])
         is_open = np.concatenate([is_open, more_open])
         tried, left = tried + more_tried, left - count
@@ -116,6 +115,14 @@ def goal_configurations(
         order = np.argsort(_price(space, arms, best, q), kind="stable")
         return GoalConfigurations(best[order], tried, len(found))
     return _cramped(space, found, tried)
+
+
+def _own_groups(space: FreeSpace, q: np.ndarray) -> np.ndarray:
+    """Returns groups of the present configuration and of the arms' home."""
+    own = np.stack([q, q])
+    own[1, -len(space.robot.home) :] = space.robot.home
+    own = np.clip(own, space.lower, space.upper)
+    return np.repeat(own[:, None], _GROUP, axis=1)
 
 
 def _named(

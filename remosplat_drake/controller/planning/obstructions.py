@@ -1,9 +1,11 @@
 """`StandingMovers`: standing movers as obstacles for paths."""
 
 import dataclasses as dc
+from functools import cached_property
 
 import numpy as np
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover import Mover, Movers
@@ -40,10 +42,10 @@ class StandingMovers:
             Movers(movers.stamp, [_swollen(m, separation) for m in movers])
         )
 
-    @property
-    def arrays(self) -> MoverArrays:
+    @cached_property
+    def arrays(self) -> Packed[MoverArrays]:
         """The movers, packed for kernels."""
-        return self.movers.at(self.movers.stamp)
+        return Packed(self.movers.at(self.movers.stamp))
 
     def levels(self, spheres: Spheres) -> np.ndarray:
         """Returns the distances that spheres keep from the movers, (n,) [m].
@@ -53,8 +55,10 @@ class StandingMovers:
         Args:
             spheres: The robot's n spheres at the start.
         """
-        near = NearMovers.find(self.movers, self.movers.stamp, spheres, 0.0)
         level = np.zeros(len(spheres))
+        if not self.movers.movers:
+            return level
+        near = NearMovers.find(self.movers, self.movers.stamp, spheres, 0.0)
         np.minimum.at(level, near.sphere, near.distance)
         return level
 

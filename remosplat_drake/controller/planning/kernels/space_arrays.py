@@ -65,7 +65,7 @@ class SpaceArrays(NamedTuple):
     link_level: np.ndarray
     self_bend: np.ndarray
     self_work: SelfWork
-    movers: MoverArrays
+    movers: MoverArrays | Packed[MoverArrays]
     mover_level: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
