@@ -28,6 +28,7 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
             "95 % [s]",
             "base path, median [m]",
             "planned [%]",
+            "first path, median [ms]",
             "tick p50 [ms]",
         ),
         tuple(
@@ -41,7 +42,9 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
         "keep the required distances from each other. Collisions with the "
         "scene are measured at ticks and at four points between, with spheres "
         "that enclose all links. Distances between links are measured at "
-        "ticks, with convex hulls.",
+        "ticks, with convex hulls. The columns of paths contain the number of "
+        "targets to which a path was found, and the search time until then, "
+        "with other load on the computer.",
         texts=2,
     )
 
@@ -57,7 +60,8 @@ def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
     clearance = 1e3 * row.values("minimum_distance", rule, chosen)
     own = [t.self_distance for t in trials if t.self_distance is not None]
     ticks = np.array([t.times.tick_p50 for t in trials if t.times is not None])
-    searched = sum(t.first_checks is not None for t in trials)
+    searched = [t for t in trials if t.first_checks is not None]
+    first_path = np.array([t.times.first_path for t in searched if t.times])
     collided = sum(t.outcome(rule) == COLLISION for t in trials)
     return (
         row.method,
@@ -69,7 +73,8 @@ def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
         _percentile(time, 50),
         _percentile(time, 95),
         _percentile(way, 50),
-        format_rate(searched, len(trials)),
+        format_rate(len(searched), len(trials)),
+        _percentile(1e3 * first_path, 50),
         _percentile(1e3 * ticks, 50),
     )
 

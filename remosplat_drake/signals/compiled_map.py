@@ -137,8 +137,8 @@ def register_query(kind: type, kernel: Callable) -> None:
     bind_code(kind, kernel)
     note_extension(kernel)
 
-    # The type of the named tuple distinguishes this implementation of `query_map`;
-    # see `bind_code`.
+    # The type of the named tuple distinguishes this implementation of
+    # `query_map`; see `bind_code`.
     @extending.overload(query_map)
     def _query_kind(compiled, queries, answer):
         if getattr(compiled, "kind", None) is kind:
@@ -188,7 +188,8 @@ def query_each(maps, queries, answers) -> None:
     Args:
         maps: The k maps, in the form of `DistanceField.compiled_rows`.
         queries: The queries, as for `query_map`.
-        answers: Output: the result of `query_map` for each map, shape (k, n, 8).
+        answers: Output: the result of `query_map` for each map, shape (k, n,
+            8).
     """
     raise NotImplementedError("this is called from compiled code")
 

@@ -2,7 +2,8 @@
 
 A target is a pose of the hand in front of a random disc, at which the hand
 points. Targets to which there is a path are measured separately from those that
-no configuration reaches with the required distances.
+no configuration reaches with the required distances. For comparison, paths to
+the same targets are also planned with distances to the true geometry.
 """
 
 import math
@@ -55,10 +56,14 @@ def _cases(name: str) -> list[Case]:
     timing = TimingLimits(law.collision, config.approach_scale, law.dt)
     planner = MotionPlanner(world.robot, law.self_clearance, config, timing)
     stopping = law.collision.stopping
-    q, field = world.q0, world.field
+    q, field, solids = world.q0, world.field, world.truth_field
+    assert solids is not None
 
     def plan(X_WT: np.ndarray) -> Plan:
         return planner.plan(q, X_WT, field, stopping)
+
+    def plan_in_solids(X_WT: np.ndarray) -> Plan:
+        return planner.plan(q, X_WT, solids, stopping)
 
     def find_goals(X_WT: np.ndarray) -> GoalConfigurations:
         return goal_configurations(
@@ -75,8 +80,11 @@ def _cases(name: str) -> list[Case]:
     pairs = list(zip(targets, plans, strict=True))
     found = [X_WT for X_WT, there in pairs if there.path]
     none = [X_WT for X_WT, there in pairs if not there.goals]
+    both = [X_WT for X_WT in found if plan_in_solids(X_WT).path]
     return [
         _case(f"first path, {name}", plan, found),
+        _case(f"first path in both maps, {name}, discs", plan, both),
+        _case(f"first path in both maps, {name}, solids", plan_in_solids, both),
         _case(f"goals of these, {name}", find_goals, found),
         _case(f"no goal, {name}", plan, none),
     ]

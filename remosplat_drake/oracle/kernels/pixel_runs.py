@@ -57,11 +57,11 @@ class Canvas(NamedTuple):
             `alpha_cutoff`, the value is the negative transmittance of the
             fragments nearer than the limit.
         latest: Index of the latest run of each row; -1 if it has none.
-        runs: Range [m] and alpha of each run's fragments, shape (capacity, 2, 4);
-            alpha is 0 for a missing fragment.
+        runs: Range [m] and alpha of each run's fragments, shape (capacity, 2,
+            4); alpha is 0 for a missing fragment.
         run_heads: For each run, the previous run in the same row, the run's
-            layer, and the place of its first pixel in this layer, shape (capacity,
-            3).
+            layer, and the place of its first pixel in this layer, shape
+            (capacity, 3).
         candidates: Pixels whose transmittance has fallen below the threshold of
             the median.
         order: Memory in which the fragments of a pixel are sorted.
@@ -162,7 +162,7 @@ def wipe(canvas, bound):
 
 @inlined
 def has_capacity(canvas, rules):
-    """Returns whether the canvas has capacity for eight more splats in one view."""
+    """Returns whether the canvas can take eight more splats in one view."""
     most = WIDTH * rules.resolution * -(-rules.resolution // FEW)
     return canvas.count[RUNS] + most <= len(canvas.runs) and canvas.count[
         DEFERRED

@@ -27,9 +27,9 @@ def add_outside(like, line, program, inputs):
         like: A packed `OutsideRows` of the same type as the ingredients' rows.
         line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
-        inputs: Further inputs of the ingredients: the `StateArrays`, the command
-            that is being executed, the `RowArrays` of the clearances, and the
-            time since the first tick of the rollout [s].
+        inputs: Further inputs of the ingredients: the `StateArrays`, the
+            command that is being executed, the `RowArrays` of the clearances,
+            and the time since the first tick of the rollout [s].
 
     Returns:
         The `ProgramArrays` with the added terms, and True. If a term is
