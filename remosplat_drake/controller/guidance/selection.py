@@ -53,6 +53,10 @@ class Selection:
             arrival, shape (n_q,); None otherwise. When the robot has moved away
             from this configuration, the next round starts even before
             `idle_until`.
+        arriving_at: Configuration in which the latest round ended with an
+            arrival, shape (n_q,); None otherwise.
+        refuted: Number of times that a rollout arrived although the robot,
+            which followed the same guidance, stood still.
         revision: Revision of the map of the round.
         aim: The aim of the round.
         tier: Index of the largest stopping distance that is used. The robot did
@@ -78,6 +82,8 @@ class Selection:
     latest: tuple[Rollout, ...] = ()
     idle_until: float = -np.inf
     hopeless_at: np.ndarray | None = None
+    arriving_at: np.ndarray | None = None
+    refuted: int = 0
     revision: str = ""
     aim: Aim | None = None
     tier: int = 0

@@ -24,6 +24,7 @@ from remosplat_drake.controller.guidance.futures import (
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
+    STALLED,
     Rollout,
     advance_rollout,
 )
@@ -61,6 +62,12 @@ the same result."""
 _MOVED = 0.05
 """Change of a configuration variable after which another round starts [m,
 rad]."""
+
+_STOOD, _SHORT = 2e-3, 0.5
+"""A robot has stood still if no configuration variable has changed by more than
+the first number [m, rad], and no command exceeds it [m/s, rad/s]. Rollouts of
+less than the second number [s] are not compared with the robot, which may be
+arriving."""
 
 _MARGIN = 0.5
 """Least improvement of the score for a change of guidance [s]."""
@@ -257,6 +264,9 @@ def _file(
     interrupted: Callable[[], bool],
 ) -> Selection:
     """Stores ended rollouts, then begins the next group or decides."""
+    if _is_refuted(rule, selection, ended, now):
+        ended = (ended[0].ended(STALLED),)
+        selection = dc.replace(selection, refuted=selection.refuted + 1)
     incumbent = (selection.finished or ended)[0]
     finished = (*selection.finished, *ended)
     arrives = any(r.status == REACHED for r in ended)
@@ -267,6 +277,7 @@ def _file(
             finished,
             f"{incumbent.guidance.name} arrives",
             now.time + _trusted_for(now.movers),
+            arriving_at=now.q,
         )
     if arrives:
         return _decide(rule, selection, finished, now)
@@ -286,6 +297,30 @@ def _file(
         waiting=waiting,
         finished=finished,
     )
+
+
+def _is_refuted(
+    rule: SelectionRule,
+    selection: Selection,
+    ended: Futures,
+    now: PresentState,
+) -> bool:
+    """Whether the robot shows that the rollout of its guidance is wrong.
+
+    A rollout takes longer steps than the robot. So it may pass where the robot
+    stops: along an obstacle at the stopping distance, towards which the motion
+    is curved. The robot may then have stood still since the last rollout that
+    arrived. Among movers, a robot may wait.
+    """
+    there, motions = selection.arriving_at, rule.motions
+    if there is None or motions is None or selection.finished:
+        return False
+    is_alone = len(ended) == 1 and ended[0].status == REACHED
+    has_movers = now.movers is not None and len(now.movers)
+    if not is_alone or has_movers or ended[0].time < _SHORT:
+        return False
+    moved = max(np.abs(now.q - there).max(), np.abs(now.u).max())
+    return bool(moved <= _STOOD and selection.refuted < motions.config.attempts)
 
 
 def _next_group(
@@ -312,20 +347,21 @@ def _planned(
     `tiers` limits the number of stopping distances that are tried.
     """
     motions, plans = rule.motions, selection.plans
+    attempt = selection.failures + selection.refuted
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
     guidance, effort, found = None, selection.effort, selection.found
     around = standing(now)
     # The roadmap is not used if a path to this target was found before, or if a
     # round has failed, since it would probably lead to the same path.
-    again = selection.failures or found
+    again = attempt or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < (tiers or len(rule.tiers)):
         guidance, plan = rule.planned(
             now,
             field,
             len(plans),
-            selection.failures,
+            min(attempt, motions.config.attempts - 1),
             interrupted,
             roadmap,
             around,
@@ -368,7 +404,7 @@ def _decide(
         finished,
         reason,
         now.time + (_trusted_for(now.movers) if arrives else PATIENCE),
-        None if arrives else now.q,
+        **{"arriving_at" if arrives else "hopeless_at": now.q},
     )
 
 
@@ -378,7 +414,9 @@ def _end_round(
     finished: tuple[Rollout, ...],
     reason: str,
     idle_until: float,
+    *,
     hopeless_at: np.ndarray | None = None,
+    arriving_at: np.ndarray | None = None,
 ) -> Selection:
     return Selection(
         guidance=guidance,
@@ -386,6 +424,8 @@ def _end_round(
         latest=finished,
         idle_until=idle_until,
         hopeless_at=hopeless_at,
+        arriving_at=arriving_at,
+        refuted=selection.refuted,
         **_searched(selection, arrives=hopeless_at is None),
         effort=selection.effort,
         found=selection.found,

@@ -20,6 +20,8 @@ from remosplat_drake.controller.guidance.selection_round import (
     PATIENCE,
     advance_selection,
 )
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
@@ -246,6 +248,33 @@ def test_what_the_robot_does_not_keep_is_not_asked(toy, tiers, used, has_line):
     free = dc.replace(rule, tiers=(0.014, *tiers[1:]))
     selection = advance(free, selection, toy, aim=higher, budget=0, q=toy.q)
     assert selection.tier == 0
+
+
+def test_a_rollout_that_the_robot_refutes_is_not_believed(toy):
+    law = toy.law
+    planner = MotionPlanner(
+        law.robot, law.self_clearance, PlanningConfig(at_once=False)
+    )
+    rule = dc.replace(toy.rule((toy.near,)), motions=planner)
+    first = advance(rule, start_selection(rule), toy)
+    assert first.reason == "near arrives"
+    # A second later, it has moved, or it stands although it is commanded to
+    # move: this says nothing about the rollout.
+    for changes in ({"q": toy.q + 0.01}, {"u": np.array([0.1, 0.0, 0.0])}):
+        later = advance(rule, first, toy, time=IDLE, **changes)
+        assert later.reason == "near arrives"
+        assert later.refuted == 0
+    later = advance(rule, first, toy, time=IDLE)
+    assert later.reason == "near stalled, plan reached"
+    assert later.guidance.path is not None
+    assert later.refuted == 1
+    # If the robot never moves, the searches end, and a new target begins anew.
+    for k in range(2, 20):
+        later = advance(rule, later, toy, time=k * IDLE)
+    assert later.refuted == planner.config.attempts
+    higher = toy.X_WT.copy()
+    higher[2, 3] += 0.1
+    assert advance(rule, later, toy, aim=higher, budget=0).refuted == 0
 
 
 @pytest.mark.parametrize("name", ["q", "aim"])
