@@ -13,7 +13,11 @@ from remosplat_drake.hardware.client.base_track import (
 from remosplat_drake.hardware.client.plausibility import arm_jump
 from remosplat_drake.hardware.client.stream import Stream, advanced, broken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import BaseState, decode_base_status
+from remosplat_drake.hardware.wire.base import (
+    BaseState,
+    decode_base_status,
+    extrapolated_pose,
+)
 from remosplat_drake.hardware.wire.hand import HandState, decode_hand_status
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import PandaState, decode_panda_status
@@ -57,6 +61,25 @@ class Measurement:
 
     def __deepcopy__(self, memo) -> "Measurement":
         return self
+
+    def base_pose(self, now: float, expiry: float) -> np.ndarray:
+        """Returns the base's pose in the map, shape (3,) [m, m, rad].
+
+        The latest odometry is extrapolated to the present.
+
+        Args:
+            now: The time, by our wall clock [s].
+            expiry: Longest extrapolation [s].
+
+        Returns:
+            The pose; NaN before the first status, or while it is unknown.
+        """
+        base = self.base
+        if base is None:
+            return np.full(3, np.nan)
+        age = min(max(now - base.stamp, 0.0), expiry)
+        X_OB = extrapolated_pose(base.pose, base.velocity, age)
+        return self.base_track.pose(X_OB)
 
     def hand_reading(self, now: float, expiry: float) -> np.ndarray:
         """Returns opening, rate and force of the gripper, (3,) [m, m/s, N].

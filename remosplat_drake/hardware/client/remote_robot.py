@@ -15,7 +15,7 @@ from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import base_axes, extrapolated_pose
+from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.hardware.wire.hand import check_hands
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
@@ -157,14 +157,11 @@ class RemoteRobot(LeafSystem):
         output.SetFromVector(arm.v if arm else _unknown(output))
 
     def _calc_base(self, context: Context, output: BasicVector) -> None:
-        base = self.measurement(context).base
-        if base is None:
-            output.SetFromVector(_unknown(output))
-            return
-        age = context.get_time() - base.stamp
-        age = min(max(age, 0.0), self._config.base_status_expiry)
-        X_OB = extrapolated_pose(base.pose, base.velocity, age)
-        output.SetFromVector(self.measurement(context).base_track.pose(X_OB))
+        output.SetFromVector(
+            self.measurement(context).base_pose(
+                context.get_time(), self._config.base_status_expiry
+            )
+        )
 
     def _calc_base_velocity(
         self, context: Context, output: BasicVector

@@ -38,18 +38,21 @@ class BaseSenses:
     Without a localisation, the odometry is the pose in W.
     """
 
-    def __init__(self, localizes: bool):
+    def __init__(self, localizes: bool, X_WO: np.ndarray = X_WO, seed: int = 0):
         """Starts without errors.
 
         Args:
             localizes: Whether there is a localisation in addition to the
                 odometry.
+            X_WO: Pose of the odometry's frame at the start, if there is a
+                localisation, shape (3,) [m, m, rad].
+            seed: Seed of the localisation's noise.
         """
-        self._localizes = localizes
+        self._localizes, self._X_WO = localizes, X_WO
         self._drifts = {"base-drift": 0.0, "localization-drift": 0.0}
         self._time = self._next_fix = 0.0
         self._fixes: list[tuple[float, BaseFix]] = []
-        self._random = np.random.default_rng(0)
+        self._random = np.random.default_rng(seed)
 
     def advance(self, t: float, faults: FaultSchedule) -> None:
         """Advances the drifts to a time t [s]."""
@@ -62,7 +65,7 @@ class BaseSenses:
         off = self._drifts["base-drift"] + faults.value("base-jump", 0.0)
         pose = np.array(status.pose) + off * AWAY
         status.pose = (
-            relative(X_WO, pose) if self._localizes else pose
+            relative(self._X_WO, pose) if self._localizes else pose
         ).tolist()
         status.utime += round(faults.value("base-clock", 0.0) * MICROSECONDS)
         if "base-mute" in faults:
