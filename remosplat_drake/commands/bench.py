@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.strict_json import parse_json
@@ -17,7 +17,7 @@ from remosplat_drake.commands.bench_hardware import (
     run_faults,
     run_loops,
 )
-from remosplat_drake.commands.json_output import json_text, print_json
+from remosplat_drake.commands.json_output import print_json, write_json
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.file_cases import file_cases
@@ -127,8 +127,10 @@ def run(arguments: argparse.Namespace) -> int:
         _write(arguments.json, [dc.asdict(loop) for loop in loops])
         return 0
     if arguments.group == "faults":
-        results = run_faults(console, arguments.case)
-        _write(arguments.json, fault_rows(results))
+        path = None if arguments.json in (None, STDOUT) else arguments.json
+        results = run_faults(console, arguments.case, path=path and Path(path))
+        if arguments.json == STDOUT:
+            print_json(fault_rows(results))
         return 1 if any(result.problem for result in results) else 0
     earlier = _read(arguments.compare) if arguments.compare else {}
     makers = {
@@ -154,7 +156,7 @@ def _write(path: str | None, rows: list[dict]) -> None:
     if path == STDOUT:
         print_json(rows)
     elif path is not None:
-        write_atomically(Path(path), json_text(rows) + "\n")
+        write_json(Path(path), rows)
 
 
 def _read(path: Path) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Console
 
@@ -23,11 +24,15 @@ from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.base.table import Table
+from remosplat_drake.commands.json_output import write_json
 from remosplat_drake.commands.tables import open_console, print_table
 
 
 def run_faults(
-    console: Console, only: str = "", stand_in: Sequence[str] = STAND_IN
+    console: Console,
+    only: str = "",
+    stand_in: Sequence[str] = STAND_IN,
+    path: Path | None = None,
 ) -> list[FaultResult]:
     """Runs the fault campaign and prints a table.
 
@@ -36,10 +41,12 @@ def run_faults(
         only: Text. Only cases whose names contain it run; "" selects all cases.
         stand_in: Command line of the simulated robot, which takes the arguments
             of `hardware-sim`.
+        path: JSON file that receives the results so far after each case; None
+            writes no file.
 
     Raises:
-        RemoSplatError: No case has such a name, or this computer does not
-            receive its own multicasts.
+        RemoSplatError: No case has such a name, this computer does not
+            receive its own multicasts, or the file cannot be written.
     """
     cases = [case for case in CASES if only in case.name]
     if not cases:
@@ -54,6 +61,8 @@ def run_faults(
             news.print(f"{case.name}: {result.problem or 'as expected'}")
             news.print(f"  {result.reason or result.case.outcome}", style="dim")
             results.append(result)
+            if path is not None:
+                write_json(path, fault_rows(results))
     print_table(console, fault_table(results))
     console.print(load())
     return results
@@ -118,7 +127,8 @@ def fault_rows(results: list[FaultResult]) -> list[dict]:
     """Converts a fault campaign's results to JSON types; NaN becomes null."""
     rows = []
     for result in results:
-        row = {"fault": result.case.name, **vars(result)}
+        case = result.case
+        row = {"fault": case.name, "expected": case.outcome, **vars(result)}
         del row["case"]
         rows.append(
             {

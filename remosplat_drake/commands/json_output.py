@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from remosplat_drake.base.atomic_file import write_atomically
+
 
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """Declares the flag `--json`."""
@@ -22,6 +24,15 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 def print_json(document: Any) -> None:
     """Prints a document as JSON; see `plain` for the supported types."""
     print(json_text(document))
+
+
+def write_json(path: Path, document: Any) -> None:
+    """Writes a document to a JSON file; see `plain` for the supported types.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    write_atomically(path, json_text(document) + "\n")
 
 
 def json_text(document: Any) -> str:

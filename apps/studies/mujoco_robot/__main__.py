@@ -7,9 +7,11 @@ of `remosplat bench faults` with it. Both need the package mujoco, version 3.
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from apps.studies.command_line import study_main
 from apps.studies.mujoco_robot.mujoco_plant import MujocoPlant
+from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.commands import hardware_sim
 from remosplat_drake.commands.bench_hardware import run_faults
 from remosplat_drake.commands.tables import open_console
@@ -31,13 +33,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="",
         help="only faults whose names contain this text",
     )
+    faults.add_argument(
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="also write the results to FILE, after each fault",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs one of the two programs."""
     if arguments.program == "sim":
         return hardware_sim.run(arguments, MujocoPlant)
-    results = run_faults(open_console(), arguments.case, STAND_IN)
+    if arguments.json is not None:
+        check_writable(arguments.json)
+    results = run_faults(
+        open_console(), arguments.case, STAND_IN, arguments.json
+    )
     return 1 if any(result.problem for result in results) else 0
 
 
