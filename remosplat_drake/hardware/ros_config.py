@@ -119,7 +119,11 @@ class Ros2HandTopics(Config):
     # The robot's ROS_DOMAIN_ID. If absent, it is the value of the environment
     # variable, or 0.
     domain: Domain = None
-    # Topic of the control_msgs/GripperCommand commands.
+    # Name of the control_msgs/GripperCommand action, such as
+    # /gripper_controller/gripper_cmd of a GripperActionController; empty:
+    # commands are sent to the topic `commands`.
+    action: str = ""
+    # Topic of the control_msgs/GripperCommand commands, if there is no action.
     commands: Topic = "/gripper_controller/command"
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"

@@ -1,9 +1,7 @@
-"""`Ros2HandLink`: connects to a gripper on ROS 2 with commands on a topic.
+"""`Ros2HandLink`: connects to a gripper on ROS 2, by an action or a topic.
 
-Commands are control_msgs/GripperCommand messages. ROS 2's
-GripperActionController receives the same values by an action, which is not
-supported: actions use services, whose requests differ between implementations
-of DDS.
+Commands are control_msgs/GripperCommand: goals of an action, as those of ROS 2's
+GripperActionController, or messages on a topic.
 """
 
 import math
@@ -14,6 +12,10 @@ from collections.abc import Sequence
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.hardware.drivers.joint_states import JointStates
+from remosplat_drake.hardware.drivers.ros2_gripper_action import (
+    ENDED,
+    GripperAction,
+)
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.ros_config import Ros2HandTopics, Tell
 from remosplat_drake.hardware.wire.channels import HAND_STATUS_EXPIRY
@@ -65,7 +67,11 @@ class Ros2HandLink:
 
         self._ros, self._config, self._names = ros, config, list(names)
         self._joints = JointStates(names, _CUTOFF)
-        self._commands = node.writer(config.commands, ros.GripperCommand)
+        self._action = self._commands = None
+        if config.action:
+            self._action = GripperAction(node, config.action)
+        else:
+            self._commands = node.writer(config.commands, ros.GripperCommand)
         self._reader = node.reader(config.states, ros.JointState)
         self._tell, self._told = tell, ""
         self._lock = threading.Lock()
@@ -95,14 +101,13 @@ class Ros2HandLink:
             force: Bound on the gripping force [N].
 
         Raises:
-            RemoSplatError: The opening became unknown, or the fingers moved
-                for more than 10 s.
+            RemoSplatError: The opening became unknown, the fingers moved for
+                more than 10 s, or the action server did not accept the command.
         """
-        position = width * self._config.position_share
-        self._commands.write(self._ros.GripperCommand(position, force))
+        self._command(width * self._config.position_share, force)
         end = time.monotonic() + _LONGEST
         before, since = math.nan, time.monotonic()
-        while time.monotonic() - since < _SETTLED:
+        while time.monotonic() - since < _SETTLED or self._is_executing():
             measured = self.measure()
             if measured is None:
                 raise RemoSplatError(
@@ -114,6 +119,15 @@ class Ros2HandLink:
             if not abs(measured[0] - before) < _STILL:
                 before, since = measured[0], time.monotonic()
             time.sleep(0.01)
+
+    def _is_executing(self) -> bool:
+        return self._action is not None and self._action.state() not in ENDED
+
+    def _command(self, position: float, force: float) -> None:
+        if self._action is not None:
+            self._action.send(position, force)
+        if self._commands is not None:
+            self._commands.write(self._ros.GripperCommand(position, force))
 
     def close(self) -> None:
         """Does nothing, since the DDS participant ends with this object."""

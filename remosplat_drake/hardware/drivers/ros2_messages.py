@@ -29,6 +29,15 @@ def dds_topic(topic: str) -> str:
     return f"rt/{topic.strip('/')}"
 
 
+def request_topic(service: str) -> str:
+    """Returns the DDS name of a service's requests: `rq/addRequest` for `/add`.
+
+    Args:
+        service: ROS 2's name of the service.
+    """
+    return f"rq/{service.strip('/')}Request"
+
+
 def _zeros36() -> list[float]:
     return [0.0] * 36
 

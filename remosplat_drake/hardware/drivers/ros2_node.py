@@ -14,6 +14,9 @@ from remosplat_drake.base.errors import (
 _MOST = 100
 """Largest number of samples that are read at once."""
 
+_MOST_ENDPOINTS = 10_000
+"""Largest number of readers in a domain that are examined."""
+
 _LAST_DOMAIN = 232
 """Largest ROS_DOMAIN_ID; for larger numbers, DDS has no UDP ports."""
 
@@ -59,6 +62,7 @@ class Ros2Node:
         self._domain = domain
         with self._named_errors():
             self._participant = DomainParticipant(domain)
+        self._subscriptions = None
 
     def writer(self, topic: str, kind: type, *, latched: bool = False):
         """Makes a `DataWriter` of a topic, which keeps its last message.
@@ -75,6 +79,8 @@ class Ros2Node:
         from cyclonedds.core import Policy, Qos
         from cyclonedds.pub import DataWriter
 
+        from remosplat_drake.hardware.drivers.ros2_messages import dds_topic
+
         qos = Qos(
             Policy.Reliability.Reliable(max_blocking_time=10_000_000),
             Policy.Durability.TransientLocal
@@ -84,8 +90,72 @@ class Ros2Node:
         )
         with self._named_errors():
             return DataWriter(
-                self._participant, self._topic(topic, kind), qos=qos
+                self._participant, self._topic(dds_topic(topic), kind), qos=qos
             )
+
+    def request_writer(self, service: str, kind: type):
+        """Makes a `DataWriter` of a service's requests.
+
+        Args:
+            service: ROS's name of the service.
+            kind: Type of its requests.
+
+        Raises:
+            RemoSplatError: The topic cannot be written.
+        """
+        from cyclonedds.pub import DataWriter
+
+        from remosplat_drake.hardware.drivers.ros2_messages import request_topic
+
+        with self._named_errors():
+            topic = self._topic(request_topic(service), kind)
+            return DataWriter(self._participant, topic, qos=_service_qos())
+
+    def request_reader(self, service: str, kind: type):
+        """Makes a `DataReader` of a service's requests.
+
+        Args:
+            service: ROS's name of the service.
+            kind: Type of its requests.
+
+        Raises:
+            RemoSplatError: The topic cannot be read.
+        """
+        from cyclonedds.sub import DataReader
+
+        from remosplat_drake.hardware.drivers.ros2_messages import request_topic
+
+        with self._named_errors():
+            topic = self._topic(request_topic(service), kind)
+            return DataReader(self._participant, topic, qos=_service_qos())
+
+    def servers(self, service: str) -> list[bytes]:
+        """Returns the DDS vendors of a service's present servers.
+
+        A vendor is two bytes, the first ones of the GUIDs of its participants.
+
+        Args:
+            service: ROS's name of the service.
+        """
+        from cyclonedds.builtin import (
+            BuiltinDataReader,
+            BuiltinTopicDcpsSubscription,
+        )
+
+        from remosplat_drake.hardware.drivers.ros2_messages import request_topic
+
+        with self._named_errors():
+            if self._subscriptions is None:
+                self._subscriptions = BuiltinDataReader(
+                    self._participant, BuiltinTopicDcpsSubscription
+                )
+            found = self._subscriptions.read(N=_MOST_ENDPOINTS)
+        return [
+            endpoint.participant_key.bytes[:2]
+            for endpoint in found
+            if endpoint.sample_info.valid_data
+            and endpoint.topic_name == request_topic(service)
+        ]
 
     def reader(self, topic: str, kind: type, *, latched: bool = False):
         """Makes a `DataReader` of a topic, which keeps the last ten messages.
@@ -103,6 +173,8 @@ class Ros2Node:
         from cyclonedds.core import Policy, Qos
         from cyclonedds.sub import DataReader
 
+        from remosplat_drake.hardware.drivers.ros2_messages import dds_topic
+
         history = Policy.History.KeepLast(10)
         qos = Qos(Policy.Reliability.BestEffort, history)
         if latched:
@@ -113,15 +185,13 @@ class Ros2Node:
             )
         with self._named_errors():
             return DataReader(
-                self._participant, self._topic(topic, kind), qos=qos
+                self._participant, self._topic(dds_topic(topic), kind), qos=qos
             )
 
     def _topic(self, name: str, kind: type):
         from cyclonedds.topic import Topic
 
-        from remosplat_drake.hardware.drivers.ros2_messages import dds_topic
-
-        return Topic(self._participant, dds_topic(name), kind)
+        return Topic(self._participant, name, kind)
 
     @contextlib.contextmanager
     def _named_errors(self) -> Iterator[None]:
@@ -133,6 +203,16 @@ class Ros2Node:
             raise RemoSplatError(
                 f"DDS domain {self._domain}: {error}"
             ) from error
+
+
+def _service_qos():
+    from cyclonedds.core import Policy, Qos
+
+    return Qos(
+        Policy.Reliability.Reliable(max_blocking_time=10_000_000),
+        Policy.Durability.Volatile,
+        Policy.History.KeepLast(10),
+    )
 
 
 def taken(reader) -> list:

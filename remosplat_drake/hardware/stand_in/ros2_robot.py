@@ -22,6 +22,7 @@ from remosplat_drake.hardware.stand_in.faults import (
     encode_request,
     parse_fault,
 )
+from remosplat_drake.hardware.stand_in.gripper_server import GripperServer
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.base import encode_base_command
@@ -273,7 +274,7 @@ class _BaseTopics:
 
 
 class _HandTopics:
-    """The topics of a gripper: commands, and joint states of its fingers."""
+    """A gripper's commands, by an action or a topic, and its joint states."""
 
     def __init__(self, config: Ros2Hand, hand: Hand):
         node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
@@ -281,20 +282,29 @@ class _HandTopics:
 
         self._ros, self._share = ros, config.position_share
         self._names = config.joints or hand.joints
-        self._commands = node.reader(config.commands, ros.GripperCommand)
+        self._server = self._commands = None
+        if config.action:
+            self._server = GripperServer(node, config.action)
+        else:
+            self._commands = node.reader(config.commands, ros.GripperCommand)
         self._states = node.writer(config.states, ros.JointState)
 
     def commands(self) -> list[tuple[float, float]]:
         """The received openings and forces [m, N]."""
+        commands = taken(self._commands)
+        if self._server is not None:
+            commands = self._server.commands()
         return [
-            (sample.position / self._share, sample.max_effort)
-            for sample in taken(self._commands)
+            (command.position / self._share, command.max_effort)
+            for command in commands
         ]
 
     def tell(self, status: lcmt_schunk_wsg_status) -> None:
         """Sends joint states, in which each finger has half of the opening."""
         n, width = len(self._names), 1e-3 * status.actual_position_mm
         rate = 1e-3 * status.actual_speed_mm_per_s
+        if self._server is not None:
+            self._server.tell(width * self._share, rate * self._share)
         self._states.write(
             self._ros.JointState(
                 header=self._ros.Header(stamp=self._ros.stamp(status.utime)),
