@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -35,6 +36,12 @@ TYPES = {
 }
 
 COMMAND_PERIOD = 10_000  # [us]
+
+
+def free_address() -> str:
+    """An address of this computer for a controller, which no other has."""
+    pid = os.getpid()
+    return f"127.1.{pid // 250 % 250 + 1}.{pid % 250 + 1}"
 
 
 @contextlib.contextmanager

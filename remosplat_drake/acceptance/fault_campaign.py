@@ -34,6 +34,7 @@ from remosplat_drake.acceptance.motion_judge import (
 )
 from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import MissingExtraError
 
 _ATTEMPTS = 5
 """Largest number of runs of a case, if runs fail before the fault begins."""
@@ -83,7 +84,10 @@ def run_case(
     problem = ""
     for _ in range(_ATTEMPTS):
         with tempfile.TemporaryDirectory() as folder:
-            run = FaultRun(case, Path(folder), stand_in)
+            try:
+                run = FaultRun(case, Path(folder), stand_in)
+            except MissingExtraError as error:
+                return FaultResult(case, str(error), problem="not tried")
             problem = run.carry_out()
             if not problem:
                 return _judged(run, case, world)

@@ -91,6 +91,8 @@ class FaultCase:
         loss: Fraction of messages that the network loses, in [0, 1].
         arm_driver: Whether `remosplat panda-driver` drives the arm; it is
             restarted when the fault is over.
+        ros2: Whether the robot is on ROS 2, and `arm-driver` and `base-driver`
+            connect it to the network.
         actuators: Actuator models in the controller's robot description; empty
             if they have not been identified.
         clearance: True clearance that the robot must keep [m].
@@ -112,6 +114,7 @@ class FaultCase:
     delay: float = 0.0
     loss: float = 0.0
     arm_driver: bool = False
+    ros2: bool = False
     actuators: tuple[Actuator, ...] = ()
     clearance: float = 0.0
 

@@ -8,6 +8,7 @@ from remosplat_drake.acceptance.cases import (
     master,
     network,
     robot,
+    ros2,
     target,
 )
 
@@ -20,5 +21,6 @@ CASES = (
     *master.CASES,
     *network.CASES,
     *target.CASES,
+    *ros2.CASES,
 )
 """All cases of the campaign."""

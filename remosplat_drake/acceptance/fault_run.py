@@ -4,6 +4,7 @@ import contextlib
 import json
 import math
 import os
+import random
 import signal
 import subprocess
 import time
@@ -23,6 +24,7 @@ from remosplat_drake.acceptance.fault_case import (
     FaultCase,
     Part,
 )
+from remosplat_drake.acceptance.ros2_faults import Ros2Faults
 from remosplat_drake.acceptance.wire_tap import WireTap
 from remosplat_drake.hardware.stand_in import faults, fci_library
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED, UNARMED
@@ -49,6 +51,18 @@ _RELEASE_LIMIT = 60.0
 """Longest time from a release to its refusal, or to the arrival at the target
 [s].
 """
+
+
+_ROS2 = """
+hardware:
+  arm_status_rate: 100
+  arm_driver: !Ros2Arm {{domain: {domain}, emergency_stop: /arm/e_stop}}
+  base_driver: !Ros2Base {{domain: {domain}, emergency_stop: /base/e_stop}}
+"""
+"""YAML with the drivers of a robot on ROS 2."""
+
+_DOMAINS = range(100, 200)
+"""ROS_DOMAIN_IDs that hardly any other program uses."""
 
 
 class FaultRun:
@@ -84,12 +98,18 @@ class FaultRun:
         self.commanded = math.nan
         self._case = case
         self._log = folder / "log.jsonl"
-        self._text = case.text
+        self._ros2, ros2 = None, ""
+        if case.ros2:
+            self._ros2 = Ros2Faults(random.choice(_DOMAINS))
+            ros2 = _ROS2.format(domain=self._ros2.domain)
+        self._text = case.text + ros2
         if case.actuators:
             described = folder / "robot.yaml"
             write_description(described, "frankie", case.actuators)
             self._text += f"\nrobot: {{model: {described}}}"
         self._robot = ("--record", str(self.motion), *case.robot)
+        if case.ros2:
+            self._robot += ("--ros2", "--scenario-text", ros2)
         self._near = processes.free_url()
         networked = case.part is Part.NETWORK
         self._far = processes.free_url() if networked else self._near
@@ -169,6 +189,9 @@ class FaultRun:
         """Starts the stand-in, and the driver of its arm if there is one."""
         options = ["--fci", str(self._fci)] if self._case.arm_driver else []
         robot = stack.enter_context(self._robot_process(*options))
+        if self._case.ros2:
+            drivers = processes.ros2_drivers(self._far, self._text)
+            stack.enter_context(drivers)
         if self._case.arm_driver:
             self._tap.wait(self._arm_answers, _START_UP)
             self._start_arm_driver(stack)
@@ -218,10 +241,10 @@ class FaultRun:
         case = self._case
         self.began = time.time()
         if case.part is Part.ROBOT:
-            self._tap.inject(case.fault, case.value)
+            self._inject(case.fault, case.value)
             if case.then:
                 self._tap.listen_for(_SOON)
-                self._tap.inject(case.then)
+                self._inject(case.then)
         elif case.part is Part.CONTROLLER:
             controller.send_signal(signal.SIGUSR1)
         elif case.part is Part.CONTROLLER_KILLED:
@@ -237,6 +260,13 @@ class FaultRun:
             controller.send_signal(signal.SIGINT)
         elif network is not None:
             network.send_signal(signal.SIGUSR1)
+
+    def _inject(self, fault: str, value: float = 0.0) -> None:
+        """Begins a fault of the simulated robot."""
+        if self._ros2 is None:
+            self._tap.inject(fault, value)
+        else:
+            self._ros2.inject(fault, value)
 
     def _look_on(
         self,
@@ -276,7 +306,7 @@ class FaultRun:
             gone = time.time()
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
-            self._tap.inject(faults.RECOVER)
+            self._inject(faults.RECOVER)
         elif case.part in JOINING:
             self.company.leave()
         elif network is not None and case.outcome == STOPS:

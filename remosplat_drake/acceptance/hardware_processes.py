@@ -142,6 +142,19 @@ def arm_driver(url: str, port: int) -> Iterator[subprocess.Popen]:
         yield process
 
 
+@contextlib.contextmanager
+def ros2_drivers(url: str, text: str) -> Iterator[None]:
+    """Runs the drivers of a robot on ROS 2 until the context ends.
+
+    Args:
+        url: LCM URL of the controller.
+        text: YAML that overrides fields of the default scenario.
+    """
+    flags = ["TableReach", "--scenario-text", text, "--lcm-url", url]
+    with program("arm-driver", *flags), program("base-driver", *flags):
+        yield
+
+
 def callback_of(driver: subprocess.Popen) -> int:
     """Returns the process number of an arm driver's 1 kHz callback.
 

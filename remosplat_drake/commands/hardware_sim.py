@@ -68,6 +68,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             "with the robot, its start and the obstacles"
         ),
     )
+    parser.add_argument(
+        "--scenario-text",
+        default="",
+        metavar="YAML",
+        help=(
+            "YAML of fields that override the scenario's, as in `remosplat run`"
+        ),
+    )
     add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
         "--realtime-rate",
@@ -151,7 +159,7 @@ def run(
     schedule = [parse_fault(text) for text in arguments.fault]
     if arguments.record:
         check_writable(arguments.record)
-    scenario = load_scenario(arguments.scenario)
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     world = load_world(scenario, blank=True)
     plant = _plant(plant_type, scenario, world)
     driver = _arm_driver(arguments, world)

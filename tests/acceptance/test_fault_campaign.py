@@ -19,6 +19,8 @@ def marked(case):
 
 @pytest.mark.parametrize("case", [marked(case) for case in CASES])
 def test_the_robot_stays_safe(case, wire, table):
+    if case.ros2:
+        pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     if case.name in REPRESENTATIVE:
         # Beside other tests, a late tick would stop it once more.
         case = dc.replace(case, text=PATIENT)

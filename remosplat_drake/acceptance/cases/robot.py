@@ -6,8 +6,24 @@ from remosplat_drake.acceptance.fault_case import (
     robot_fault,
 )
 
+_SLOW = "{hardware: {arm_status_rate: 20}}"
+"""Statuses as rare as those of the slowest drivers."""
+
 CASES = (
     robot_fault("status stops", "status-stops", "nothing came for"),
+    robot_fault(
+        "statuses of the arm 0.1 s late",
+        "status-delay",
+        "PANDA_STATUS",
+        value=0.1,
+    ),
+    robot_fault(
+        "status stops, of 20 a second",
+        "status-stops",
+        "nothing came for",
+        text=_SLOW,
+        robot=("--scenario-text", _SLOW),
+    ),
     # The reason of the stop is not compared. If the robot moves, its frozen
     # statuses contradict the model of its actuators before they count as
     # frozen.

@@ -1,7 +1,7 @@
 """`Ros2HandLink`: connects to a gripper on ROS 2, by an action or a topic.
 
-Commands are control_msgs/GripperCommand: goals of an action, as those of ROS 2's
-GripperActionController, or messages on a topic.
+Commands are control_msgs/GripperCommand: goals of an action, which ROS 2's
+GripperActionController has, or messages on a topic.
 """
 
 import math

@@ -2,14 +2,17 @@
 
 import contextlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from effort import effort
 from patience import PATIENCE
-from robot_process import Client, running
+from robot_process import Client, free_address, running
+from runs import PATIENT
 
+from remosplat_drake.acceptance.consent import Consent
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.commands.main import main
 from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, SKIPPED
@@ -25,10 +28,23 @@ BUSY = {"rate", "silence", "age of measurements", "latency"}
 SCENARIO = """
 Lab:
   robot: {{model: ur5e}}
+  scene:
+    splat: package://remosplat_drake/models/scenes/workbench/splat.ply
+    truth: package://remosplat_drake/models/scenes/workbench/scene.json
+  targets:
+  - {{translation: [0.5, 0.3, 0.4], rpy_deg: [180, 0, 0]}}
+  time_limit: 1000
   hardware:
     arm_status_rate: {rate}
-    arm_driver: !Ros2Arm {{domain: {domain}, emergency_stop: /e_stop}}
+    arm_driver: {driver}
 """
+
+DRIVERS = {
+    "lcm": "null",
+    "ros2": "!Ros2Arm {{domain: {domain}, emergency_stop: /e_stop}}",
+    "ur": "!UrArm {{host: {address}}}",
+}
+"""The arm's driver, by the kind of stand-in."""
 
 
 def drive_all(client: Client) -> None:
@@ -50,7 +66,7 @@ def drive_all(client: Client) -> None:
 
 def stop_button(kind: str, client: Client) -> Callable[[], None]:
     """Returns what presses the user stop of a stand-in, on its own network."""
-    if kind == "lcm":
+    if kind != "ros2":
         return lambda: client.inject("user-stop")
     from remosplat_drake.hardware.drivers import ros2_messages as ros
 
@@ -59,28 +75,60 @@ def stop_button(kind: str, client: Client) -> Callable[[], None]:
     return lambda: faults.write(ros.String("user-stop"))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
+RATES = (20, 50, 125, 500, 1000)
+"""Rates at which drivers send statuses [Hz]."""
+
+slow_rates = pytest.mark.parametrize(
     ("kind", "rate"),
-    [("lcm", 20), ("lcm", 1000), ("ros2", 50), ("ros2", 500)],
+    effort(
+        [("lcm", 20), ("lcm", 1000), ("ros2", 50), ("ros2", 500), ("ur", 125)],
+        [*((kind, r) for kind in ("lcm", "ros2") for r in RATES), ("ur", 125)],
+    ),
 )
-def test_stand_ins_pass_at_every_rate(kind, rate, tmp_path: Path):
-    if kind == "ros2":
-        pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    file, url = tmp_path / "lab.yaml", free_url()
-    file.write_text(SCENARIO.format(rate=rate, domain=DOMAIN))
+"""A Universal Robots arm has a rate of its own."""
+
+
+@contextlib.contextmanager
+def connected(kind: str, rate: int, folder: Path, url: str) -> Iterator[str]:
+    """The file of a UR5e's scenario; its stand-in and its driver run."""
+    file, address = folder / "lab.yaml", free_address()
+    driver = DRIVERS[kind].format(domain=DOMAIN, address=address)
+    file.write_text(SCENARIO.format(rate=rate, driver=driver))
+    lines = {
+        "lcm": [("hardware-sim", "--lcm-url", url)],
+        "ros2": [("hardware-sim", "--ros2"), ("arm-driver", "--lcm-url", url)],
+        "ur": [
+            ("hardware-sim", "--lcm-url", url, "--rtde", address),
+            ("arm-driver", "--lcm-url", url),
+        ],
+    }
+    if kind != "lcm":
+        needs = {"ros2": "cyclonedds", "ur": "rtde_control"}[kind]
+        pytest.importorskip(needs, reason=f"needs the extra {kind}")
     with contextlib.ExitStack() as programs:
-        where = ("--ros2",) if kind == "ros2" else ("--lcm-url", url)
-        programs.enter_context(running("hardware-sim", str(file), *where))
-        if kind == "ros2":
-            programs.enter_context(
-                running("arm-driver", str(file), "--lcm-url", url)
-            )
+        for command, *flags in lines[kind]:
+            robot = programs.enter_context(running(command, str(file), *flags))
+            if command == "hardware-sim":
+                # An arm's driver ends if its controller does not answer.
+                assert robot.stderr is not None
+                while "Ctrl-C ends" not in robot.stderr.readline():
+                    assert robot.poll() is None
+        yield str(file)
+
+
+@pytest.mark.slow
+@slow_rates
+def test_stand_ins_pass_at_every_rate(kind, rate, lone_robot, tmp_path: Path):
+    url = free_url()
+    with (
+        connected(kind, rate, tmp_path, url) as file,
+        contextlib.ExitStack() as programs,
+    ):
         client = Client(url)
         client.wait_for(lambda: bool(client.arm))
         check = programs.enter_context(
             running(
-                *("driver-check", str(file), "--lcm-url", url),
+                *("driver-check", file, "--lcm-url", url),
                 *("--skip", "restart", "--duration", "300", "--json"),
             )
         )
@@ -107,9 +155,32 @@ def test_stand_ins_pass_at_every_rate(kind, rate, tmp_path: Path):
     assert found["arm: elbow_joint: velocity"] == PASSED
 
 
+@pytest.mark.slow
+@slow_rates
+def test_robots_reach_their_target_at_every_rate(
+    kind, rate, lone_robot, tmp_path: Path
+):
+    url = free_url()
+    with connected(kind, rate, tmp_path, url) as file:
+        line = ("run", file, "--hardware", "--without-doctor", "--headless")
+        flags = ("--lcm-url", url, "--scenario-text", PATIENT)
+        with running(*line, *flags) as run:
+            client, operator = Client(url), Consent(url, again=True)
+
+            def ends() -> bool:
+                operator.give()
+                return run.poll() is not None
+
+            client.wait_for(ends)
+            summary, said = run.communicate()
+    assert run.returncode == 0, summary + said
+    assert "reached" in summary
+
+
 def test_a_silent_wire_fails(tmp_path: Path, capsys):
     file = tmp_path / "lab.yaml"
-    file.write_text(SCENARIO.format(rate=50, domain=DOMAIN))
+    driver = DRIVERS["ros2"].format(domain=DOMAIN)
+    file.write_text(SCENARIO.format(rate=50, driver=driver))
     line = ["driver-check", str(file), "--duration", "0.5"]
     assert main([*line, "--lcm-url", free_url()]) == 1
     said = capsys.readouterr().out

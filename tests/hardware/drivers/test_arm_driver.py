@@ -5,7 +5,6 @@ stand-in of the controller.
 """
 
 import contextlib
-import os
 import signal
 import subprocess
 import sys
@@ -16,7 +15,7 @@ import numpy as np
 import pytest
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
-from robot_process import Client, running
+from robot_process import Client, free_address, running
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.commands.main import main
@@ -130,8 +129,7 @@ ROBOT = Path(__file__).with_name("rtde_robot.py")
 @contextlib.contextmanager
 def controller(record: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """A controller on an address of this computer that no other has."""
-    pid = os.getpid()
-    address = f"127.1.{pid // 250 % 250 + 1}.{pid % 250 + 1}"
+    address = free_address()
     command = [sys.executable, str(ROBOT), address, str(record)]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True
