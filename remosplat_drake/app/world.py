@@ -267,7 +267,8 @@ def load_splat(
         The remaining part, None without a splat, and the cropped part, in W.
 
     Raises:
-        RemoSplatError: The file is unusable, or nothing is left.
+        RemoSplatError: The file is unusable, or the whole splat is cropped
+            away.
     """
     scene = scenario.scene
     if not scene.splat:

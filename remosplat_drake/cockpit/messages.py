@@ -29,7 +29,7 @@ class CockpitJob:
     Attributes:
         title: Title of the page: the scenario's name.
         host: Network interface that the page is served on.
-        port: TCP port of the page; None takes the first free one.
+        port: TCP port of the page; None means the first free port.
         robot: The robot.
         planner: The planner, which searches configurations that reach a target.
         stopping: Distance that the robot keeps from the scene [m].

@@ -39,7 +39,7 @@ class OperatorInput:
 
     @property
     def X_WT(self) -> np.ndarray | None:
-        """The latest desired pose, shape (4, 4); None before the first one."""
+        """Latest desired pose, shape (4, 4); None before the first request."""
         return self._requests.command.X_WT
 
     def move(self, X_WT: np.ndarray) -> None:

@@ -104,7 +104,7 @@ class CockpitScene:
 
     @property
     def shows_unseen(self) -> bool | None:
-        """Whether the boundary of unseen space is drawn; None without one."""
+        """Whether unseen space is marked; None if the map has no boundary."""
         return None if self._veil is None else self._veil.visible
 
     @shows_unseen.setter

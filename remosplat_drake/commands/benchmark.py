@@ -334,9 +334,9 @@ def _conclude(outcome: _Outcome, console: Console) -> int:
         console.print(f"[red]error:[/red] {problem}", soft_wrap=True)
     if outcome.trials_left:
         console.print(
-            f"stopped in time: {outcome.trials_left} trials and"
-            f" {outcome.splats_left} splats are left; the same command"
-            " continues"
+            f"--stop-after ended the run: {outcome.trials_left} trials and "
+            f"{outcome.splats_left} splats remain; run the same command to "
+            "continue"
         )
     if broken:
         return CRASHED

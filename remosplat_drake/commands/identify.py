@@ -174,7 +174,7 @@ def run(arguments: argparse.Namespace) -> int:
     base = [("forward", "left", "yaw")[i] for i in base_axes(robot.n_base)]
     names = [*base, *robot.description.arm.joints]
     kept = write_actuators(path, known, names, time.strftime("%Y-%m-%d"))
-    console.print(f"{path} written; the old file is kept as {kept}")
+    console.print(f"wrote {path}; the previous file is kept as {kept}")
     return _INCOMPLETE if len(fits) < len(axes) else 0
 
 

@@ -102,7 +102,7 @@ def load_given(
 
 
 def _splat_of(spec: str) -> Path | None:
-    """Returns the splat file that a command line names, if any."""
+    """Returns the splat file that a command line names; None if none."""
     if split_spec(spec) is not None or spec in shipped_scenarios():
         return None
     path = expand(spec)

@@ -143,7 +143,7 @@ def plan_grasps(
         p_OOcm: The centre of mass in O, shape (3,) [m]; None for the middle of
             the surface.
         most: Largest number of points of the surface whose antipodal partners
-            are sought.
+            are searched.
         weights: Weights of the score.
         rng: Source of randomness for the choice of points.
 

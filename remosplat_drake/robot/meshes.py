@@ -28,8 +28,8 @@ from remosplat_drake.robot.visuals import load_visuals
 if TYPE_CHECKING:
     import trimesh
 
-# Version of the conversion; increased with each change, so that old cache files
-# are not used.
+# Version of the conversion. Increase it with each change, so that earlier cache
+# files are not used.
 _VERSION = 3
 _MAX_FACES = 32_000
 _SMOOTHING_ANGLE = np.deg2rad(30)

@@ -79,7 +79,7 @@ def largest_error(
         covariance: Covariance of the pose X_WB along W's axes, shape (3, 3).
         sigmas: Number of standard deviations in the bound.
         X_WB: Expected pose of the base, shape (3,) [m, rad].
-        told: The reported pose that a caller uses, shape (3,) [m, rad].
+        told: The reported pose, whose error is bounded, shape (3,) [m, rad].
 
     Returns:
         Distance and angle, shape (2,) [m, rad].

@@ -169,7 +169,7 @@ def _axes_problem(
     ours: tuple[np.ndarray, np.ndarray],
     theirs: tuple[np.ndarray, np.ndarray],
 ) -> str:
-    """Describes the two axes whose relative position differs most, if any."""
+    """Describes the two axes that differ most from the model; "" if none."""
     (d, m), (their_d, their_m) = ours, theirs
     turned = np.abs(d @ d.T - their_d @ their_d.T)
     # The moment of two lines: their distance times the sine of their angle.

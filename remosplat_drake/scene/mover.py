@@ -117,7 +117,7 @@ class Mover:
         Args:
             name: Display name of the mover.
             center: Centre of the sphere in W, shape (3,) [m].
-            radius: Its radius [m].
+            radius: Radius of the mover [m].
             rest: The other attributes of a `Mover`: velocities and bounds.
         """
         X_WM = RigidTransform(np.array(center, float))
@@ -137,7 +137,7 @@ class Mover:
             name: Display name of the mover.
             X_WM: Pose of its frame M, at its centre, in W.
             half_length: Half the length of its axis, without its caps [m].
-            radius: Its radius [m].
+            radius: Radius of the mover [m].
             rest: The other attributes of a `Mover`: velocities and bounds.
         """
         return Mover(name, X_WM, np.array([0, 0, half_length]), radius, **rest)

@@ -100,7 +100,8 @@ def suggest_task(
             are known to be free, shape (n,). It is needed, since a splat does
             not distinguish a solid's inside from its outside.
         may_move_map: Whether the map may be moved if a robot without a mobile
-            base has no room at the origin or reaches nothing from there.
+            base does not fit at the origin, or does not reach a target from
+            there.
 
     Raises:
         RemoSplatError: There is no such place.
@@ -175,8 +176,8 @@ def _from_the_origin(
         if len(near):
             return Suggestion(None, _pointing_down(near[0]))
     raise RemoSplatError(
-        f"{robot.description.name} reaches nothing from the origin;"
-        " set scene.X_WG to move the map"
+        f"{robot.description.name} reaches no target from the origin; set "
+        "scene.X_WG to move the map"
     )
 
 

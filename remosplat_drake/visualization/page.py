@@ -36,8 +36,8 @@ class MeshcatPage:
     therefore skips older poses and does not lag behind.
 
     Args:
-        port: TCP port; None takes the first free one from 7000 on. Meshcat's
-            server takes another free one.
+        port: TCP port; None means the first free port from 7000 on. Meshcat's
+            server uses another free port.
         host: Network interface to listen on; "*" stands for all interfaces. By
             default, only this computer can connect, since the page's controls
             can move a robot.

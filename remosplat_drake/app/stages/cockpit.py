@@ -92,7 +92,7 @@ def cockpit_job(
         loop: The control loop.
         teleoperation: The inputs of a teleoperated diagram.
         host: Network interface that the page is served on.
-        port: TCP port of the page; None takes the first free one.
+        port: TCP port of the page; None means the first free port.
         hardware: Whether the robot is real.
     """
     scenario, world = loop.scenario, loop.world

@@ -44,7 +44,7 @@ def AddMotionStatus(
         selector: The guidance selector beside the controller; None without
             guidance.
         supervisor: The safety supervisor; None without a supervisor.
-        movers: The output port of the `Movers` that the robot knows; None
+        movers: The output port of the `Movers` that the robot perceives; None
             without movers.
     """
     inputs = {

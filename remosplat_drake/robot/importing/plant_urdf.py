@@ -280,7 +280,7 @@ class PlantUrdf:
         )
 
     def _frames(self) -> Iterator[tuple[str, Frame]]:
-        """Returns the named frames besides those of links and joints."""
+        """Returns the named frames that are not frames of links or joints."""
         of_joints = {
             frame.index()
             for joint in self._joints

@@ -97,7 +97,7 @@ class Urdf:
     """The links and joints of a URDF, which form a tree.
 
     Attributes:
-        path: The file that it came from, for errors.
+        path: The file that contains the document, for errors.
         dialect: Format of that file.
         loops: Elements that close loops of links.
         name: Name of the robot.
@@ -117,7 +117,7 @@ class Urdf:
         """Reads the text of a URDF.
 
         Args:
-            path: The file that it came from, for errors.
+            path: The file that contains the document, for errors.
             text: The text.
             dialect: Format of that file, for errors.
             loops: Elements of that file that close loops, which a URDF cannot
@@ -290,7 +290,7 @@ def parse_xml(path: Path, text: str) -> Element:
     """Parses XML into its root element.
 
     Args:
-        path: The file that it came from, for errors.
+        path: The file that contains the document, for errors.
         text: The text.
 
     Raises:

@@ -45,7 +45,7 @@ class PageServer:
 
     Args:
         host: Network interface to listen on; "*" means all.
-        port: TCP port; 0 takes a free one.
+        port: TCP port; 0 means any free port.
         newest: Store of the values that the page shows.
 
     Attributes:
