@@ -1,4 +1,4 @@
-"""`Scenario`: the settings of one experiment, and functions that read it.
+"""`Scenario`: the settings of one experiment, and their YAML reader.
 
 A scenario file is a YAML mapping of names to scenarios; the first entry is the
 default of the file. On the command line a scenario is NAME, FILE or FILE:NAME.

@@ -54,7 +54,8 @@ def carrying_table(comparison: Comparison) -> Table:
         "touch its support until it is lifted off. Only the hand may touch "
         "the object; any other contact of object or robot is a collision. "
         "Collisions are judged by the true shapes of object and scene, at "
-        "ticks and at four points between. Times are measured from the grasp.",
+        "ticks and at four points between them. Times are measured from the "
+        "grasp.",
         texts=2,
     )
 

@@ -1,10 +1,10 @@
-"""`Drawing`: callback for the progress of drawing random scenes and targets."""
+"""`Drawing`: a callback that reports the drawing of scenes and targets."""
 
 from collections.abc import Callable
 
 Drawing = Callable[[str, int, int], None]
-"""Callback for each generated item: its name, its number, and the number of
-items."""
+"""Function that is called for each generated item, with the item's name, the
+item's number, and the number of all items."""
 
 
 def no_drawing(what: str, found: int, count: int) -> None:

@@ -40,10 +40,10 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
         "configurations, the robot is at least 30 mm from the scene, each "
         "joint is at least a tenth of its range from its limits, and links "
         "keep the required distances from each other. Collisions with the "
-        "scene are measured at ticks and at four points between, with spheres "
-        "that enclose all links. Distances between links are measured at "
-        "ticks, with convex hulls. The columns of paths contain the number of "
-        "targets to which a path was found, and the search time until then, "
+        "scene are measured at ticks and at four points between them, with "
+        "spheres that enclose all links. Distances between links are measured "
+        "at ticks, with convex hulls. The columns of paths contain the number "
+        "of targets to which a path was found, and the time of the search, "
         "with other load on the computer.",
         texts=2,
     )

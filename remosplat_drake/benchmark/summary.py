@@ -99,7 +99,7 @@ class Row:
 
 @dc.dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows with exactly the same scenes, sphere set and station.
+    """Rows of several methods with the same scenes, sphere set and station.
 
     Attributes:
         rows: Rows of the methods, in the order of `gather`.

@@ -32,7 +32,7 @@ class CockpitOperator(LeafSystem):
     STOP does not work, and `operator` reports that.
 
     Args:
-        process: The cockpit.
+        process: The process that serves the cockpit's page.
         scenes: The scenes that a simulated camera can show. It shows the first
             scene at the start; each press of a button switches to the next
             scene.

@@ -64,7 +64,7 @@ class CockpitView(LeafSystem):
     The view itself draws nothing, and does not wait for the cockpit.
 
     Args:
-        process: The cockpit.
+        process: The process that serves the cockpit's page.
         robot: The robot.
         initial: The map that the cockpit already shows.
         show_unseen: Whether the boundary of unseen space is shown for new maps.

@@ -27,7 +27,8 @@ from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_state import STOPPED
 
 _POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
-"""Steps of the sliders, and of a press of a key at half speed [m], [°]."""
+"""Steps of the sliders, and of a key press at half speed: of positions [m], and
+of angles [°]."""
 _SPEED, _SPEED_STEP = 50, 10
 """Initial speed of keys and gamepad, and its step [%]."""
 _SLIDERS = (

@@ -93,7 +93,7 @@ def fit_axis(
     acceleration: float,
     crawls: Sequence[float],
 ) -> Fit:
-    """Fits one axis: a dead time, either a lag or a ramp, and a dead band.
+    """Fits the model of one axis: dead time, lag or ramp, and dead band.
 
     Args:
         recording: Commands to this axis and its measurements.

@@ -98,8 +98,8 @@ def convert_shapes(
     if covered:
         findings.guess(
             "collision shapes",
-            "convex hulls of visual meshes, besides primitives, of"
-            f" {listed(covered)}",
+            "convex hulls of visual meshes, in addition to primitives, for "
+            f"{listed(covered)}",
         )
     return meshes
 

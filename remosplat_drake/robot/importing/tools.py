@@ -182,9 +182,9 @@ def _by_name(
         if others:
             raise urdf.fail(
                 "--end-effector",
-                f"needed: {fits[0]} and {others[0]} both have the name of a"
-                " tool, and are"
-                f" {1e3 * _apart(p[fits[0]], p[others[0]]):.0f} mm apart",
+                f"is needed: {fits[0]} and {others[0]} both have the name of "
+                "a tool, and are "
+                f"{1e3 * _apart(p[fits[0]], p[others[0]]):.0f} mm apart",
             )
         return fits[0]
     return None
