@@ -84,7 +84,7 @@ def test_two_that_are_as_good_are_asked_for_in_one_line():
     frames += frame("b_tool", "hand", "-0.1 0 0")
     with pytest.raises(
         FieldError,
-        match=r"--end-effector: needed: a_tool and b_tool both have the"
+        match=r"--end-effector: is needed: a_tool and b_tool both have the"
         r" name of a tool, and are 200 mm apart$",
     ):
         one(frames)
