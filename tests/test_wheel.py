@@ -140,7 +140,7 @@ def test_a_wheel_with_kernels_compiles_nothing(tmp_path):
         sys.executable, tmp_path / "site", "run", "--headless", **environment
     )
     assert (
-        "those of the package are for Python 2, but this computer has"
+        "the package's kernels are for Python 2, but this computer has"
         in job["stderr"]
     )
     # What it contains is compiled with it.

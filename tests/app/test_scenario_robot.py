@@ -79,7 +79,7 @@ def test_a_model_in_its_place_is_told_how_to_be_imported(folder):
     with pytest.raises(
         FieldError,
         match=r"reach\.yaml:Reach: robot\.model: fetch\.urdf: is a model, not a"
-        r" robot description; `remosplat import-robot fetch\.urdf` makes one:"
+        r" robot description; run `remosplat import-robot fetch\.urdf`, and"
         r" name fetch/NAME\.yaml in its place",
     ):
         load_scenario_robot(load_scenario(str(file)))

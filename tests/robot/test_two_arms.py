@@ -85,7 +85,7 @@ def test_hands_belong_to_end_effectors(frankie):
         ({"hands": {"middle": GRIPPER}}, "unknown end effector 'middle'"),
         (
             {"hands": {"left": GRIPPER, "right": GRIPPER}},
-            "hands: each needs a name of its own",
+            "hands: each gripper needs its own name",
         ),
     ],
 )

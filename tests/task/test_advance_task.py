@@ -104,7 +104,7 @@ def test_an_end_effector_elsewhere_has_not_arrived(frankie):
         assert stage.tick().outcome == RUNNING
     stage.tick()
     assert stage.tick().outcome == FAILED
-    reason = "reaches: not done within 0.35 s, 10 mm and 0 deg away"
+    reason = "reaches: not finished within 0.35 s, 10 mm and 0 deg away"
     assert stage.state.failures == (reason,)
 
 
@@ -213,7 +213,7 @@ def test_a_base_elsewhere_has_not_arrived(frankie):
     stage.q[:3] = 1.004, 0.0, 0.53
     while stage.tick().outcome == RUNNING:
         pass
-    reason = "drives: not done within 1 s, 4 mm and 2 deg away"
+    reason = "drives: not finished within 1 s, 4 mm and 2 deg away"
     assert stage.state.failures == (reason,)
 
 
@@ -240,7 +240,7 @@ def test_a_hand_that_has_closed_on_nothing_takes_nothing(frankie):
     objects = stage.state.moved("can", stage.X_WE)
     stage.state = dc.replace(stage.state, objects=objects)
     stage.tick(width=0.01)
-    reason = "takes the can: the hand has closed on nothing"
+    reason = "takes the can: the hand has closed without an object"
     assert stage.state.failures == (reason,) and stage.state.held == ""
 
 

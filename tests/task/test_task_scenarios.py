@@ -214,7 +214,9 @@ tasks:
     )
     state = watched(application)[-1].state
     assert state.outcome == DONE and len(state.failures) == 1
-    assert "carries the middle can: not done within 2 s" in state.failures[0]
+    assert (
+        "carries the middle can: not finished within 2 s" in state.failures[0]
+    )
     p_WO = state.named("middle can").X_WO.translation()
     assert p_WO == pytest.approx([1.1, 0.0, 0.6355], abs=0.006)
 
@@ -227,7 +229,7 @@ def test_a_task_without_a_way_ends_with_its_reason():
     )
     state = watched(application)[-1].state
     assert state.outcome == FAILED
-    assert "reaches: not done within 1 s" in state.failures[0]
+    assert "reaches: not finished within 1 s" in state.failures[0]
 
 
 @pytest.mark.slow

@@ -87,7 +87,9 @@ def test_an_end_effector_that_does_not_exist_is_told():
 
 
 def test_an_end_effector_that_nothing_moves_is_told():
-    with pytest.raises(FieldError, match="'pedestal': is moved by no joint"):
+    with pytest.raises(
+        FieldError, match="'pedestal': is not moved by any joint"
+    ):
         chosen(toy_urdf(), None, "pedestal")
 
 
