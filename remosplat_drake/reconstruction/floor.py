@@ -133,7 +133,7 @@ def _mean_upright(capture: Capture) -> np.ndarray:
     if length < 0.1:
         raise RemoSplatError(
             "no floor: the cameras' upright directions differ too much to"
-            " determine up"
+            " determine the upward direction"
         )
     return up_W / length
 

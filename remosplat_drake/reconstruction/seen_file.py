@@ -112,5 +112,5 @@ def _unpack(path: Path, packed: np.ndarray, shape: list[int]) -> np.ndarray:
     first, second = flat.reshape(2, *shape)
     state = first | second << 1
     if state.max() > SURFACE:
-        raise FileError(path, "is damaged: it holds unknown states")
+        raise FileError(path, "is damaged: it contains unknown states")
     return state

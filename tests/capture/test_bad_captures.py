@@ -124,7 +124,10 @@ BAD_TUM = [
     ),
     (replace("depth.txt", "1.0"), r"depth\.txt: expected a time"),
     (replace("depth.txt", "x a.png"), r"depth\.txt: expected numbers"),
-    (replace("depth.txt", "9e9 a.png"), "no colour, depth and pose within"),
+    (
+        replace("depth.txt", "9e9 a.png"),
+        "no frame has colour, depth and pose within",
+    ),
     (replace("rgb.txt", "100 no.png"), r"no\.png: no such file"),
     (replace("groundtruth.txt", "1 2 3"), r"groundtruth\.txt: expected a 1x8"),
     (replace("groundtruth.txt", "1 0 0 0 0 0 0 1"), "at least two poses"),
@@ -141,7 +144,7 @@ BAD_TRAJECTORY_LOG = [
     (replace("trajectory.log", ""), "expected five lines for each frame"),
     (replace("trajectory.log", "0 0 1\n1 0 0 0"), "expected five lines"),
     (cut("trajectory.log", 0.7), "expected"),
-    (replace("depth/00003.png", None), "4 colour but 3 depth images"),
+    (replace("depth/00003.png", None), "4 colour images, but 3 depth images"),
     (replace("camera_primesense.json", "{}"), "camera_primesense.json: expec"),
     (replace("camera_primesense.json", "[1"), "camera_primesense.json: not JS"),
 ]

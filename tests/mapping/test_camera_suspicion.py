@@ -119,7 +119,7 @@ def test_a_camera_that_is_turned_on_its_mount_is_turned_back(sensor):
     dut = judged(capture)
     assert np.linalg.norm(dut.errors[TURN:][:3] - TURN_CD) < np.deg2rad(0.02)
     assert re.fullmatch(
-        r"the camera sits (0\.9|1\.0)\d* degrees from where its mount says"
+        r"the camera is (0\.9|1\.0)\d* degrees from its configured pose"
         r" \(.*\): corrected",
         dut.words,
     )

@@ -147,8 +147,8 @@ def test_a_camera_that_is_tilted_on_its_mount_is_told_and_corrected(
     assert "judging the camera" in stages(events)
     quality = open_map(of_type(events, MapReady)[-1].path).quality
     assert quality.startswith("10 frames, ")
-    told = quality[quality.index("; the camera sits") :]
-    assert re.match(r"; the camera sits (0\.9|1\.0)\d* degrees from", told)
+    told = quality[quality.index("; the camera is") :]
+    assert re.match(r"; the camera is (0\.9|1\.0)\d* degrees from", told)
     assert told.endswith(": corrected")
     # Frames stay as they were taken; the same ones are not judged again.
     events = ask(process, Build())

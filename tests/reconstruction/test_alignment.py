@@ -575,7 +575,7 @@ def test_refined_cameras_are_kept_beside_the_splat(
     with pytest.raises(FileError, match="16 cameras, but the capture has 8"):
         with_cameras(large.select(np.arange(8)), splat)
     cameras_path(splat).write_text('{"X_WC": 3}')
-    with pytest.raises(FileError, match="must hold X_WC and rows of 17"):
+    with pytest.raises(FileError, match="must contain X_WC, and rows of 17"):
         with_cameras(large, splat)
     write_cameras(splat, None)
     assert with_cameras(large, splat) is large

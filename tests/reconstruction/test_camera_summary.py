@@ -86,8 +86,8 @@ def words(capture, **undone) -> str:
         ("delay", 0.02, "Images are 20 ms newer than their poses"),
         ("readout", 0.03, "Images are read out in 30 ms, from top to bottom"),
         ("readout", -0.03, "Images are read out in 30 ms, from bottom to top"),
-        ("turn", np.deg2rad(2), "The camera sits 2.00 degrees from where its"),
-        ("shift", 0.005, "The camera sits 5 mm from where its mount says (± 1"),
+        ("turn", np.deg2rad(2), "The camera is 2.00 degrees from its"),
+        ("shift", 0.005, "The camera is 5 mm from its configured pose (± 1"),
     ],
 )
 def test_each_error_is_told_in_one_sentence(scene_capture, error, value, told):
@@ -110,7 +110,7 @@ def test_turn_and_shift_of_the_mount_are_one_sentence(scene_capture):
     undone = {TURN: 0.03, TURN + 1: 0.04, SHIFT + 2: -0.004}
     result = refined(scene_capture, undone)
     told = summarize_alignment(result, scene_capture.X_WC).words
-    assert "sits 2.86 degrees and 4 mm from where its mount says" in told
+    assert "is 2.86 degrees and 4 mm from its configured pose" in told
     assert "(± 0.06 degrees, ± 1 mm)" in told
 
 

@@ -51,7 +51,9 @@ def open_recording(path: Path) -> Recording:
     depths = _images(path, ("depth",))
     if len(colors) != len(depths):
         raise FileError(
-            path, f"{len(colors)} colour but {len(depths)} depth images"
+            path,
+            f"there are {len(colors)} colour images, but {len(depths)} depth"
+            " images",
         )
     entries = read_log(log)
     X_WC = np.array([pose for _, pose in entries])

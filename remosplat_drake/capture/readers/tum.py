@@ -77,7 +77,7 @@ def open_recording(path: Path) -> Recording:
     if not pairs:
         raise FileError(
             path,
-            f"no colour, depth and pose within {TOLERANCE} s of each other",
+            f"no frame has colour, depth and pose within {TOLERANCE} s",
         )
     names = [color_files[color] for color, _ in pairs]
     depths = [path / depth_files[depth] for _, depth in pairs]

@@ -313,7 +313,7 @@ def _coverage(file: ArrayFile) -> Coverage:
     if state.dtype != np.uint8 or state.ndim != 3 or not state.size:
         raise FileError(file.path, "coverage.state is not a grid of bytes")
     if not file.is_sealed and state.max() > SURFACE:
-        raise FileError(file.path, "coverage.state holds unknown states")
+        raise FileError(file.path, "coverage.state has unknown states")
     lower = np.array(head.numbers("lower", 3))
     if np.abs(lower).max() > _LARGEST:
         raise head.error("lower", f"must lie within {_LARGEST:g} m")

@@ -156,7 +156,7 @@ def words_of_camera(alignment: Alignment) -> list[str]:
     if mount:
         sizes, doubts = zip(*mount, strict=True)
         sentences.append(
-            f"The camera sits {' and '.join(sizes)} from where its mount says"
+            f"The camera is {' and '.join(sizes)} from its configured pose"
             f" ({', '.join(doubts)})."
         )
     return sentences

@@ -95,6 +95,6 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
         rows = np.array(content["X_WC"], float).reshape(-1, 3, 4)
         undone = np.array(content["undone"], float).reshape(-1, COUNT)
     except (KeyError, TypeError, ValueError) as error:
-        problem = f"must hold X_WC and rows of {COUNT} numbers in undone"
+        problem = f"must contain X_WC, and rows of {COUNT} numbers in undone"
         raise FileError(path, problem) from error
     return rows, undone

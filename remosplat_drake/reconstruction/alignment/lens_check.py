@@ -28,7 +28,7 @@ def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     if found is None or not found.is_excessive or not strange:
         return []
     problem = (
-        "the lens is not what the capture says: a radial distortion of k1"
+        "the lens differs from that in the capture: a radial distortion of k1"
         f" {undone[K1]:+.2f} and k2 {undone[K2]:+.2f} was corrected, but"
         f" {found}; if it is a fisheye lens, calibrate the camera, and"
         " undistort its images or give its coefficients"

@@ -164,12 +164,13 @@ def _views(assessment: Assessment) -> str:
     captions = "".join(f"<span>{caption}</span>" for caption in _CAPTIONS)
     return (
         "<h2>Captured and rendered</h2>\n"
-        f"<p>{len(shown)} of {images.views} views {used}. All of them: PSNR"
-        f" {images.psnr:.1f} dB, SSIM {images.ssim:.3f}, depth off by"
-        f" {_mm(images.depth_median)} in the median and"
-        f" {_mm(images.depth_percentile_99)} at 99 % of the pixels. Depth"
-        " errors: blue is too near, red too far, white none; full colour is"
-        f" {100 * limit:.0f} cm; grey is unknown.</p>\n"
+        f"<p>{len(shown)} of {images.views} views {used}. Over all"
+        f" {images.views} views, the PSNR is {images.psnr:.1f} dB and the SSIM"
+        f" {images.ssim:.3f}. The depth error is {_mm(images.depth_median)} in"
+        f" the median, and at most {_mm(images.depth_percentile_99)} at 99 % of"
+        " the pixels. In the images of depth errors, blue is too near, red is"
+        " too far, and white is correct; full colour is an error of"
+        f" {100 * limit:.0f} cm, and grey is unknown.</p>\n"
         f'<div class="view captions">{captions}</div>\n{rows}'
     )
 
@@ -206,7 +207,9 @@ def _coverage(assessment: Assessment) -> str:
 def _floaters(report: QualityReport) -> str:
     floaters = report.floaters
     if not floaters.count:
-        text = "None: no splat is in space that two cameras saw as free."
+        text = (
+            "There are none: no splat is in space that two cameras saw as free."
+        )
     else:
         worst = ", ".join(
             "({:.2f}, {:.2f}, {:.2f})".format(*p) for p in floaters.p_WK[:5]

@@ -179,7 +179,9 @@ def train(
     """
     config = config or TrainingConfig()
     if device == "cuda" and not torch.cuda.is_available():
-        raise RemoSplatError("training a splat needs a CUDA device")
+        raise RemoSplatError(
+            "training a splat needs a CUDA device, and none was found"
+        )
     training = _Training(capture, start, config, held_out, device, rasterizer)
     if checkpoint is not None and checkpoint.exists():
         training.load(checkpoint)
