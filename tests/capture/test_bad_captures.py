@@ -152,7 +152,7 @@ BAD_STRAY_SCANNER = [
     (replace("depth/000001.png", None), r"000001\.png: no such file"),
     (replace("rgb.mp4", b"no video"), r"rgb\.mp4: unreadable video"),
     (cut("rgb.mp4"), r"rgb\.mp4: unreadable video"),
-    (swap("rgb.mp4", b"avc1", b"zzzz"), r"rgb\.mp4: holds no video that can"),
+    (swap("rgb.mp4", b"avc1", b"zzzz"), r"rgb\.mp4: contains no video that can"),
     (replace("odometry.csv", ""), r"odometry\.csv: expected a header"),
     (replace("odometry.csv", "frame, x\n0, 1"), "has no column y, z, qx"),
     (
@@ -302,7 +302,7 @@ def test_refuses_an_archive_that_would_fill_the_memory(tmp_path):
     path = tmp_path / "scan.r3d"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("metadata", bytes(65_000_000))
-    with pytest.raises(RemoSplatError, match="metadata claims 65 MB"):
+    with pytest.raises(RemoSplatError, match="metadata has 65 MB"):
         read_capture(path)
 
 
