@@ -152,7 +152,10 @@ BAD_STRAY_SCANNER = [
     (replace("depth/000001.png", None), r"000001\.png: no such file"),
     (replace("rgb.mp4", b"no video"), r"rgb\.mp4: unreadable video"),
     (cut("rgb.mp4"), r"rgb\.mp4: unreadable video"),
-    (swap("rgb.mp4", b"avc1", b"zzzz"), r"rgb\.mp4: contains no video that can"),
+    (
+        swap("rgb.mp4", b"avc1", b"zzzz"),
+        r"rgb\.mp4: contains no video that can",
+    ),
     (replace("odometry.csv", ""), r"odometry\.csv: expected a header"),
     (replace("odometry.csv", "frame, x\n0, 1"), "has no column y, z, qx"),
     (
