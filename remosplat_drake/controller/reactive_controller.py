@@ -79,7 +79,7 @@ class ReactiveController(LeafSystem):
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
-        rest: Conditions of rest at a reached target; None: the robot never
+        rest: Conditions of rest at a reached target; None if the robot never
             rests.
 
     Example:

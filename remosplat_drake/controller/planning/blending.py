@@ -1,6 +1,7 @@
 """Rounds off the corners of a path.
 
-The robot must pass a corner slowly, since its velocity changes instantly there.
+A robot must pass a corner slowly, since its velocity changes instantly at the
+corner.
 """
 
 import numpy as np
@@ -14,14 +15,14 @@ def blended_corners(
 ) -> np.ndarray:
     """Replaces the corners of a path by collision-free blends.
 
-    A differential base must stop between turning and driving, so its paths keep
-    the corners between the two.
+    A differential base must stop between turning and driving, so a path keeps
+    the corners between a turn and a drive.
 
     Args:
         space: The free space.
-        corners: Corners of a free path, no two neighbours equal, shape
-            (k, n_q) [rad, m].
-        longest: Largest distance in q from a corner to the ends of its blend; a
+        corners: Corners of a free path, shape (k, n_q) [rad, m]. Consecutive
+            corners must differ.
+        longest: Largest distance in q from a corner to the ends of its blend. A
             radian counts like a metre.
 
     Returns:

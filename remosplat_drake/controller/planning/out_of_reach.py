@@ -1,4 +1,4 @@
-"""Uses the lengths of the arms to detect targets out of reach."""
+"""Detects targets that are out of reach, by the lengths of the arms."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from remosplat_drake.signals.aim import Aim
 
 
 def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
-    """Returns why an aim is out of reach; empty if it may be within reach.
+    """Returns why a target is out of reach; empty if all may be within reach.
 
     Args:
         robot: The robot.

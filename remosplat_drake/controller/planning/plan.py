@@ -7,27 +7,31 @@ import numpy as np
 from remosplat_drake.controller.program.path import Path
 
 UNREACHED = "unreached"
-"""Lack: no configuration reaches the target, or none was found."""
+"""Value of `Plan.lack`: no configuration reaches the target, or none was
+found."""
 CRAMPED = "cramped"
-"""Lack: in all configurations found that reach the target, the robot is too
-near to the scene, to a mover or to itself."""
+"""Value of `Plan.lack`: in all configurations found that reach the target, the
+robot is too near to the scene, to a mover or to itself."""
 CUT_OFF = "cut off"
-"""Lack: no path to the configurations that reach the target was found."""
+"""Value of `Plan.lack`: no path was found to the configurations that reach the
+target."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Plan:
-    """The result of a search.
+    """The result of a search for a path.
 
     Attributes:
-        path: The path; None if none was found.
-        reason: Why no path was found, for display; empty if one was found.
+        path: The path; None if no path was found.
+        reason: Reason why no path was found, for display; empty if a path was
+            found.
         checks: Number of configurations and motions that were checked.
         goals: Number of goal configurations.
         seconds: Wall-clock time of the search [s].
-        corners: Corners of the path before rounding off, shape (k, n_q) [rad,
-            m]; None without a path.
-        lack: UNREACHED, CRAMPED or CUT_OFF; empty if a path was found.
+        corners: Corners of the path before they were rounded off, shape (k,
+            n_q) [rad, m]; None if no path was found.
+        lack: Kind of the failure: UNREACHED, CRAMPED or CUT_OFF; empty if a
+            path was found.
     """
 
     path: Path | None
@@ -41,14 +45,14 @@ class Plan:
 
 @dc.dataclass(frozen=True)
 class SearchEffort:
-    """The effort of all searches of a run.
+    """The effort of all searches for paths in a run.
 
     Attributes:
         searches: Number of searches.
-        checks: Number of configurations and motions that they checked.
-        seconds: Wall-clock time of them all [s].
+        checks: Number of configurations and motions that the searches checked.
+        seconds: Wall-clock time of all searches [s].
         first_path: Wall-clock time of all searches up to and including the one
-            that found the first path [s]; None if none was found.
+            that found the first path [s]; None if no path was found.
         first_checks: Number of checks up to the first path.
     """
 
@@ -59,7 +63,7 @@ class SearchEffort:
     first_checks: int = 0
 
     def with_plan(self, plan: Plan) -> "SearchEffort":
-        """Returns the effort with one more search.
+        """Returns the effort including another search.
 
         Args:
             plan: The result of the search.

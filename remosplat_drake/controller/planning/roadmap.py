@@ -1,7 +1,7 @@
 """`Roadmap`: the corners of earlier paths, for later searches.
 
 Edges are checked only when a path uses them (Bohlin and Kavraki 2000). So the
-roadmap remains useful if map, target or stopping distance change.
+roadmap remains useful if the map, the target or the stopping distance changes.
 """
 
 import dataclasses as dc
@@ -16,14 +16,14 @@ _NEIGHBOURS = 6
 """Number of corners to which start and goals are connected."""
 
 _UNKNOWN = 4.0
-"""Factor on the cost of a new connection, compared with an edge of a path."""
+"""Factor of the cost of a new connection, compared with an edge of a path."""
 
 _NO_WAY = 1e-9
 """Additional cost of each edge, since SciPy treats a zero as no edge [rad,
 m]."""
 
 _MOST = 400
-"""Largest number of stored corners; the oldest are removed."""
+"""Largest number of stored corners; the oldest corners are removed."""
 
 _TRIES = 12
 """Number of blocked paths after which the search ends."""
@@ -34,7 +34,7 @@ class Roadmap:
     """Corners of earlier paths, and the edges between them.
 
     Attributes:
-        q: Corners, shape (m, n_q) [rad, m]; None if there is none.
+        q: The corners, shape (m, n_q) [rad, m]; None if there are no corners.
         edges: Pairs of consecutive corners, shape (e, 2).
     """
 
@@ -42,7 +42,7 @@ class Roadmap:
     edges: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 2), int))
 
     def with_path(self, corners: np.ndarray) -> "Roadmap":
-        """Returns the roadmap with another path.
+        """Returns the roadmap with an additional path.
 
         Args:
             corners: Corners of the path, shape (k, n_q) [rad, m].
@@ -99,7 +99,7 @@ class Roadmap:
 
 
 NO_ROADMAP = Roadmap()
-"""The roadmap without corners."""
+"""The `Roadmap` without corners."""
 
 
 def _distance(q: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""A tucked arm, for driving the base where there is little room.
+"""Finds a compact posture of the arm, to drive through narrow passages.
 
-A search in ten dimensions rarely finds a way through a narrow door. With the
-arm tucked in, only the base's three dimensions remain.
+A search in ten dimensions rarely finds a way through a narrow door. With a
+fixed, compact arm posture, only the three dimensions of the base remain.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
 _DRAWS = 200
-"""Number of random arm postures; the most compact free one is used."""
+"""Number of random arm postures. The most compact free posture is used."""
 
 
 def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
@@ -21,8 +21,8 @@ def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
         seed: Seed of the random postures.
 
     Returns:
-        The arm's joint positions, shape (n_arm,) [rad, m]; the present ones if
-        no other posture is free.
+        The arm's joint positions, shape (n_arm,) [rad, m]; the present
+        positions if no other posture is free.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)

@@ -21,7 +21,7 @@ class DrakeProgram:
         n_u: Number of entries of the command u.
 
     Attributes:
-        prog: The `MathematicalProgram` itself.
+        prog: The `MathematicalProgram`.
         u: Decision variables of the command, shape (n_u,).
     """
 

@@ -44,10 +44,10 @@ class Solver(Protocol):
     """Protocol of a solver of the convex quadratic program of a tick."""
 
     def solve(self, program: QuadraticProgram) -> np.ndarray | None:
-        """Finds the optimal command u, shape (n_u,); None if there is none.
+        """Returns the optimal command u, shape (n_u,); None if infeasible.
 
         Args:
-            program: The finished program of a tick.
+            program: The complete program of a tick.
         """
         ...
 

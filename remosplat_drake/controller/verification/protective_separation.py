@@ -1,14 +1,16 @@
-"""The protective separation distance between spheres and movers.
+"""Computes the protective separation distance between spheres and movers.
 
 Speed and separation monitoring (ISO/TS 15066, now part of ISO 10218-2) requires
 the distance
 
     S_p = S_h + S_r + S_s + C + Z_d + Z_r
 
-between a person and a robot. Verification is more precise than this sum, since
-it predicts positions over time. The sum is reported as the standard measure for
-such robots. No conformity is claimed: the cameras, computers and software are
-not safety-rated.
+between a person and a robot. S_h, S_r and S_s are the distances that the person
+and the robot move until the robot is at rest, C is an additional distance, and
+Z_d and Z_r are the errors of their positions. Verification is more precise than
+this sum, since it predicts positions over time. The sum is reported because it
+is the standard measure for such robots. No conformity is claimed: the cameras,
+computers and software are not safety-rated.
 """
 
 import dataclasses as dc
@@ -33,11 +35,11 @@ class Monitoring:
 
     Attributes:
         separation: The additional distance C [m].
-        reaction: Time until the command acts, plus the time for which it is
-            held [s].
-        braking: Time from the end of `reaction` to rest [s].
-        braking_way: Time in which the held command would cover the braking
-            distance [s].
+        reaction: Time until the command acts, plus the time for which the
+            command is held [s].
+        braking: Time from the end of `reaction` until the robot is at rest [s].
+        braking_way: Time in which the robot would move the braking distance if
+            the command were held [s].
     """
 
     separation: float
@@ -53,16 +55,16 @@ class Monitoring:
         separation: float,
         delay: float = 0.0,
     ) -> "Monitoring":
-        """Makes the monitoring of a command that is held for a tick.
+        """Computes the times of a command that is held for a tick.
 
-        After that tick, a ramp scales the command down to zero in n equal
-        steps, one in each tick. The ramp takes n - 1 ticks. During the ramp,
-        the robot moves as far as the full command would move it in half that
-        time.
+        After the tick, a ramp scales the command down to zero in n equal steps,
+        one in each tick. The ramp takes n - 1 ticks. During the ramp, the robot
+        moves as far as the full command would move it in half the time of the
+        ramp.
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].
-            acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
+            acceleration_limit: Bounds of |du/dt| of the ramp, shape (n_u,).
             dt: Control period [s].
             separation: The additional distance C [m].
             delay: Time until the command acts [s].
@@ -79,18 +81,18 @@ class ProtectiveSeparation:
     Attributes:
         sphere: Index of the sphere, shape (m,).
         mover: Index of the mover, shape (m,).
-        distance: Distance of their surfaces, with the mover predicted to the
-            present time, shape (m,) [m].
-        mover_way: S_h, the largest approach of the mover until the robot rests,
-            shape (m,) [m].
-        reaction_way: S_r, the approach of the sphere before it brakes, shape
-            (m,) [m].
-        braking_way: S_s, the approach of the sphere while it brakes, shape (m,)
-            [m].
-        separation: C, the additional distance [m].
-        mover_error: Z_d, the bound on the error of the mover's position when
+        distance: Distance between the surfaces of sphere and mover, with the
+            mover predicted to the present time, shape (m,) [m].
+        mover_way: S_h, the largest distance by which the mover approaches until
             the robot rests, shape (m,) [m].
-        robot_error: Z_r, the bound on the error of the sphere's position, shape
+        reaction_way: S_r, the distance by which the sphere approaches before it
+            brakes, shape (m,) [m].
+        braking_way: S_s, the distance by which the sphere approaches while it
+            brakes, shape (m,) [m].
+        separation: C, the additional distance [m].
+        mover_error: Z_d, the bound of the error of the mover's position at the
+            time at which the robot rests, shape (m,) [m].
+        robot_error: Z_r, the bound of the error of the sphere's position, shape
             (m,) [m].
     """
 
@@ -148,11 +150,12 @@ def least_separation(
     monitoring: Monitoring,
     tube: np.ndarray,
 ) -> Separation | None:
-    """Returns the pair with the least margin over S_p; None without movers.
+    """Returns the pair with the least margin; None without movers.
 
-    It equals `ProtectiveSeparation.least`, but is compiled, since every tick
-    computes it. The first argument is the link of each sphere; the others are
-    those of `protective_separation`.
+    The margin is the distance minus S_p. The result equals that of
+    `ProtectiveSeparation.least`, but this function is compiled, since every
+    tick calls it. The first argument is the link of each sphere; all other
+    arguments are those of `protective_separation`.
     """
     kept = monitoring
     sphere, mover, distance, needed = least_margin(
@@ -160,7 +163,8 @@ def least_separation(
         state.arrays,
         movers.at(time),
         np.array(u, float),
-        # Converted to floats, since integers would compile the kernel again.
+        # The numbers are converted to floats, since Numba would compile the
+        # kernel again for integers.
         (
             float(kept.separation),
             float(kept.reaction),
@@ -183,26 +187,26 @@ def protective_separation(
     monitoring: Monitoring,
     tube: np.ndarray,
 ) -> ProtectiveSeparation:
-    """Computes S_p for every sphere and mover.
+    """Computes S_p for each pair of a sphere and a mover.
 
-    Let a mover approach at the present speed c, and let its points accelerate
-    by at most b relative to its prediction. The robot rests after the time t
-    from now, which is tau after the mover's stamp. Until then, the mover
-    approaches by at most
+    Let c be the present speed at which a mover approaches, and b a bound of the
+    acceleration of its points relative to its prediction. The robot rests after
+    the time t from now, which is the time tau after the mover's stamp. Until
+    then, the mover approaches by at most
 
         S_h = min(max(c, 0) t + b tau^2 / 2, V tau + v (tau - t))
 
-    where v is its present speed, and V its speed limit. Z_d is e_p + e_v tau,
-    with the errors of its position and of its velocity. The sphere approaches
-    at the speed max(n' Jv_WS u, 0).
+    where v is the mover's present speed, and V its speed limit. Z_d is e_p +
+    e_v tau, where e_p and e_v are the errors of the mover's position and
+    velocity. The sphere approaches at the speed max(n' Jv_WS u, 0).
 
     Args:
         state: Kinematics at the present configuration.
-        movers: Movers.
+        movers: The movers.
         time: The present time [s].
         u: The command, shape (n_u,) [rad/s, m/s].
         monitoring: The required separation, and the robot's stopping times.
-        tube: Bound Z_r on the position error of each sphere, shape (n,) [m].
+        tube: Bound Z_r of the position error of each sphere, shape (n,) [m].
     """
     spheres, seen = state.spheres, movers.at(time)
     sphere, mover, distance, direction_W, closing = near_movers(
@@ -217,7 +221,8 @@ def protective_separation(
     speed = np.linalg.norm(seen.v_WM, axis=1) + turn * far
     most_speed, most_push, e_v, e_p = seen.bounds.T
     push, age = most_push + turn**2 * far, seen.age
-    # Its uncertainty is the separate term Z_d.
+    # The distance excludes the mover's uncertainty, which is the separate term
+    # Z_d.
     grown = np.minimum(
         (e_v + 0.5 * push * age) * age, (most_speed + speed) * age
     )

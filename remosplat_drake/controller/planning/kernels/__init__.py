@@ -1,1 +1,1 @@
-"""The compiled inner loops of planning."""
+"""Compiled inner loops of planning."""

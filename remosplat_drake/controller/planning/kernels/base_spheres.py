@@ -1,8 +1,9 @@
 """Checks the spheres that move only with the base.
 
-Most drawn poses of a base collide. The base and its fixed parts are one rigid
-body, so their spheres are placed without the kinematics of the arms. The sphere
-that collided last is checked first, since it often collides again.
+Most random poses of a base collide. The base and the parts that are fixed to it
+are one rigid body, so their spheres are placed without the kinematics of the
+arms. The sphere that collided last is checked first, since it often collides
+again.
 """
 
 import math
@@ -16,19 +17,21 @@ from remosplat_drake.robot.kinematics import body_poses
 from remosplat_drake.signals.compiled_map import sphere_clearances
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of distances [m]."""
+"""Bound of rounding errors of distances [m]."""
 
 
 class BaseSpheres(NamedTuple):
     """The m spheres that move only with the base.
 
     Attributes:
-        order: Order in which they are checked, shape (m,); kernels change it.
-        sphere: Their indices, shape (m,).
-        p_BS: Their centres in the base's frame, which has its origin on the
-            ground and x forward, shape (m, 3) [m].
-        R_BL: Orientations of their links in the base's frame, shape (m, 3, 3).
-        reach: Clearances that they must keep, shape (m,) [m].
+        order: Order in which the spheres are checked, shape (m,). Kernels
+            change it.
+        sphere: Indices of the spheres, shape (m,).
+        p_BS: Centres of the spheres in the base's frame, shape (m, 3) [m]. The
+            frame's origin is on the ground, and x points forward.
+        R_BL: Orientations of the spheres' links in the base's frame, shape (m,
+            3, 3).
+        reach: Clearances that the spheres must keep, shape (m,) [m].
     """
 
     order: np.ndarray
@@ -44,7 +47,7 @@ class BaseSpheres(NamedTuple):
     )
 )
 def base_spheres(space):
-    """Finds the spheres that move only with the base; none without a base.
+    """Finds the spheres that move only with the base.
 
     Args:
         space: The `SpaceArrays`.
@@ -85,7 +88,7 @@ def may_stand(space, line, base, q):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         base: The `BaseSpheres`.
         q: Configuration, shape (n_q,). Only the base's pose is used.
     """
@@ -125,7 +128,7 @@ def may_stand(space, line, base, q):
 
 @helper
 def _turn(turn, v, turned):
-    """Writes a vector rotated about z, given the angle's cosine and sine."""
+    """Rotates a vector about z, given cosine and sine; writes the result."""
     c, s = turn
     turned[0] = c * v[0] - s * v[1]
     turned[1] = s * v[0] + c * v[1]

@@ -1,6 +1,6 @@
 """Computes the greatest speeds with which the rest of a path is feasible.
 
-It also computes the greatest acceleration at each point of the path.
+The module also computes the greatest acceleration at each point of the path.
 """
 
 import numpy as np
@@ -16,43 +16,46 @@ _NOTHING = 1e-9
 def controllable_speeds(rate, bend, offset, bound, step, fastest):
     """Computes the greatest speeds with which the rest of a path is feasible.
 
-    On a path with arc length s and speed v = ds/dt, m quantities that are
-    linear in dv/dt and v^2, such as accelerations and torques, are bounded:
+    Let s be the arc length of a path, and v = ds/dt the speed. There are bounds
+    of m quantities, such as accelerations and torques, which are linear in
+    dv/dt and v^2:
 
         |r dv/dt + r' v^2 + o| <= b.
 
-    A first pass goes from the end of the path to its start. It finds the
-    greatest v^2 at each node from which some dv/dt within these bounds leads to
-    a feasible v^2 at the next node. A second pass, from the start to the end,
+    A first pass goes from the end of the path to its start. For each node, it
+    finds the greatest v^2 from which some dv/dt within these bounds leads to a
+    feasible v^2 at the next node. A second pass, from the start to the end,
     limits v^2 to values that are reachable from the previous node (reachability
-    analysis; Pham and Pham 2018). Both are linear programs in one or two
-    variables. Since a robot at rest keeps all bounds, the solution is the least
-    of a few quotients.
+    analysis; Pham and Pham 2018). Each step of a pass is a linear program in
+    one or two variables. Since a robot at rest keeps all bounds, the solution
+    is the least of a few quotients.
 
-    At the path's end the speed is 0. The greatest feasible dv/dt is concave in
-    v^2: at a lower speed it is at least the linear interpolation between its
-    values at rest and at the greatest speed.
+    At the path's end, the speed is 0. The greatest feasible dv/dt is a concave
+    function of v^2. So at a lower speed it is at least the linear interpolation
+    between its values at rest and at the greatest speed.
 
     Args:
         rate: r on each of the k pieces between the nodes, shape (k, m).
-        bend: r' at all nodes but the last, shape (k, m).
+        bend: r' at all nodes except the last, shape (k, m).
         offset: o at these nodes, with |o| <= b, shape (k, m).
         bound: The bounds b, shape (m,).
         step: Arc length from each node to the next, shape (k,).
-        fastest: Bounds on the speed at these nodes, shape (k,) [1/s].
+        fastest: Bounds of the speed at these nodes, shape (k,) [1/s].
 
     Returns:
-        The speeds at all nodes, shape (k + 1,) [1/s], and the greatest dv/dt at
-        rest and at these speeds, shape (k + 1, 2) [1/s^2].
+        The speeds at all nodes, shape (k + 1,) [1/s], and the greatest dv/dt
+        for a robot at rest and for a robot at these speeds, shape (k + 1, 2)
+        [1/s^2].
     """
     k, m = rate.shape
     square, change = np.zeros(k + 1), np.zeros((k + 1, 2))
-    # Upper and lower bounds on dv/dt as lines over v^2: offset and slope.
+    # Upper and lower bounds of dv/dt are lines over v^2, each as offset and
+    # slope.
     upper, lower = np.empty((m + 1, 2)), np.empty((m + 1, 2))
     for i in range(k - 1, -1, -1):
         terms = rate[i], bend[i], offset[i], bound
         count, most = _bound_lines(terms, upper, lower)
-        # The speed at the next node is feasible, too.
+        # The speed at the next node must be feasible, too.
         upper[count, 0] = 0.5 * square[i + 1] / step[i]
         lower[count, 0] = 0.0
         upper[count, 1] = lower[count, 1] = -0.5 / step[i]
@@ -74,10 +77,11 @@ def controllable_speeds(rate, bend, offset, bound, step, fastest):
 
 @helper
 def _bound_lines(terms, upper, lower):
-    """Fills in the lines that bound dv/dt over v^2 at a node.
+    """Writes the lines that bound dv/dt over v^2 at a node.
 
     Returns:
-        The number of lines, and the greatest v^2 by bounds without dv/dt.
+        The number of lines, and the greatest v^2 within the bounds that do not
+        depend on dv/dt.
     """
     rate, bend, offset, bound = terms
     count, most = 0, np.inf

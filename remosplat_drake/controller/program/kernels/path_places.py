@@ -17,7 +17,7 @@ def place_at(path_q, path_s, s):
 
     Args:
         path_q: The corners.
-        path_s: Their arc lengths.
+        path_s: Arc lengths of the corners.
         s: Arc length; values beyond the ends are clipped.
     """
     if len(path_s) == 1:

@@ -154,7 +154,7 @@ class TickArrays(NamedTuple):
         near: Points at which links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
+        tube: Bound of each sphere's deviation from its path, shape (n,) [m].
         guidance: The guidance.
     """
 
@@ -317,7 +317,7 @@ def make_tick(
         near: The `NearArrays`.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
+        tube: Bound of each sphere's deviation from its path, shape (n,) [m].
         guidance: The `GuidanceArrays`.
     """
     sphere, distance, direction_W = rows

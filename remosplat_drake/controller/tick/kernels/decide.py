@@ -87,7 +87,7 @@ def decide(program, ramp, strict, is_own_solver, line):
         ramp: The braking ramp's next step, shape (n_u,).
         strict: Whether every command must keep the acceleration bounds.
         is_own_solver: Whether the library's own solver is used.
-        line: Identifier of the `PythonCalls`.
+        line: Number of the `PythonCalls`.
 
     Returns:
         The command, shape (n_u,), and the number of its status in

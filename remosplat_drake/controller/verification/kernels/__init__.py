@@ -1,1 +1,1 @@
-"""The compiled inner loops of verification."""
+"""Compiled inner loops of verification."""

@@ -1,4 +1,4 @@
-"""Configurations on a path with piecewise constant velocities."""
+"""Computes configurations on a path with piecewise constant velocities."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,8 @@ from remosplat_drake.robot.kinematics import advance
 class PathArrays(NamedTuple):
     """A path of s pieces, on each of which velocities are constant.
 
-    The arm's joints move on a straight line, the base on an arc.
+    On each piece, the arm's joints move on a straight line, and the base on an
+    arc.
 
     Attributes:
         starts: Configurations at the start of each piece, shape (s, n_q) [rad,
@@ -21,12 +22,12 @@ class PathArrays(NamedTuple):
         since: Start time of each piece; the first is 0, shape (s,) [s].
         n_base: Number of base commands, 3, 2 or 0.
         times: Times of the samples, ascending, up to the path's end, shape (k,)
-            [s]; they include the ends of all pieces.
+            [s]. They include the end times of all pieces.
         clock: Earliest clock time of the robot at each sample, for which movers
             are predicted, shape (k,) [s].
-        peak: Greatest actual or commanded speeds on the path, shape (n_u,)
-            [rad/s, m/s].
-        tube: Bounds on deviations from the path, divided by `peak`, shape
+        peak: Greatest actual or commanded speed of each axis on the path, shape
+            (n_u,) [rad/s, m/s].
+        tube: Bounds of deviations from the path, divided by `peak`, shape
             (n_u,) [s].
     """
 
@@ -50,7 +51,7 @@ PATH = named(
 
 @kernel(returns=PATH)
 def held(q, u, n_base, times, clock) -> PathArrays:
-    """Makes the path of one held command.
+    """Makes the path of a command that is held.
 
     Args:
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
@@ -131,6 +132,6 @@ def peak_speed(rates):
 
 @helper
 def _set_row(out, row, values):
-    """Copies a vector to a row; compiles faster than NumPy's assignment."""
+    """Copies a vector to a row; NumPy's assignment takes longer to compile."""
     for j in range(len(values)):
         out[row, j] = values[j]

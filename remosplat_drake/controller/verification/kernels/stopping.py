@@ -1,15 +1,16 @@
-"""The path of a command: one tick and its braking ramp, to a standstill.
+"""Computes the path of a command: a tick and its braking ramp, to standstill.
 
 For a robot without delay, the path has one piece. The ramp scales the whole
-command, so tick and ramp follow the path of a held u at decreasing speed. A
-time on the path is the time at which a robot with u held would be there. A
-robot that executes a smaller fraction of u, or brakes earlier, stays on this
-path. The path ends at the latest place at which the robot can stop: where it
-stops if its station receives no further command.
+command, so during tick and ramp the robot follows the path of a held command u,
+at decreasing speed. A time on the path is the time at which a robot with a held
+u would be at this place. A robot that executes a smaller fraction of u, or that
+brakes earlier, remains on this path. The path ends at the last place at which
+the robot can stop, which is where it stops if its station receives no further
+command.
 
-If actuators have delays and lags, the path is that of their model: commands in
-flight, then the command, then its ramp, until all axes have settled. Time on
-the path is then clock time.
+If the actuators have delays and lags, the path is that of their model. It
+contains the motion by commands in flight, by the command, and by the command's
+ramp, until all axes have settled. Time on this path is clock time.
 """
 
 import math
@@ -30,8 +31,8 @@ from remosplat_drake.robot.braking import (
 )
 
 _SETTLED = 6.0
-"""Number of time constants of a lag that are divided into pieces; the rest of
-the lag is one last piece."""
+"""Number of time constants of a lag that are divided into pieces. The rest of
+the lag is a single last piece."""
 
 _GROWTH = 1.5
 """Ratio of the durations of consecutive pieces while a lag settles."""
@@ -43,12 +44,12 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
 
     Args:
         robot: The `RobotArrays`.
-        motion: The motion that commands in flight lead to, the `MotionArrays`.
+        motion: The `MotionArrays`: the motion that commands in flight cause.
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
         dt: Duration of a tick [s].
-        spare: Time beyond one tick for which a station holds a command [s]; the
-            tube of a robot with delay already includes it.
+        spare: Time for which a station holds a command after the end of its
+            tick [s]. The tube of a robot with delay already includes it.
     """
     limit = robot.acceleration_limit
     if motion.is_late:
@@ -61,7 +62,7 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
 
 @helper
 def in_flight(motion):
-    """Returns the greatest speeds of commands still in flight, (n_u,).
+    """Returns the greatest speeds of commands that are in flight, (n_u,).
 
     Args:
         motion: The `MotionArrays` of a robot with delay.
@@ -79,7 +80,7 @@ def in_flight(motion):
 
 @helper
 def _late_path(motion, q, u, limit, dt, n_base):
-    """Returns the path of the model of actuators with delay."""
+    """Returns the path of a robot with delay, by its actuator model."""
     steps = max(braking_steps(u, limit, dt), 1.0)
     h, n, sends = len(motion.sent), len(u), math.ceil(steps) + 1
     sent, told = np.empty(h + sends), np.empty((h + sends, n))
@@ -111,7 +112,7 @@ def _late_path(motion, q, u, limit, dt, n_base):
         since[i] = times[i - 1] if i else 0.0
         times[i] = ends[i] if i < s - 1 else since[i] + dt
         for j in range(n):
-            # The rest of a lag is one last piece.
+            # The rest of a lag is a single last piece.
             if i == s - 1:
                 gone = motion.parameters[j, 1] * v[i - 1, j]
             else:
@@ -125,11 +126,11 @@ def _late_path(motion, q, u, limit, dt, n_base):
 
 @helper
 def _ends(motion, peak, ramp, dt):
-    """Returns the end times of all pieces of a path but the last [s].
+    """Returns the end times of all pieces of a path except the last [s].
 
     Args:
         motion: The `MotionArrays`.
-        peak: Greatest speeds commanded, shape (n_u,).
+        peak: Greatest commanded speed of each axis, shape (n_u,).
         ramp: Time from the command to the end of its ramp [s].
         dt: Control period [s].
     """
