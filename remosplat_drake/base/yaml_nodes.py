@@ -66,7 +66,7 @@ class _Loader(yaml.SafeLoader):
             raise yaml.MarkedYAMLError(
                 None,
                 None,
-                f"nested more than {DEEPEST} deep",
+                f"nested more than {DEEPEST} levels deep",
                 self.peek_event().start_mark,
             )
         node = super().compose_node(parent, index)

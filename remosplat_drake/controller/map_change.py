@@ -13,7 +13,7 @@ from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.signals.distance_field import DistanceField
 
-NO_WAY_TO_STOP = "the new map leaves too little room to stop"
+NO_WAY_TO_STOP = "the new map leaves too little space to stop"
 
 
 def objection(

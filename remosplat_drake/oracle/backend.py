@@ -30,7 +30,8 @@ def choose_backend(asked: str, where: str, field: str) -> str:
         return "cpu"
     problem = missing_for_cuda()
     if asked == "cuda" and problem:
-        raise FieldError(where, field, f"cuda {problem}; valid here: cpu, auto")
+        text = f"the cuda backend {problem}; use cpu or auto"
+        raise FieldError(where, field, text)
     return "cpu" if problem else "cuda"
 
 

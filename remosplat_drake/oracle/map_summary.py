@@ -77,7 +77,7 @@ class MapSummary:
             parts.append(f"{self.faint:,} too faint")
             parts.append(f"{self.cropped:,} cropped away")
         known = ", ".join(
-            f"of {place.name} {place.within_reach:,}" for place in self.places
+            f"of {place.name}: {place.within_reach:,}" for place in self.places
         )
         return f"{', '.join(parts)}; within {self.reach:.1f} m {known}"
 

@@ -143,7 +143,7 @@ def _check_sizes(path: Path, file: IO[bytes]) -> None:
             most = max(_ALWAYS_ALLOWED, _MAX_RATIO * member.compress_size)
             if member.file_size > most:
                 raise FileError(
-                    path, f"{member.filename} is damaged, or too large"
+                    path, f"{member.filename} is damaged: it is too large"
                 )
             with archive.open(member) as stream:
                 version = np.lib.format.read_magic(stream)
@@ -154,7 +154,7 @@ def _check_sizes(path: Path, file: IO[bytes]) -> None:
                 )
                 shape, _, dtype = read(stream)
             if math.prod(shape) * dtype.itemsize > member.file_size:
-                raise FileError(path, f"{member.filename} is cut off")
+                raise FileError(path, f"{member.filename} is truncated")
     file.seek(0)
 
 

@@ -25,11 +25,11 @@ UNKNOWN_SEEN_SPACE = "unknown-seen-space"
 UNSEEN_SPACE = "unseen-space"
 
 GATES = {
-    CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
+    CAPTURE_WARNINGS: "checks have found faults in the capture of the map",
     EMPTY_MAP: "the map has no data where the robot starts or moves",
     IGNORED_SPLATS: "most splats within reach are too faint or cropped away",
     MAP_ERROR: "a stopping distance is too small for the map's error",
-    NO_WAY_OUT: "no motion out of the start configuration is found",
+    NO_WAY_OUT: "no motion away from the start configuration was found",
     START_BEYOND_LIMITS: "a joint starts beyond its limits",
     START_TOO_NEAR: "the robot starts too near to itself or to the scene",
     TARGET_OUT_OF_REACH: "the arm is too short for a target",

@@ -98,7 +98,7 @@ def _of_clock(
     elif pause < 0:
         yield Symptom("clock", f"the clock went back by {-pause:.3g} s")
     elif _has_paused(law, state, now):
-        yield Symptom("clock", f"the loop stood still for {pause:.3g} s")
+        yield Symptom("clock", f"the control loop paused for {pause:.3g} s")
 
 
 def _of_station(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
@@ -292,5 +292,5 @@ def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
             cause = camera.problem or "no image has arrived"
             yield Symptom(
                 "camera_age",
-                f"{camera.name} has seen nothing for {age:.2g} s: {cause}",
+                f"{camera.name} has no usable image for {age:.2g} s: {cause}",
             )

@@ -97,7 +97,8 @@ SPZ = SplatFormat(
     read_spz,
     write_spz,
     loss="Positions have steps of 0.24 mm, scales steps of 6 % and a minimum of"
-    " 45 um; rotations are rounded to 10 bits, colours and opacities to 8.",
+    " 45 um; rotations are rounded to 10 bits, and colours and opacities to 8"
+    " bits.",
 )
 """Niantic's SPZ."""
 COMPRESSED_PLY = SplatFormat(

@@ -28,7 +28,7 @@ MISTAKES = {
     " you mean 'Kitchen'?); valid: Kitchen",
     "run photos": "photos: is a folder, and neither a scenario (.yaml, .yml)"
     " nor a splat (a folder without meta.json is not an SOG)",
-    "run mesh.ply": "mesh.ply: no Gaussian splat: property",
+    "run mesh.ply": "mesh.ply: is not a Gaussian splat: property",
     "run TableReach --headless --recrod a.mcap": "run: unknown flag"
     " '--recrod' (did you mean '--record'?); valid: --record,",
     "convert a.ply b.ply --headless": "convert: unknown flag '--headless' (a"

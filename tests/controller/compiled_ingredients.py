@@ -94,8 +94,8 @@ WRONG = (
     "quadratic cost 'mine': weights is negative, so that the cost is concave",
     "set of rows 'mine': A is not finite",
     "set of rows 'mine': b is not finite",
-    "set of rows 'mine': 3 rows, where most_rows allows 2",
-    "set of rows 'mine': 5000 rows, where most_rows allows 2",
+    "set of rows 'mine': has 3 rows, but most_rows allows 2",
+    "set of rows 'mine': has 5000 rows, but most_rows allows 2",
     "its function raises",
 )
 """What is wrong with the terms of a `Wrong` ingredient, by number."""

@@ -71,7 +71,7 @@ def test_cuda_without_torch_names_the_extra(without_torch, kind):
         make_field(config, _splat(), None, "s.yaml:S")
     assert str(error.value) == (
         "s.yaml:S: oracle.backend: cuda needs torch: pip install "
-        "'remosplat-drake[gpu]'; valid here: cpu, auto"
+        "'remosplat-drake[gpu]'; use cpu or auto"
     )
 
 

@@ -143,7 +143,7 @@ def test_solids_count_where_their_surface_is_within_reach():
     told = summarize_solids(scene, PLACES, REACH)
     assert told.kept == 3
     assert [p.within_reach for p in told.places] == [1, 1]
-    assert "3 solids; within 1.2 m of the start 1, of target 1 1" in str(told)
+    assert "3 solids; within 1.2 m of the start: 1, of target 1: 1" in str(told)
 
 
 def test_a_million_splats_take_a_moment():

@@ -152,10 +152,16 @@ def test_a_stalled_process_delays_no_tick(frankie, tmp_path, monkeypatch):
         recorder.append(tick(frankie, 100.0 + 0.01 * count))
         slowest = max(slowest, time.thread_time() - start)
     assert slowest < 0.1
-    assert recorder.trouble == "the recording lacks 3 ticks: too busy"
+    assert (
+        recorder.trouble
+        == "the recording lacks 3 ticks, since its process is too slow"
+    )
     os.kill(process.pid, signal.SIGCONT)
     recorder.close()
-    assert recorder.trouble == "the recording lacks 3 ticks: too busy"
+    assert (
+        recorder.trouble
+        == "the recording lacks 3 ticks, since its process is too slow"
+    )
     assert len(messages(path)["/command"]) == count - 3
 
 

@@ -443,7 +443,7 @@ def test_a_clock_that_goes_back_stops_the_robot(running):
 def test_after_a_pause_the_ramp_goes_on_where_the_drivers_are_on_it(running):
     running.k += 20
     assert running.tick().mode == STOPPING
-    assert running.state.reason == "the loop stood still for 0.21 s"
+    assert running.state.reason == "the control loop paused for 0.21 s"
     # They began it by themselves: it takes 40 ticks in all.
     np.testing.assert_allclose(running.state.command, FAST * (1 - 21 / 40))
     assert not running.ticks(19).command.any()

@@ -57,7 +57,7 @@ def test_what_is_news_lets_it_go_on(movers):
         (Movers(0.0, problem="MOVERS lies"), "movers are not known: MOVERS"),
         (
             Movers(NOW, cameras=[camera(NOW), camera(NOW - 0.5, "it is dark")]),
-            "room has seen nothing for 0.5 s: it is dark",
+            "room has no usable image for 0.5 s: it is dark",
         ),
         (Movers(NOW, cameras=[camera(0.0)]), "nothing for 5 s: no image has"),
     ],

@@ -87,4 +87,4 @@ def test_a_checkpoint_that_swells(tmp_path, whole_files):
             lambda name, old: bytes(2**27) if name.endswith("/0") else old,
         )
     )
-    rejected(path, "made to fill the memory")
+    rejected(path, "made to exhaust the memory")

@@ -33,7 +33,7 @@ def changed_meta(data: bytes, field: str, value) -> bytes:
 @pytest.mark.parametrize(
     ("field", "value", "problem"),
     [
-        ("version", 1, "SOG version 1; only version 2"),
+        ("version", 1, "SOG version 1; this program reads version 2"),
         ("version", None, "SOG version None"),
         ("count", "many", "count is not a whole number"),
         ("count", 0, "holds no splats"),
@@ -72,7 +72,7 @@ def test_sog_parts(tmp_path, whole_files):
         ("meta.json", "{", "not JSON"),
         ("meta.json", "[" * 10**6, "not JSON"),
         ("meta.json", " " * 2**25, "has 33554432 bytes"),
-        ("quats.webp", bytes(2**27), "announce 134217728 unpacked bytes"),
+        ("quats.webp", bytes(2**27), "would unpack to 134217728 bytes"),
         ("quats.webp", PNG, "quats.webp is not a WebP picture"),
         ("quats.webp", huge.getvalue(), "4000 x 4000 pixels, but 20"),
     ]:

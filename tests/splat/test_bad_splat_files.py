@@ -108,7 +108,7 @@ def test_values_that_no_splat_can_have(tmp_path, name):
         ((b"NGSP", 2, 2, 0, 12, 0, 0), "declares 2 splats"),
         ((b"NGSP", 3, 1, 0, 12, 0, 0), "declares 1 splats"),
         ((b"NGSP", 2, 2**32 - 1, 3, 12, 0, 0), f"at most {MAX_SPLATS}"),
-        ((b"NGSP", 2, MAX_SPLATS, 3, 12, 0, 0), "made to fill the memory"),
+        ((b"NGSP", 2, MAX_SPLATS, 3, 12, 0, 0), "made to exhaust the memory"),
         ((b"NGSP", 1, 1, 0, 12, 0, 0), "holds more than the 1 splats"),
     ],
 )
@@ -174,7 +174,7 @@ def test_a_file_that_swells_takes_no_memory(tmp_path):
 def test_what_may_be_unpacked(tmp_path):
     check_unpacked_size(tmp_path, 1, 2**26)
     check_unpacked_size(tmp_path, 10**6, 10**9)
-    with pytest.raises(FileError, match="1000 bytes announce 100000000"):
+    with pytest.raises(FileError, match="1000 bytes would unpack to 100000000"):
         check_unpacked_size(tmp_path, 1000, 10**8)
 
 

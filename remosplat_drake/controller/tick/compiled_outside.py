@@ -157,7 +157,7 @@ def _check_terms(term: str, most: int, found: Assembled) -> None:
     first, last = program.rows[part].tolist()
     if last - first > most:
         raise Term("set of rows", term).error(
-            f"{last - first} rows, where most_rows allows {most}"
+            f"has {last - first} rows, but most_rows allows {most}"
         )
     checked = ReactiveProgram(program.upper)
     checked.add_linear_cost(term, program.linear[part])

@@ -295,7 +295,10 @@ class ReactiveLaw:
             i for i in self.ingredients if isinstance(i, kind)
         ]
         if dampers and given is not None:
-            problem = f"is given by the ingredient {kind.__name__} already"
+            problem = (
+                f"the ingredient {kind.__name__} has these settings already;"
+                " omit the argument"
+            )
             raise FieldError("ReactiveLaw", name, problem)
         return dampers[0].config if dampers else given
 

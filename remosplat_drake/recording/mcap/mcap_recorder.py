@@ -109,7 +109,10 @@ class McapRecorder:
                 " what was written before"
             )
         if self.left_out:
-            return f"the recording lacks {self.left_out} ticks: too busy"
+            return (
+                f"the recording lacks {self.left_out} ticks, since its process"
+                " is too slow"
+            )
         return ""
 
     def _news(self) -> str:

@@ -121,17 +121,20 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
         )
     except Exception as error:  # torch raises anything on damaged files.
         raise FileError(
-            path, "not a checkpoint that holds only tensors, or damaged"
+            path, "is not a checkpoint that holds only tensors, or is damaged"
         ) from error
     splats: Any = content
     if isinstance(content, dict) and "splats" in content:
         splats = content["splats"]
     if not isinstance(splats, dict):
-        raise FileError(path, "not a checkpoint of splats: no dictionary")
+        raise FileError(
+            path, "is not a checkpoint of splats: it holds no dictionary"
+        )
     missing = [key for key in _KEYS if key not in splats]
     if missing:
         raise FileError(
-            path, f"not a checkpoint of splats: {', '.join(missing)} is missing"
+            path,
+            f"is not a checkpoint of splats: {', '.join(missing)} is missing",
         )
     return {
         key: _array(path, key, splats[key], len(data))

@@ -50,7 +50,7 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
     for name in ("chunk", "vertex"):
         if name not in elements:
             raise FileError(
-                path, f"no compressed splat: there is no element {name!r}"
+                path, f"is not a compressed splat: it has no element {name!r}"
             )
     bounds, words = elements["chunk"], elements["vertex"]
     n = len(words)
@@ -58,7 +58,8 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
     if len(bounds) != -(-n // CHUNK):
         raise FileError(
             path,
-            f"{len(bounds)} chunks for {n} splats; expected {-(-n // CHUNK)}",
+            f"has {len(bounds)} chunks for {n} splats; expected"
+            f" {-(-n // CHUNK)}",
         )
     position, rotation, scale, color = _columns(path, words, _WORDS, "u4").T
     fractions = _unpacked(color, _8_8_8)

@@ -76,7 +76,9 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
     missing = [name for name in required if name not in names]
     if missing:
         raise FileError(
-            path, f"no Gaussian splat: property {', '.join(missing)} is missing"
+            path,
+            "is not a Gaussian splat: property"
+            f" {', '.join(missing)} is missing",
         )
     layout = _Layout(scales, rest, harmonics, _UNCERTAINTY[0] in names)
     arrays = in_blocks(

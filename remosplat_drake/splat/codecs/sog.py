@@ -149,7 +149,11 @@ def _harmonics(path: Path, bundle: SogBundle) -> np.ndarray:
     entries = bundle.integer("shN.count")
     k = _BANDS.get(bundle.integer("shN.bands"))
     if k is None or not 1 <= entries <= _LARGEST_16 + 1:
-        raise FileError(path, "shN: expected 1 to 3 bands, 1 to 65536 entries")
+        raise FileError(
+            path,
+            "higher harmonics (shN): expected 1 to 3 bands and 1 to 65536"
+            " palette entries",
+        )
     rows = -(-entries // PALETTE_WIDTH)
     centroids, labels = bundle.palette("shN", PALETTE_WIDTH * k, rows)
     label = labels[:, 0].astype(int) + 256 * labels[:, 1].astype(int)

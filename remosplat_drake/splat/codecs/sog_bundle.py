@@ -58,8 +58,8 @@ class SogBundle:
         if self._meta.get("version") != version:
             raise FileError(
                 path,
-                f"SOG version {shown(self._meta.get('version'))}; only version"
-                f" {version} can be read",
+                f"has SOG version {shown(self._meta.get('version'))}; this"
+                f" program reads version {version}",
             )
         self.count = self.integer("count")
         check_count(path, self.count)

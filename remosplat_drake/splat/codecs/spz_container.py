@@ -118,10 +118,14 @@ def _parse_header(
             " and 4 (not gzipped)",
         )
     if header.degree >= len(_HARMONICS):
-        raise FileError(path, f"harmonics of degree {header.degree}; at most 4")
+        raise FileError(
+            path, f"has harmonics of degree {header.degree}; valid: 0 to 4"
+        )
     if header.fractional_bits > 23:
         raise FileError(
-            path, f"{header.fractional_bits} fractional bits; at most 23"
+            path,
+            f"has positions with {header.fractional_bits} fractional bits;"
+            " valid: 0 to 23",
         )
     check_count(path, header.count)
     return header
@@ -155,7 +159,7 @@ def _unpack_streams(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
     used = [size for size in header.section_sizes if size]
     if header.num_streams != len(used):
         raise FileError(
-            path, f"{header.num_streams} streams; expected {len(used)}"
+            path, f"has {header.num_streams} streams; expected {len(used)}"
         )
     first = _COMMON.size + _TABLE_OFFSET.size
     if len(data) < first:

@@ -77,8 +77,8 @@ def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
     if unpacked > max(_ALWAYS_ALLOWED, _MAX_RATIO * packed):
         raise FileError(
             path,
-            f"{packed} bytes announce {unpacked} unpacked bytes: damaged, or"
-            " made to fill the memory",
+            f"{packed} bytes would unpack to {unpacked} bytes: the file is"
+            " damaged, or made to exhaust the memory",
         )
 
 
