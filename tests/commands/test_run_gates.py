@@ -92,7 +92,7 @@ def test_what_the_map_knows_is_told_and_kept(table, capsys):
     assert drive(table) == 1
     told = capsys.readouterr().err.splitlines()
     assert told[0].startswith("map: 47,607 splats, 0 too faint, 0 cropped away")
-    assert "of the start 16," in told[0] and "of target 1 36," in told[0]
+    assert "of the start: 16," in told[0] and "of target 1: 36," in told[0]
     assert told[1] == (
         "map error: up to 9.3 mm; smallest stopping distance: 21.0 mm"
     )

@@ -70,7 +70,7 @@ def test_cuda_without_torch_names_the_extra(without_torch, kind):
     with pytest.raises(FieldError) as error:
         make_field(config, _splat(), None, "s.yaml:S")
     assert str(error.value) == (
-        "s.yaml:S: oracle.backend: cuda needs torch: pip install "
+        "s.yaml:S: oracle.backend: the cuda backend needs torch: pip install "
         "'remosplat-drake[gpu]'; use cpu or auto"
     )
 
