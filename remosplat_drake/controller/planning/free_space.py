@@ -1,4 +1,4 @@
-"""`FreeSpace`: the configurations and motions that keep their distances."""
+"""`FreeSpace`: checks whether configurations and motions keep distances."""
 
 from contextlib import AbstractContextManager, nullcontext
 
@@ -39,12 +39,12 @@ from remosplat_drake.signals.distance_field import DistanceField
 class FreeSpace:
     """The configurations and motions of a robot that keep all distances.
 
-    Each sphere keeps the stopping distance from the scene, and the shapes of
-    two links keep a distance from each other. If a distance is already smaller
-    at the start, it must not decrease further. Joints stay within bounds.
-    Motions are checked like commands in verification: between two samples,
-    distances may be smaller by verification's tolerance. A free space must not
-    be used by several threads at a time.
+    In a free configuration, each sphere keeps the stopping distance from the
+    scene, the shapes of two links keep a distance from each other, and joints
+    are within bounds. If a distance is smaller than required at the start, it
+    must not decrease further. Motions are checked like commands in
+    verification: between two samples, distances may be smaller by the tolerance
+    of verification. Only one thread at a time may use a `FreeSpace`.
 
     Attributes:
         robot: The robot.
@@ -74,11 +74,11 @@ class FreeSpace:
             robot: The robot.
             field: The map.
             stopping: Stopping distance [m].
-            self_clearance: Self-collision distances; None if self-collision is
-                not checked.
-            bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
+            self_clearance: Pairs of the robot's own shapes and their stopping
+                distance; None if self-collision is not checked.
+            bounds: Lower and upper bounds of q, each of shape (n_q,) [rad, m].
             start: Present configuration, shape (n_q,) [rad, m].
-            backing: Longest way that the base may drive backwards [m].
+            backing: Longest distance that the base may drive backwards [m].
             standing: Standing movers, which are further obstacles.
         """
         self.robot, self.field = robot, field
@@ -104,7 +104,8 @@ class FreeSpace:
             level=level,
             balls=balls,
             ball_level=ball_level,
-            # The hand, whose balls are the last, collides most often.
+            # The order is reversed, since the hand collides most often, and its
+            # balls are the last.
             ball_order=np.arange(len(balls.first) - 1)[::-1],
             samples=MotionSamples.make(robot.arrays.values.tree, robot.n_q),
             work=MapWork.make(len(ball_level), robot.n_u),
@@ -120,7 +121,7 @@ class FreeSpace:
             backing=float(backing),
         )
         self.arrays = Packed(values)
-        # A smaller distance at the start is kept instead.
+        # If the distance at the start is smaller, it is the one to keep.
         level += self.margins(start[None], 0.0)[0]
 
     def is_free(self, q: np.ndarray) -> bool:
@@ -137,8 +138,8 @@ class FreeSpace:
         """Returns whether the whole motion between two configurations is free.
 
         Args:
-            a: A free configuration to start from, shape (n_q,) [rad, m].
-            b: Configuration to end at, shape (n_q,) [rad, m].
+            a: Configuration at the start, which is free, shape (n_q,) [rad, m].
+            b: Configuration at the end, shape (n_q,) [rad, m].
         """
         self.checks += 1
         with self.calls() as line:
@@ -149,8 +150,8 @@ class FreeSpace:
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
-            far: Value at which margins are truncated [m]; a small one makes the
-                query cheaper.
+            far: Value at which margins are truncated [m]. With a small value,
+                the query takes less time.
 
         Returns:
             The margins, shape (k, n) [m].
@@ -159,10 +160,9 @@ class FreeSpace:
             return sphere_margins(self.arrays, line, np.array(q, float), far)
 
     def calls(self) -> AbstractContextManager[int]:
-        """Context in which kernels can query a map that is computed in Python.
+        """Returns a context in which kernels can query maps that need Python.
 
-        Its `with` statement returns an identifier, by which kernels find the
-        map.
+        The `with` statement returns a number, by which kernels find the map.
         """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)
@@ -170,7 +170,7 @@ class FreeSpace:
 
 
 def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:
-    """Returns the largest required distance of each pair of links, (l,) [m]."""
+    """Returns each link pair's largest required distance, shape (l,) [m]."""
     if not len(pairs.boxes):
         return np.zeros(0)
     return np.maximum.reduceat(level - pairs.allowance, pairs.start[:-1])

@@ -1,4 +1,4 @@
-"""Goal configurations, which reach the target and keep all distances."""
+"""Searches goal configurations, which reach the target and are free."""
 
 import dataclasses as dc
 import math
@@ -17,24 +17,24 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _ROUND = 20, 100
-"""Number of groups of draws in the first round, and in later ones. The search
-ends as soon as it has found enough configurations."""
+"""Number of groups of random configurations in the first round, and in each
+later round. The search ends as soon as it has found enough configurations."""
 
 _COMPARED = 100
-"""Largest number of configurations that are compared to report the best one, if
-none of them keeps all distances."""
+"""If no configuration keeps all distances, the best one is reported. This is
+the largest number of configurations that are compared to find it."""
 
 _ENOUGH = 0.06
-"""If the least clearance of a goal exceeds the required one by this amount or
-more, its cost does not decrease further [m]."""
+"""Excess of the least clearance of a goal over the required clearance above
+which the goal's cost does not decrease further [m]."""
 
 _GROUP = 4
-"""Number of random configurations in a group. The one nearest to the target is
-a seed of inverse kinematics."""
+"""Number of random configurations in a group. The configuration nearest to the
+target is a seed of inverse kinematics."""
 
 _PATIENCE = 4
-"""Largest number of groups for each requested seed. Several are needed, since
-most random poses of a base collide."""
+"""Largest number of groups for each requested seed. Several groups are needed,
+since most random poses of a base collide."""
 
 _BASE_DISTANCE = (0.35, 0.95)
 """Least and greatest distance of random base positions from the target [m]."""
@@ -46,7 +46,7 @@ _BASE_TURN = 0.8
 
 @dc.dataclass(frozen=True, eq=False)
 class GoalConfigurations:
-    """The configurations found for a target.
+    """The result of a search for goal configurations.
 
     Attributes:
         q: Goal configurations that keep all distances, the best first, shape
@@ -54,11 +54,12 @@ class GoalConfigurations:
         seeds: Number of seeds that were tried.
         reached: Number of seeds from which inverse kinematics reached the
             target.
-        tightest: Index of the sphere that is farthest below its required
-            clearance in `cramped`; -1 if `cramped` is None.
+        tightest: Index of the sphere whose clearance in `cramped` is farthest
+            below the required clearance; -1 if `cramped` is None.
         missing: Amount by which this sphere's clearance is too small [m].
-        cramped: The best configuration that reaches the target without keeping
-            all distances, shape (n_q,) [rad, m]; None if there is none.
+        cramped: If no goal configuration was found, the best configuration that
+            reaches the target but does not keep all distances, shape (n_q,)
+            [rad, m]; None if there is none.
     """
 
     q: np.ndarray
@@ -80,18 +81,19 @@ def goal_configurations(
 ) -> GoalConfigurations:
     """Searches configurations that reach a target and keep all distances.
 
-    If the aim names a configuration, only that one is checked. Its base yaw is
-    shifted by whole turns to be nearest to the present yaw.
+    If the aim contains a configuration, only this configuration is checked. Its
+    base yaw is shifted by whole turns, such that it is nearest to the present
+    yaw.
 
     Args:
         space: The free space.
-        aim: The targets of the end effectors, an `Aim`. A `Target`, or its pose
-            X_WT, shape (4, 4), applies to the first end effector.
-        q: Present configuration, shape (n_q,) [rad, m]; near goals are
+        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+            pose X_WT of shape (4, 4), is the target of the first end effector.
+        q: Present configuration, shape (n_q,) [rad, m]. Goals near it are
             preferred.
         seeds: Number of configurations from which inverse kinematics starts.
         most: Largest number of goal configurations.
-        rng: Source of the seeds.
+        rng: Random number generator of the seeds.
     """
     aim = Aim.of(aim)
     if aim.q is not None:
@@ -128,7 +130,7 @@ def _own_groups(space: FreeSpace, q: np.ndarray) -> np.ndarray:
 def _named(
     space: FreeSpace, wanted: np.ndarray, q: np.ndarray
 ) -> GoalConfigurations:
-    """The result for an aim that names its configuration."""
+    """Returns the result for an aim that contains a configuration."""
     goal = np.clip(wanted, space.lower, space.upper)
     if space.robot.n_base:
         goal[2] += math.tau * round((q[2] - goal[2]) / math.tau)
@@ -140,7 +142,7 @@ def _named(
 def _cramped(
     space: FreeSpace, found: np.ndarray, tried: int
 ) -> GoalConfigurations:
-    """The result if no configuration found keeps all distances."""
+    """Returns the result if no configuration found keeps all distances."""
     if not len(found):
         return GoalConfigurations(found, tried, 0)
     reached, found = len(found), found[:_COMPARED]
@@ -185,8 +187,9 @@ def _draws(
 ) -> np.ndarray:
     """Draws configurations uniformly within the bounds, shape (count, n_q).
 
-    Bases are drawn around the target, roughly facing it. If the target has free
-    translations, they are drawn around its point nearest to the hand.
+    Base poses are drawn around the target, with a heading roughly towards it.
+    If the target has free translations, they are drawn around the point of the
+    target that is nearest to the hand.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
@@ -216,9 +219,9 @@ def _place(
 def _price(
     space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
-    """Computes costs of goals: far ones, and those near obstacles, cost more.
+    """Computes costs of goals, which are higher far away and near obstacles.
 
-    The cost is roughly the time to reach the goal [s], and larger if the goal
+    The cost is roughly the time to reach the goal [s]. It is larger if the goal
     is near obstacles or joint limits.
     """
     robot = space.robot

@@ -42,18 +42,18 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
-"""Distance by which the base may go beyond start and goals [m]."""
+"""Distance by which a path of the base may go beyond start and goals [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class MotionPlanner:
-    """Searches paths for one robot.
+    """Searches paths of a robot to targets.
 
     Attributes:
         robot: The robot.
-        self_clearance: Self-collision distances; None if self-collision is not
-            checked.
-        config: Budgets of searches.
+        self_clearance: Pairs of the robot's own shapes and their stopping
+            distance; None if self-collision is not checked.
+        config: Settings of searches.
         timing: Bounds of speeds along paths.
     """
 
@@ -78,11 +78,12 @@ class MotionPlanner:
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            aim: The targets of the end effectors, an `Aim`. A `Target`, or its
-                pose X_WT, shape (4, 4), applies to the first end effector.
+            aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
+                pose X_WT of shape (4, 4), is the target of the first end
+                effector.
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
-            attempt: Number of earlier searches; each draws other random
+            attempt: Number of earlier searches. Each search draws other random
                 numbers.
             interrupted: Predicate: whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
@@ -156,11 +157,12 @@ class MotionPlanner:
 
         Args:
             space: The free space.
-            q: Start of paths, shape (n_q,) [rad, m].
-            goals: Possible ends of paths, shape (k, n_q) [rad, m].
-            attempt: Number of earlier searches; each draws other random
-                numbers, and may check twice as many motions.
-            interrupted: Predicate: whether to abort the search.
+            q: Start of the path, shape (n_q,) [rad, m].
+            goals: Possible ends of the path, shape (k, n_q) [rad, m].
+            attempt: Number of earlier searches. Each search draws other random
+                numbers, and may check twice as many motions as the search
+                before it.
+            interrupted: Function that returns whether to abort the search.
         """
         return Search(
             space,
@@ -174,7 +176,7 @@ class MotionPlanner:
     def open_part(
         self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
     ) -> Path:
-        """Truncates a path before the part ahead that a map blocks.
+        """Truncates a path before the next part that a map blocks.
 
         Args:
             path: The path.
@@ -183,7 +185,7 @@ class MotionPlanner:
             stopping: Distance that all spheres keep from the scene [m].
 
         Returns:
-            The path, the same object if nothing ahead of q is blocked.
+            The path. It is the same object if no part ahead of q is blocked.
         """
         s, _ = path.nearest(q)
         space = self.free_space(q, field, stopping)
@@ -202,13 +204,13 @@ class MotionPlanner:
         around: Movers | None = None,
         separation: float = 0.0,
     ) -> FreeSpace:
-        """Returns the free space of the robot at its configuration.
+        """Returns the free space of the robot in a configuration.
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
-            around: Standing movers; None for none.
+            around: Standing movers; None if there are none.
             separation: Distance that all spheres keep from standing movers [m].
         """
         return FreeSpace(
@@ -238,7 +240,7 @@ class MotionPlanner:
     def _box(
         self, q: np.ndarray, goals: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Returns finite bounds for drawing configurations."""
+        """Returns finite bounds within which configurations are drawn."""
         lower, upper = (bound.copy() for bound in self._bounds())
         if self.robot.n_base:
             all_q = np.vstack([q, goals])

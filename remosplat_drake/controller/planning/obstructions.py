@@ -12,16 +12,16 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""Paths avoid all places that a standing mover can reach within this time [s].
-So the robot can pass the mover at a higher speed."""
+"""Time within which a standing mover may reach places that paths avoid [s]. So
+the robot can pass the mover at a higher speed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class StandingMovers:
     """Standing movers, enlarged by the distance that paths keep from them.
 
-    Planned motions are checked by the same sweep as in verification, which
-    treats these movers as immovable.
+    Planned motions are checked by the same function as in verification, for
+    which these movers do not move.
 
     Attributes:
         movers: The movers at rest, enlarged by the required distance. Their
@@ -35,7 +35,7 @@ class StandingMovers:
         """Makes the obstacles from movers at rest.
 
         Args:
-            movers: The movers, stamped now.
+            movers: The movers, whose stamp is the present time.
             separation: Distance that spheres keep from movers [m].
         """
         return StandingMovers(
@@ -48,7 +48,7 @@ class StandingMovers:
         return Packed(self.movers.at(self.movers.stamp))
 
     def levels(self, spheres: Spheres) -> np.ndarray:
-        """Returns the distances that spheres keep from the movers, (n,) [m].
+        """Returns the distances from the movers that spheres keep, (n,) [m].
 
         A sphere that is already nearer keeps its present distance.
 
@@ -64,7 +64,7 @@ class StandingMovers:
 
 
 NOTHING_STANDS = StandingMovers(Movers(0.0, []))
-"""No standing movers."""
+"""The value if there are no standing movers."""
 
 
 def _swollen(mover: Mover, separation: float) -> Mover:

@@ -19,7 +19,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
 _DRAWS = 32
-"""Number of configurations drawn at a time."""
+"""Number of configurations that are drawn together."""
 
 _CHUNK = 128
 """Number of motions between two checks for an interruption."""
@@ -28,21 +28,21 @@ _SHORTCUTS = 20
 """Number of tried shortcuts."""
 
 _TUCKED = 3
-"""One in this number of random configurations has a tucked arm."""
+"""Of this number of random configurations, one has a tucked arm."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Search:
-    """Searches paths in a free space; equal searches find equal paths.
+    """Searches paths in a free space. Equal searches find equal paths.
 
     Attributes:
         space: The free space.
-        q: Start of paths, shape (n_q,) [rad, m].
-        bounds: Bounds between which configurations are drawn, shape (n_q,)
-            each [rad, m].
+        q: Start of the paths, shape (n_q,) [rad, m].
+        bounds: Bounds within which configurations are drawn, each of shape
+            (n_q,) [rad, m].
         checks: Largest number of motions that a search checks.
         seed: Seed of the search.
-        interrupted: Predicate: whether to abort the search.
+        interrupted: Function that returns whether to abort the search.
     """
 
     space: FreeSpace
@@ -53,13 +53,14 @@ class Search:
     interrupted: Callable[[], bool] = lambda: False
 
     def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Returns the start, and the first goal that a single motion reaches.
+        """Returns the path to the first goal that a single motion reaches.
 
         Args:
-            goals: Possible ends, the best first, shape (k, n_q) [rad, m].
+            goals: Possible ends of the path, the best first, shape (k, n_q)
+                [rad, m].
 
         Returns:
-            The two configurations, shape (2, n_q); None if no motion is free.
+            The start and the goal, shape (2, n_q); None if no motion is free.
         """
         for goal in goals[: self.checks]:
             if self.interrupted():
@@ -69,10 +70,10 @@ class Search:
         return None
 
     def path_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Searches corners of a path to one of several configurations.
+        """Searches the corners of a path to one of several configurations.
 
         Args:
-            goals: Possible ends, shape (k, n_q) [rad, m].
+            goals: Possible ends of the path, shape (k, n_q) [rad, m].
 
         Returns:
             The corners, shape (m, n_q); None if no path was found.
@@ -103,7 +104,7 @@ class Search:
             corners: Corners of a free path, shape (m, n_q) [rad, m].
 
         Returns:
-            Its corners, shape (p, n_q).
+            Corners of the returned path, shape (p, n_q).
         """
         if len(corners) == 2:
             return corners
@@ -114,7 +115,7 @@ class Search:
         return corners
 
     def _tucked(self) -> np.ndarray | None:
-        """Returns the tucked arm's joints; None if nothing carries the arm."""
+        """Returns the joints of a tucked arm; None if no base moves the arm."""
         if not self.space.robot.n_base:
             return None
         return tucked_arm(self.space, self.q, self.seed)

@@ -1,7 +1,7 @@
 """Converts a path to segments on which the base only turns or only drives.
 
-A search draws the base's heading at each corner at random. Turns that only
-serve to reach such a heading are omitted.
+A search draws the heading of the base at each corner at random. If a turn is
+necessary only to reach such a heading, it is omitted.
 """
 
 from itertools import pairwise
@@ -13,15 +13,15 @@ from remosplat_drake.controller.planning.steering import waypoints, wrapped
 
 
 def driven_corners(space: FreeSpace, corners: np.ndarray) -> np.ndarray:
-    """Returns all corners of a path, including those between turn and drive.
+    """Returns all corners of a path, also those between a turn and a drive.
 
     Args:
         space: The free space.
         corners: Corners of a free path, shape (m, n_q) [rad, m].
 
     Returns:
-        Corners of segments on which the base only turns or only drives
-        straight on, its yaw unwrapped, shape (k, n_q) [rad, m].
+        Corners of segments on which the base either only turns or only drives
+        straight on, with unwrapped yaw, shape (k, n_q) [rad, m].
     """
     if not space.robot.n_base:
         return corners

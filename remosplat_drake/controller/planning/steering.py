@@ -1,10 +1,11 @@
-"""Steering: the motion between two configurations, with piecewise constant u.
+"""Steering: computes a motion between two configurations.
 
-An arm moves on a straight line in joint space. A differential base cannot slip
-sideways: it turns towards the goal, drives there, and turns again. An
-omnidirectional base drives and turns simultaneously, on arcs so short that they
-stay near the straight line. The arm's joints move uniformly during the base's
-motion.
+The command u of the motion is piecewise constant. An arm without a base moves
+on a straight line in joint space. A differential base cannot move sideways, so
+it turns towards the goal, drives to the goal, and turns again. An
+omnidirectional base drives and turns at the same time, on arcs that are so
+short that they are near the straight line. During the motion of a base, the
+arm's joints move at constant rates.
 """
 
 import math
@@ -16,11 +17,11 @@ from remosplat_drake.base.kernels.returns import reals
 from remosplat_drake.robot.base_motion import base_command
 
 _NO_WAY = 1e-6
-"""Distance below which the base need not drive [m]."""
+"""Distance below which the base does not drive [m]."""
 
 _ARC = 0.2
-"""Largest turn on an arc of an omnidirectional base [rad]: the arc deviates
-from the straight line by at most a fortieth of its length."""
+"""Largest turn on an arc of an omnidirectional base [rad]. With this turn, an
+arc deviates from the straight line by at most a fortieth of its length."""
 
 _NO_MOTION = 1e-12
 """Change of q below which two corners count as one [rad, m]."""
@@ -28,16 +29,16 @@ _NO_MOTION = 1e-12
 
 @kernel
 def waypoints(a, b, n_base, backing):
-    """Returns the corners of the motion from a to b, both ends included.
+    """Returns the corners of the motion from a to b, including a and b.
 
-    Between two corners the robot moves on a straight line through q, on which
-    a differential base either turns or drives.
+    Between two corners, the robot moves on a straight line in q, on which a
+    differential base either turns or drives.
 
     Args:
-        a: Configuration to start from, shape (n_q,) [rad, m].
-        b: Configuration to end at, shape (n_q,) [rad, m].
+        a: Configuration at the start, shape (n_q,) [rad, m].
+        b: Configuration at the end, shape (n_q,) [rad, m].
         n_base: Number of base commands, 3, 2 or 0.
-        backing: Longest way that the base may drive backwards [m].
+        backing: Longest distance that the base may drive backwards [m].
 
     Returns:
         The corners, shape (k, n_q).
@@ -78,7 +79,7 @@ def _turned_and_driven(a, b, x, y, backing):
         back = a[2] + wrapped(heading + math.pi - a[2])
         if _turn(a, b, back) < _turn(a, b, h):
             h = back
-    # Fraction of the motion at which each of the three parts ends.
+    # These are the fractions of the motion at which the three parts end.
     first, last = abs(h - a[2]), abs(wrapped(b[2] - h))
     whole = first + way + last
     corners = np.empty((4, len(a)))

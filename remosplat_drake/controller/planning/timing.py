@@ -1,9 +1,9 @@
-"""Speeds along a path: as fast as limits and clearances permit.
+"""Computes the greatest speeds along a path that limits and clearances permit.
 
-The speed at a point of the path is the greatest one from which the robot can
-keep its limits of velocity, acceleration and torque, and the collision damper's
-law, up to the path's end. The speed depends only on the point, not on time, so
-a robot that is late or was pushed continues from its present place.
+The speed at a point of the path is the greatest speed from which the robot can
+keep, up to the path's end, its limits of velocity, acceleration and torque, and
+the law of the collision damper. The speed depends only on the point, and not on
+time. So a robot that is late or was pushed continues from its present place.
 """
 
 import dataclasses as dc
@@ -27,24 +27,25 @@ from remosplat_drake.controller.program.path import Path
 from remosplat_drake.robot.robot_model import RobotModel
 
 _STEP = 0.06
-"""Largest spacing of the points of a path at which speeds are computed; the
-length of a path sums radians and metres."""
+"""Largest distance between the points of a path at which speeds are computed.
+In this distance, a radian counts like a metre."""
 
 _SHARE = 0.9
-"""Fraction of the limits of acceleration and torque that a path uses; the rest
-is for corrections."""
+"""Fraction of the limits of acceleration and torque that a path uses. The rest
+is available for corrections."""
 
 _SHARP = 0.3
-"""Least change of direction that makes a corner, not a bend [rad]."""
+"""Change of direction from which on a node is a corner, and not a part of a
+bend [rad]."""
 
 
 @dc.dataclass(frozen=True)
 class TimingLimits:
-    """Bounds of speeds along paths, besides the robot's own limits.
+    """Bounds of speeds along paths, in addition to the robot's limits.
 
     Attributes:
-        damper: The damper for the scene.
-        approach_scale: Factor on the damper's gain on paths.
+        damper: Settings of the collision damper.
+        approach_scale: Factor of the damper's gain on paths.
         dt: The control period [s].
     """
 
@@ -63,11 +64,11 @@ def timed_path(
     Args:
         space: The free space.
         corners: Corners of a free path, shape (k, n_q) [rad, m].
-        limits: Bounds on speeds besides the robot's limits.
+        limits: Bounds of speeds in addition to the robot's limits.
 
     Returns:
-        The path through these corners and points in between, with speeds;
-        without speeds if it has only one corner.
+        The path through the corners and through points between them, with
+        speeds. If there is only one corner, the path has no speeds.
     """
     robot, path = space.robot, Path.through(_refined(corners))
     if len(path.q) < 2:
@@ -85,8 +86,8 @@ def timed_path(
         fastest = damper_speeds(
             space.arrays, line, (path.q, path.s), fastest, law
         )
-    # At a sharp corner, the command changes instantly, by at most the change
-    # that is permitted in one period.
+    # At a sharp corner, the command changes instantly. The change must be at
+    # most that which is permitted in one control period.
     acceleration = _SHARE * robot.acceleration_limit
     through = _fastest(turn, acceleration * limits.dt)
     fastest[is_sharp] = np.minimum(fastest, through)[is_sharp]
@@ -120,11 +121,12 @@ def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:
 def _turns(
     rate: np.ndarray, step: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Changes of a rate at the nodes, in total and per arc length.
+    """Returns the changes of a rate at the nodes, in total and per arc length.
 
     Returns:
-        Both changes, shape (k, m) each, and whether the change at each node is
-        sharp, shape (k,). If it is, the change per arc length is set to zero.
+        Both changes, each of shape (k, m), and whether the change at each node
+        is sharp, shape (k,). If a change is sharp, its change per arc length is
+        set to zero.
     """
     turn = np.diff(rate, axis=0, prepend=rate[:1])
     is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
@@ -138,7 +140,8 @@ def _torques(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Returns torques on a path: per dv/dt, per v^2, at rest, and bounds.
 
-    The bound of a motor is at least the torque that it needs at rest.
+    The torque bound of a motor is at least the torque that the motor needs at
+    rest.
     """
     step = np.diff(path.s)
     rate = np.diff(path.q, axis=0) / step[:, None]

@@ -1,4 +1,4 @@
-"""Maps in the form that kernels query: compiled, or through Python."""
+"""Prepares maps for queries by kernels: compiled, or by calls of Python."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from remosplat_drake.signals.row_arrays import row_arrays
 
 
 def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
-    """Returns a map for kernels of verification: compiled, or a `PythonMap`.
+    """Returns a map for kernels that verify: compiled, or a `PythonMap`.
 
     Args:
         field: The map.
@@ -29,7 +29,7 @@ def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
 
 
 def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
-    """Returns a map for kernels of rollouts; see `map_for_kernels`.
+    """Returns a map for kernels that simulate; see `map_for_kernels`.
 
     Args:
         field: The map.
@@ -39,7 +39,7 @@ def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
 
 
 def is_pythons(field: DistanceField) -> bool:
-    """Returns whether kernels query a map through Python, which is slower.
+    """Returns whether kernels query a map by calls of Python, which is slower.
 
     Args:
         field: The map.
@@ -58,17 +58,17 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 
 
 class MapCalls:
-    """Context in which Python answers the map queries of kernels.
+    """A context manager in which kernels can query a map by calls of Python.
 
-    Its `with` statement returns the identifier that kernels take as an
-    argument:
+    The `with` statement returns the number of the calls, which kernels take as
+    an argument:
 
         with MapCalls(robot, field) as line:
             kernel(..., line)
     """
 
     def __init__(self, robot: RobotModel, field: DistanceField):
-        """Prepares the answers.
+        """Prepares the functions.
 
         Args:
             robot: The robot, whose spheres are queried.
@@ -78,14 +78,14 @@ class MapCalls:
         self._calls = PythonCalls(*self._answers())
 
     def __enter__(self) -> int:
-        """Registers the functions, and returns the number of the calls."""
+        """Registers the functions; returns the number for kernels."""
         return self._calls.__enter__().number
 
     def __exit__(self, kind: object, *error: object) -> None:
         """Ends the calls.
 
         Raises:
-            Exception: The exception of a query.
+            Exception: A query raised this exception.
         """
         self._calls.__exit__()
         if kind is None:
@@ -96,20 +96,21 @@ class MapCalls:
             raise self._calls.error
 
     def _answers(self) -> tuple:
-        """The functions that answer, in the order of kernels' indices."""
+        """Returns the functions, in the order of the kernels' indices."""
         return self._clearances, self._rows
 
     def _clearances(self, arguments: Arguments) -> int:
         """Measures clearances of spheres; see `sphere_clearances`."""
         sphere, p_WS, R_WL, reach, found = (arguments[i] for i in range(5))
         spheres = self._robot.placed(sphere, p_WS, R_WL)
-        # Slightly more than the distance, since rows at the limit are omitted.
+        # The limit is slightly more than the distance, since rows at the limit
+        # are omitted.
         rows = self._field.clearances(spheres, np.nextafter(reach, np.inf))
         found[:] = np.minimum(rows.per_sphere(len(sphere)), reach)
         return 0
 
     def _rows(self, arguments: Arguments) -> int:
-        """Finds all rows at a state; see `rows_within`."""
+        """Finds all rows in a state; see `rows_within`."""
         p_WS, R_WL, within = (arguments[i] for i in range(3))
         every = np.arange(len(p_WS))
         spheres = self._robot.placed(every, p_WS, R_WL)

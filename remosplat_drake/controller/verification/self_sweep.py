@@ -1,4 +1,4 @@
-"""`SelfClearance`: the self-collision distances that verification keeps."""
+"""`SelfClearance`: the pairs of shapes that verification keeps apart."""
 
 import dataclasses as dc
 from functools import cached_property
@@ -50,7 +50,7 @@ class SelfClearance:
         stopping: Stopping distance that the pairs keep [m].
         lever: The result of `relative_motion.levers` for each of l pairs of
             links, shape (l, n_u) [m].
-        rate: For each pair of links, bounds on the rate of its distance per
+        rate: Bounds of the rate of the distance of each pair of links, per
             entry of the command, shape (l, n_u).
     """
 
@@ -62,7 +62,7 @@ class SelfClearance:
 
     @staticmethod
     def make(robot: RobotModel, stopping: float) -> "SelfClearance":
-        """Makes the self-clearance of all pairs that are checked.
+        """Makes the object for all pairs of shapes that are checked.
 
         Args:
             robot: The robot, with its kinematics.
@@ -85,7 +85,7 @@ class SelfClearance:
 
     @cached_property
     def arrays(self) -> Packed[SelfCollisionArrays]:
-        """The pairs and bounds on their approach, packed for kernels."""
+        """The pairs and the bounds of their approach, packed for kernels."""
         return Packed(
             SelfCollisionArrays(
                 self.pairs.pair_arrays.values,
@@ -97,11 +97,11 @@ class SelfClearance:
 
     @cached_property
     def bend(self) -> np.ndarray:
-        """Bounds on the acceleration of one link relative to another one.
+        """Bounds of the acceleration of one link relative to another.
 
         The array has the shape (n_u, n_u, m), with a bound for each two entries
-        of the command and each pair of links. It is padded with pairs that do
-        not exist, so that kernels can read eight at a time.
+        of the command and each pair of links. In the last dimension, it is
+        padded, so that kernels can read eight numbers at a time.
         """
         bound = hessian_bound(
             self.rate, self.robot.screw_turns, self.lever >= 0.0
@@ -115,9 +115,9 @@ class SelfClearance:
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
-            enough: Above this value, lower bounds suffice [m].
+            enough: Distance above which a lower bound is sufficient [m].
 
         Returns:
-            The distances plus the pairs' allowances, shape (k,) [m].
+            The distances plus the allowances of the pairs, shape (k,) [m].
         """
         return self.pairs.distances(q, enough)

@@ -1,14 +1,14 @@
-"""Verify-then-scale: after every command, a free path to a stop remains.
+"""Verify-then-scale: the guarantee of verification, and its proof.
 
-The program's damper rows are linear in u, and hold only at the configuration
-where the tick starts. So before a command is applied, its path is checked: one
-tick of the command, and its braking ramp to a standstill, up to the place where
-a station comes to rest if it receives no further command. The supervisor uses
-the same ramp.
+The damper rows of the quadratic program are linear in u, and hold only in the
+configuration at the start of the tick. So before a command is applied, its path
+is checked: one tick of the command, and its braking ramp to a standstill. The
+path ends where the station comes to rest if it receives no further command. The
+supervisor uses the same ramp.
 
-The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
-from the scene, or the distance of two of the robot's convex shapes. Let d_s be
-the smallest stopping distance used. Then
+The guarantee. Let d_0 be a distance at the start of control: a sphere's
+clearance from the scene, or the distance of two of the robot's convex shapes.
+Let d_s be the smallest stopping distance that is used. Then
 
 - at the end of every tick the distance is at least min(d_s, d_0),
 - at all times it is at least min(d_s, d_0) - `TOLERANCE`, and
@@ -23,29 +23,29 @@ if
   station brakes by itself (`robot/braking.py`), and
 - the arithmetic is exact (its error is about 1e-14 m).
 
-The first bound holds for ticks on time. A late tick may end between two
-samples, where the distance may be smaller by `TOLERANCE`;
-`between_samples.tolerated` explains why this does not accumulate for a robot
-that starts with at least d_s.
+The first bound holds for ticks that are on time. A late tick may end between
+two samples, where the distance may be smaller by `TOLERANCE`. The function
+`between_samples.tolerated` prevents an accumulation of such decreases for a
+robot that starts with at least d_s.
 
-For a map that is not Lipschitz, such as depth views, the guarantee is weaker:
-its reported distances hold at the end of every tick, and nothing is guaranteed
-in between.
+For a map that is not 1-Lipschitz, such as depth views, the guarantee is weaker:
+the bounds hold for the distances that the map reports at the end of each tick,
+and nothing is guaranteed in between.
 
 Movers are included (`kernels/mover_sweep.py`). Under the conditions above, a
-moving sphere is not touched by a mover that keeps its bounds, or it moves away
-from that mover. A sphere at rest may be touched. There is no guarantee that
-perception detects a mover, or distinguishes it from the robot's own parts, so
-no conformity to a standard is claimed. The distance to keep has the same parts
-as the protective separation distance of ISO/TS 15066: the motion of the mover
-and of the robot until the robot is at rest, their uncertainties, and the
-separation itself.
+mover that keeps its bounds does not touch a moving sphere, unless the sphere
+moves away from the mover. A sphere at rest may be touched. There is no
+guarantee that perception detects a mover, or that it distinguishes the mover
+from the robot's own parts. So no conformity to a standard is claimed. The
+distance to keep has the same parts as the protective separation distance of
+ISO/TS 15066: the motion of the mover and of the robot until the robot is at
+rest, the uncertainties of both, and an additional distance.
 
-Proof: when a command is applied, its path has been checked at a level of at
-least min(d_s, d_0). The next tick either finds another command whose path
-passes the check, or takes the first step of the ramp that has already passed.
-The possible positions of movers are predicted for the whole path, and later
-predictions lie within them, so the rest of a ramp remains checked.
+Proof: when a command is applied, its path has passed a check with the distance
+min(d_s, d_0) or more. The next tick either finds another command whose path
+passes the check, or executes the first step of the ramp, which has already
+passed. The possible positions of movers are predicted for the whole path, and
+contain all later predictions. So the check of the rest of a ramp remains valid.
 """
 
 import dataclasses as dc
@@ -80,18 +80,18 @@ from remosplat_drake.signals.motion import prompt_motion
 
 @dc.dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The known state at the start of a path, without movers.
+    """The known state of robot and map at the start of a path.
 
     Attributes:
         robot: The robot, whose kinematics predict configurations.
         field: The map.
         state: Kinematics at the configuration.
-        clearance: Clearance of each sphere, or a lower bound of it that is at
-            least d_s, shape (n,) [m].
+        clearance: Clearance of each sphere, or a lower bound that is at least
+            d_s, shape (n,) [m].
         stopping: Stopping distance d_s that spheres keep from the scene [m].
         dt: Control period [s].
-        self_clearance: Distances that the robot's own parts keep from each
-            other; None if these are not checked.
+        self_clearance: Pairs of the robot's own shapes and their stopping
+            distance; None if self-collision is not checked.
     """
 
     robot: RobotModel
@@ -103,7 +103,7 @@ class Surroundings:
     self_clearance: SelfClearance | None = None
 
     def path(self, u: np.ndarray) -> PathArrays:
-        """Makes the path of a command and its ramp, for a robot without delay.
+        """Makes the path of a command and its ramp (robot without delay).
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].
@@ -112,14 +112,15 @@ class Surroundings:
             self.robot.arrays,
             prompt_motion(self.robot.n_u),
             np.array(self.state.q, float),
-            # A copy, since Numba compiles for writable arrays.
+            # The array is copied, since kernels are compiled for writable
+            # arrays.
             np.array(u, float),
             float(self.dt),
             spare_time(self.dt),
         )
 
     def objection(self, path: PathArrays) -> str:
-        """Returns the objection to a path.
+        """Returns the reason to reject a path.
 
         Args:
             path: The path.
@@ -165,7 +166,7 @@ def _path_objection(
     stopping,
     path,
 ):
-    """Calls the kernel `path_objection`, for Python."""
+    """Calls the kernel `path_objection` from Python."""
     kept = KeptArrays(dt, 0.0, checks_self_collision, own, self_stopping, 0.0)
     around = Around(
         robot,

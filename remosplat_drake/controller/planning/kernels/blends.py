@@ -1,8 +1,8 @@
-"""Rounds off the corners of a path, as far as the space there is free.
+"""Rounds off the corners of a path, as far as the blends are free.
 
 A blend is a parabola from a point before the corner to a point at the same
-distance after it, with the corner as its control point (Kunz and Stilman 2012
-use circles).
+distance after the corner. The corner is its control point. Kunz and Stilman
+(2012) use circles.
 """
 
 import math
@@ -31,10 +31,10 @@ def blended(space, line, corners, longest):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
-        corners: Corners of a free path, no two neighbours equal, shape
-            (k, n_q) [rad, m].
-        longest: Largest distance in q from a corner to the ends of its blend; a
+        line: Number of the `PythonCalls` of the map.
+        corners: Corners of a free path, shape (k, n_q) [rad, m]. Consecutive
+            corners must differ.
+        longest: Largest distance in q from a corner to the ends of its blend. A
             radian counts like a metre.
 
     Returns:
@@ -68,7 +68,7 @@ def blended(space, line, corners, longest):
 
 @helper
 def _unit(place, corner, direction):
-    """Writes the direction from a corner to a place; returns the distance."""
+    """Writes the direction from a corner to a point; returns the distance."""
     square = 0.0
     for j in range(len(corner)):
         direction[j] = place[j] - corner[j]
@@ -83,9 +83,9 @@ def _unit(place, corner, direction):
 def _write_blend(corner, reach, to, onward, blend):
     """Writes the points of a blend.
 
-    Relative to the corner, the control points of the parabola are `reach` along
-    the direction to the previous corner, zero, and `reach` along that to the
-    next one.
+    The parabola has three control points: the point at the distance `reach`
+    from the corner towards the previous corner, the corner, and the point at
+    the distance `reach` towards the next corner.
     """
     pieces = len(blend) - 1
     for k in range(pieces + 1):
@@ -97,7 +97,7 @@ def _write_blend(corner, reach, to, onward, blend):
 
 @helper
 def _is_open(space, line, points):
-    """Whether a blend is free; its first point, on the path, always is."""
+    """Whether a blend is free; its first point is on the path and free."""
     for k in range(len(points) - 1):
         if not is_free_between(space, line, points[k], points[k + 1]):
             return False

@@ -1,8 +1,8 @@
-"""Checks that configurations, and motions between them, keep distances.
+"""Checks that configurations and motions keep all distances.
 
 A motion is checked like a command in verification: between two samples,
-distances are kept up to verification's tolerance; see `map_motion.py` and
-`self_motion.py`.
+distances may be smaller than required by the tolerance of verification; see
+`map_motion.py` and `self_motion.py`.
 """
 
 import numpy as np
@@ -39,8 +39,8 @@ from remosplat_drake.robot.kinematics import (
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 
 _MOVER_STEP = 0.02
-"""Motion of a sphere between two samples at which its distances from standing
-movers are checked [m]."""
+"""Largest motion of a sphere between two samples at which its distances from
+standing movers are checked [m]."""
 
 
 @kernel(returns=TRUTH)
@@ -77,11 +77,11 @@ def is_free_between(space, line, a, b):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
-        a: A free configuration to start from, shape (n_q,) [rad, m].
-        b: Configuration to end at, shape (n_q,) [rad, m].
+        line: Number of the `PythonCalls` of the map.
+        a: Configuration at the start, which is free, shape (n_q,) [rad, m].
+        b: Configuration at the end, shape (n_q,) [rad, m].
     """
-    # Most blocked motions end in collision.
+    # The end is checked first, since most blocked motions end in collision.
     return is_free(space, line, b) and moves_freely(space, line, a, b)
 
 
@@ -91,9 +91,9 @@ def moves_freely(space, line, a, b):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
-        a: Configuration to start from, shape (n_q,) [rad, m].
-        b: Configuration to end at, shape (n_q,) [rad, m].
+        line: Number of the `PythonCalls` of the map.
+        a: Configuration at the start, shape (n_q,) [rad, m].
+        b: Configuration at the end, shape (n_q,) [rad, m].
     """
     n_base = space.robot.n_base
     corners = waypoints(a, b, n_base, space.backing)
@@ -137,7 +137,8 @@ def _keeps_off_movers(space, q, u):
 
     Args:
         space: The `SpaceArrays`.
-        q: A free configuration, at which it starts, shape (n_q,) [rad, m].
+        q: Configuration at the start of the motion, which is free, shape (n_q,)
+            [rad, m].
         u: The command, which is held for a second, shape (n_u,).
     """
     movers, robot, travel = space.movers, space.robot, 0.0

@@ -16,29 +16,30 @@ _FAR = 0.2
 not limit the speed [m]."""
 
 _AHEAD = 0.05
-"""Distance by which queries reach farther than needed [m]. Until a sphere has
-moved by that distance, no other query is needed."""
+"""Distance by which queries reach farther than needed [m]. No other query is
+needed until a sphere has moved by this distance."""
 
 
 @kernel(returns=reals(1))
 def damper_speeds(space, line, path, fastest, law):
-    """Bounds the speeds along a path by the clearances of the spheres.
+    """Returns bounds of the speeds along a path, by the spheres' clearances.
 
     Let r be the excess of a sphere's clearance over the stopping distance. On a
-    segment of length s, along which it decreases from r to r', the damper
-    allows the speed v if v (r - r') / s <= c r, with the slope c of its law.
+    segment of length s, on which the excess decreases from r to r', the damper
+    allows the speed v if v (r - r') / s <= c r, where c is the slope of its
+    law.
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
-            of them, shape (k + 1,).
-        fastest: Bounds by other limits, shape (k,) [1/s].
+            node, shape (k + 1,).
+        fastest: Bounds of the speeds by other limits, shape (k,) [1/s].
         law: The slope c [1/s], the stopping distance [m], and the speed below
             which spheres do not limit the motion [1/s].
 
     Returns:
-        The bound on the speed on each piece, `fastest` included, shape (k,)
+        The bound of the speed on each piece, at most `fastest`, shape (k,)
         [1/s].
     """
     robot, n = space.robot, len(space.level)
@@ -88,7 +89,7 @@ def damper_speeds(space, line, path, fastest, law):
 
 @helper
 def _update_margins(space, line, at, wanted, wanted_before, margin):
-    """Measures margins if a lower bound is smaller than needed."""
+    """Measures the margins whose lower bounds are smaller than needed."""
     n = len(margin)
     reach = np.empty(n)
     for i in range(n):

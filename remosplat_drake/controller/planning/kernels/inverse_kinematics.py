@@ -1,8 +1,9 @@
-"""Inverse kinematics of arms from eight seeds at a time, and manipulability.
+"""Computes inverse kinematics of arms from eight seeds, and manipulability.
 
-Damped least squares (Wampler 1986, Nakamura and Hanafusa 1986): each step is
-J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds. SIMD lanes hold the
-eight configurations. Each has its own damping, and ends on its own.
+The method is damped least squares (Wampler 1986, Nakamura and Hanafusa 1986):
+each step is J' (J J' + lambda^2 I)^-1 e, clamped to the bounds of the joints.
+SIMD lanes contain the eight configurations. Each configuration has a separate
+damping lambda, and its iteration ends separately.
 """
 
 from typing import NamedTuple
@@ -45,8 +46,9 @@ _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
 
 _DOUBT = 8
-"""Step after which the iteration ends if the error is still large. Of the seeds
-that reach the aim, nine in ten have a smaller error by then."""
+"""Number of steps after which the iteration ends if the error is still large.
+Nine in ten of the seeds that reach the targets have a smaller error after this
+number of steps."""
 
 _HOPELESS = 0.1
 """Error that counts as large at step `_DOUBT` [m]."""
@@ -76,13 +78,13 @@ class Arms(NamedTuple):
 
 @kernel(returns=NOTHING)
 def reach_from(arms, q, steps, tolerance, error):
-    """Solves, from 8 seeds, for configurations with each E at its target.
+    """Solves for configurations with each end effector at its target.
 
     Args:
         arms: The `Arms`.
-        q: Input: the seeds; output: the final configurations, shape (n_q, 8)
-            [rad, m]. Entries before those of the arms do not change.
-        steps: Largest number of steps; with 0, only the seeds' errors are
+        q: Input: eight seeds. Output: the final configurations, shape (n_q, 8)
+            [rad, m]. The entries of the base do not change.
+        steps: Largest number of steps. With 0, only the errors of the seeds are
             computed.
         tolerance: Error at which the iteration ends, with angles times 0.3 m
             [m].
@@ -114,7 +116,7 @@ def reach_from(arms, q, steps, tolerance, error):
             is_open = is_open & (now <= _HOPELESS)
         if i == steps or places_of(is_open) == 0:
             break
-        # A step that does not reduce the error was too large.
+        # If a step did not reduce the error, it was too large.
         damping = where(now < before, 0.5 * damping, 4.0 * damping)
         damping = least(greatest(damping, 1e-4), 0.5)
         before = now
@@ -132,16 +134,17 @@ def reach_from(arms, q, steps, tolerance, error):
 
 @kernel(returns=reals(1))
 def least_manipulability(arms, q):
-    """Returns the least of the arms' sqrt(det(J J')) (Yoshikawa 1985).
+    """Returns the least manipulability sqrt(det(J J')) of the arms.
 
-    The manipulability of an arm with fewer than six joints counts as 1.
+    The measure is Yoshikawa's (1985). For an arm with fewer than six joints, it
+    counts as 1.
 
     Args:
         arms: The `Arms`.
         q: Configurations, shape (k, n_q) [rad, m].
 
     Returns:
-        One number for each, shape (k,).
+        The least manipulability in each configuration, shape (k,).
     """
     aim, n, found = arms.aim, q.shape[1] - arms.first, np.full(len(q), np.inf)
     if n < 6:
@@ -195,7 +198,7 @@ def _write_cell(array, i, j, value):
 
 @helper
 def _place(chain, q, X_WF, X_WE):
-    """Fills in the poses of the joints' inboard frames and of E.
+    """Writes the poses of the joints' inboard frames and of E.
 
     The last pose of X_WF is scratch memory.
     """
@@ -237,14 +240,14 @@ def _write_error(X_WE, target, e, first):
 def _write_turn(X_WE, X_WT, e, first):
     """Writes the weighted rotation from E to T, in W.
 
-    It is the axis times 2 sin(x / 2), with the angle x. This needs no arc
-    tangent, and is nearly the axis times x if the angle is small.
+    For a rotation by the angle x, the result is the axis times 2 sin(x / 2). It
+    needs no arc tangent, and is nearly the axis times x if x is small.
     """
     trace = in_all(0.0)
     for r in range(3):
         for k in range(3):
             trace = trace + X_WT[r, k] * entry(X_WE, 0, r, k)
-    # 1 + cos(x), which is 2 cos(x / 2)^2; the axis is multiplied by sin(x).
+    # This is 1 + cos(x) = 2 cos(x / 2)^2. The axis is multiplied by sin(x).
     above = greatest(0.5 * (trace + 1.0), 1e-9)
     factor = _LENGTH * root(2.0 / above)
     _write_row(e, first, factor * _turn(X_WE, X_WT, 2, 1))
@@ -288,8 +291,8 @@ def _leave_columns(target, J, first):
 def _write_jacobian(chain, first, X_WF, X_WE, J, row):
     """Writes the Jacobian of a pose, with angles weighted as in the error.
 
-    Its columns are the arms' joints; those that do not move E are left
-    unchanged.
+    Its columns belong to the arms' joints. The columns of joints that do not
+    move E are not written.
     """
     for i in range(len(chain.kind)):
         j = chain.position[i] - first
@@ -325,7 +328,7 @@ def _axis(X, i, r, x, y, z):
 
 @helper
 def _factor(J, damping, L):
-    """Fills in the Cholesky factor L of J J' + damping^2 I."""
+    """Writes the Cholesky factor L of J J' + damping^2 I."""
     for r in range(len(J)):
         for c in range(r + 1):
             total = in_all(0.0)
@@ -334,7 +337,8 @@ def _factor(J, damping, L):
             for i in range(c):
                 total = total - _cell(L, r, i) * _cell(L, c, i)
             if r == c:
-                # Prevents a negative square from rounding.
+                # The maximum prevents a square that is negative because of
+                # rounding.
                 square = damping * damping
                 total = root(greatest(total + square, 0.25 * square))
             else:

@@ -1,4 +1,4 @@
-"""Checks distances from a map at a configuration.
+"""Checks the distances of spheres from a map in a configuration.
 
 Balls around several spheres are checked first.
 """
@@ -19,15 +19,15 @@ _SOME = 4
 """Number of balls that are checked at a time."""
 
 _EXTRA_REACH = 1e-6
-"""Margin of queried distances against rounding [m]."""
+"""Distance by which queries reach farther, against rounding errors [m]."""
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of distances [m]."""
+"""Bound of rounding errors of distances [m]."""
 
 
 @kernel(returns=TRUTH)
 def is_off_the_map(space, line, X_WL):
-    """Returns whether all spheres keep their clearances at a configuration.
+    """Returns whether all spheres keep their clearances in a configuration.
 
     Args:
         space: The `SpaceArrays`.
@@ -48,8 +48,8 @@ def is_off_the_map(space, line, X_WL):
         margin = _margins_at(space, line, X_WL, item, spheres)
         for k in range(spheres):
             if not margin[k] >= -_ROUNDING:
-                # These often collide the next time, too, so they are checked
-                # first.
+                # These balls often collide in the next configuration, too, so
+                # they are checked first from now on.
                 for i in range(count):
                     order[i], order[first + i] = order[first + i], order[i]
                 return False
@@ -58,7 +58,7 @@ def is_off_the_map(space, line, X_WL):
 
 @helper
 def _margins_at(space, line, X_WL, item, count):
-    """Measures margins at a configuration, exactly if they are not positive."""
+    """Measures margins in a configuration, exactly if they are not positive."""
     balls, queries = space.balls, space.work.queries
     for row in range(count):
         i = item[row]
@@ -77,9 +77,9 @@ def measure_margins(space, line, count):
     """Measures the margins of balls and spheres.
 
     Args:
-        space: The `SpaceArrays`, with the queries in its working memory, all of
-            balls or all of spheres.
-        line: Identifier of the `PythonCalls` of its map.
+        space: The `SpaceArrays`, whose working memory contains the queries.
+            Either all queries are of balls, or all are of spheres.
+        line: Number of the `PythonCalls` of the map.
         count: Number of queries.
     """
     balls, level, queries = space.balls, space.ball_level, space.work.queries
@@ -113,11 +113,11 @@ def measure_margins(space, line, count):
 
 @kernel(returns=reals(2))
 def sphere_margins(space, line, q, far):
-    """Measures the margins of spheres: clearances minus required ones.
+    """Measures the margins of spheres: clearances minus required clearances.
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         q: Configurations, shape (k, n_q) [rad, m].
         far: Value at which margins are truncated [m].
 
@@ -148,12 +148,12 @@ def query_margins(space, line, at, wanted, margin, least):
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
         wanted: Margins up to these values are computed exactly, shape (n,) [m].
-        margin: Input: lower bounds on the margins; output: queried margins,
+        margin: Input: lower bounds of the margins. Output: the queried margins,
             shape (n,) [m].
         least: Least permitted margin [m].
 
     Returns:
-        Whether all margins are at least that.
+        Whether all margins are at least `least`.
     """
     p_WS, R_WL = at
     n, count = len(margin), 0

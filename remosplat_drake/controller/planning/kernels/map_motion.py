@@ -1,9 +1,9 @@
-"""Checks distances from a map along a motion.
+"""Checks the distances of spheres from a map along a motion.
 
 The motion is sampled at eight times. Balls around several spheres are checked
-first, then the spheres of the balls that are possibly too near. Each part
-between two samples on which a sphere is possibly too near is sampled in the
-same way, with the spheres in question.
+first. Then the spheres in the balls that are possibly too near are checked.
+Each part between two samples in which a sphere is possibly too near is sampled
+in the same way, for these spheres only.
 """
 
 from remosplat_drake.base.kernels import helper, kernel
@@ -39,20 +39,20 @@ from remosplat_drake.robot.pose_lanes import place_by_lanes
 from remosplat_drake.signals.compiled_map import is_compiled, is_lipschitz
 
 _SHORTEST = 1.0 / 1024
-"""Duration below which a part is rejected rather than divided [s]."""
+"""Duration below which a part is rejected instead of divided [s]."""
 
 
 @kernel(returns=TRUTH)
 def keeps_off_the_map(space, line, q, u):
-    """Returns whether all spheres keep their clearances on a motion.
+    """Returns whether all spheres keep their clearances along a motion.
 
-    Clearances may be smaller by verification's tolerance. For a map that is not
-    1-Lipschitz, this holds only at the samples.
+    Clearances may be smaller by the tolerance of verification. For a map that
+    is not 1-Lipschitz, they are checked only at the samples.
 
     Args:
         space: The `SpaceArrays`.
         line: Identifier of the `PythonCalls` of its map.
-        q: Configuration at which it starts, shape (n_q,) [rad, m].
+        q: Configuration at the start of the motion, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
     """
     work = space.work
@@ -85,7 +85,8 @@ def _find_open_spheres(space, line):
     """Finds the spheres that are possibly too near during the motion.
 
     Returns:
-        Their number; -1 if one has too small a margin at a sample.
+        The number of these spheres; -1 if a sphere has too small a margin at a
+        sample.
     """
     order, parts, step = space.ball_order, space.work.parts, 1.0 / PARTS
     some = 1 if is_compiled(space.map) else len(order)
@@ -97,7 +98,7 @@ def _find_open_spheres(space, line):
         _find_open_parts(space, line, count, count + some, step)
         last = _open_balls(space, count, count + some)
         if not _find_open_parts(space, line, count, last, step):
-            # This ball often collides the next time, too.
+            # This ball often collides in the next motion, too.
             order[0], order[first] = order[first], order[0]
             return -1
         for row in range(count, last):
@@ -135,13 +136,13 @@ def _open_balls(space, first, last):
 
 @helper
 def _find_open_parts(space, line, first, last, step):
-    """Finds the parts on which balls and spheres are possibly too near.
+    """Finds the parts in which balls and spheres are possibly too near.
 
     Args:
-        space: The `SpaceArrays`, with the parts to check of each item in
-            `PartStack.open`; afterwards it contains those that are
-            possibly too near.
-        line: Identifier of the `PythonCalls` of its map.
+        space: The `SpaceArrays`. Input: `PartStack.open` contains the parts to
+            check for each item (ball or sphere). Output: it contains the parts
+            in which the item is possibly too near.
+        line: Number of the `PythonCalls` of the map.
         first: Row of the first item.
         last: Row after the last item.
         step: Time between two samples [s].

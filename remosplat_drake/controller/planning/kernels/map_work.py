@@ -1,6 +1,6 @@
 """`MapWork`: working memory of kernels that check distances from a map.
 
-Python allocates it, for the reason given in `self_work.py`.
+Python allocates this memory; `self_work.py` states the reason.
 """
 
 from typing import NamedTuple
@@ -12,18 +12,18 @@ from remosplat_drake.controller.planning.kernels.part_stack import PartStack
 
 
 class MapQueries(NamedTuple):
-    """At most n queries of a map.
+    """Memory for at most n queries of a map.
 
     Attributes:
-        item: The ball or sphere of each, shape (n,).
-        p_WS: Its centre in W, shape (n, 3) [m].
-        R_WL: Orientation of its link, which only maps in Python use, shape (n,
-            3, 3).
+        item: Index of the ball or sphere of each query, shape (n,).
+        p_WS: Centre of this ball or sphere in W, shape (n, 3) [m].
+        R_WL: Orientation of its link, shape (n, 3, 3). Only maps in Python use
+            it.
         wanted: Margins up to these values are computed exactly, shape (n,) [m].
         reach: Clearances up to these values are computed exactly, shape (n,)
             [m].
-        margin: Output: margins, which are clearances minus required ones, shape
-            (n,) [m].
+        margin: Output: margins, which are clearances minus required clearances,
+            shape (n,) [m].
     """
 
     item: np.ndarray
@@ -51,19 +51,19 @@ class MapQueries(NamedTuple):
 
 
 class MapWork(NamedTuple):
-    """Memory for m balls and spheres.
+    """Memory for checks of m balls and spheres.
 
     Attributes:
         queries: The queries.
         parts: Parts of a motion, with balls and spheres.
         speed: Absolute values of the command, shape (n_u,).
-        bend: Bounds on accelerations, -1 if not computed yet, shape (m,)
-            [m/s^2].
-        p_WS: Centres of one ball or sphere at eight samples in W, and padding
-            of the same size, shape (2, 3, 8) [m].
-        way: Bounds on the paths from each sample to the next, shape (m, 8) [m].
-        either: Scratch memory, for one row of `way` with a number before it and
-            one after it, shape (10,) [m].
+        bend: Bounds of accelerations, shape (m,) [m/s^2]; -1 if a bound has not
+            been computed yet.
+        p_WS: Centres in W of a ball or sphere at eight samples, and padding of
+            the same size, shape (2, 3, 8) [m].
+        way: Bounds of the paths from each sample to the next, shape (m, 8) [m].
+        either: Memory for a row of `way` with one number before it and one
+            after it, shape (10,) [m].
         wanted: Margins up to which results are exact at the samples, shape (8,)
             [m].
         margin: Margins at the samples, shape (16,) [m].

@@ -1,12 +1,13 @@
-"""`MotionSamples`: a part of a motion at eight equidistant times.
+"""`MotionSamples`: samples of a part of a motion at eight equidistant times.
 
-Both ends of the part are among them. SIMD lanes hold the values of the eight
-samples, so that eight samples take little longer than one.
+The samples include both ends of the part. SIMD lanes contain the values of the
+eight samples, so computing eight samples takes little longer than computing
+one.
 
-Let r_k be the excess of a distance over the required one at a sample, and s_k a
-bound on the path of the moving point from there to the next sample. If r_k +
-r_(k+1) is at least s_k, the required distance is kept in between; see
-`between_samples.py`.
+Let r_k be the margin at a sample, which is a distance minus the required
+distance. Let s_k be a bound of the path of the moving point from this sample to
+the next. If r_k + r_(k+1) is at least s_k, the required distance is kept
+between the samples; see `between_samples.py`.
 """
 
 from typing import NamedTuple
@@ -34,15 +35,15 @@ ALL_PARTS = 2**PARTS - 1
 
 
 class MotionSamples(NamedTuple):
-    """Samples of a motion of a robot with b bodies.
+    """Memory for samples of a motion of a robot with b bodies.
 
-    Python allocates their memory, for the reason given in `self_work.py`.
+    Python allocates this memory; `self_work.py` states the reason.
 
     Attributes:
-        share: 0, 1/7, 2/7 to 1, shape (8,).
+        share: The fractions 0, 1/7, 2/7, ..., 1, shape (8,).
         q: The configurations, shape (n_q, 8) [rad, m].
-        X_WL: Poses of all bodies, see `pose_lanes`.
-        scratch: Memory of `place_bodies`.
+        X_WL: Poses of all bodies; see `pose_lanes`.
+        scratch: Working memory of `place_bodies`.
     """
 
     share: np.ndarray
@@ -52,10 +53,10 @@ class MotionSamples(NamedTuple):
 
     @staticmethod
     def make(tree: TreeArrays, n_q: int) -> "MotionSamples":
-        """Makes the memory for a robot.
+        """Allocates the memory for a robot.
 
         Args:
-            tree: The robot's tree.
+            tree: The robot's kinematic tree.
             n_q: Number of entries of q.
         """
         return MotionSamples(
@@ -72,7 +73,7 @@ def sample_motion(robot, samples, q, u, start, end):
 
     Args:
         robot: The `RobotArrays`.
-        samples: The `MotionSamples`; written to.
+        samples: Output: the `MotionSamples`.
         q: Configuration at which the motion starts, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
         start: Time of the first sample [s].
@@ -94,13 +95,13 @@ def sample_motion(robot, samples, q, u, start, end):
 
 @helper
 def changes(memory, first, last):
-    """Computes the norm of the change from each sample to the next, as lanes.
+    """Returns the norm of the change from each sample to the next, as lanes.
 
     Args:
-        memory: Rows of eight numbers, one for each sample, and a further number
-            at the end.
-        first: The first row that counts.
-        last: The row after the last one that counts.
+        memory: Rows of eight numbers, one number for each sample. After the
+            last row, there is a further number.
+        first: Index of the first row.
+        last: Index after that of the last row.
     """
     square = in_all(0.0)
     for k in range(first, last):
@@ -112,12 +113,12 @@ def changes(memory, first, last):
 
 @helper
 def open_parts(margin, way):
-    """Returns the parts in which distances may be too small, as bits.
+    """Returns the parts in which distances may be too small, as a bit mask.
 
     Args:
-        margin: Margins at the eight samples, followed by at least one number
-            without effect, shape (9 or more,) [m].
-        way: Bounds on the paths to the next sample, as lanes [m].
+        margin: Margins at the eight samples, shape (9 or more,) [m]. Further
+            numbers have no effect.
+        way: Bounds of the paths to the next sample, as lanes [m].
     """
     both = lanes_from(margin, 0) + lanes_from(margin, 1)
     return places_of(~(both >= way) & first_lanes(PARTS, way))

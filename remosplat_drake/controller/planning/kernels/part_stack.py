@@ -1,6 +1,7 @@
 """`PartStack`: parts of a motion that are still to be checked.
 
-Each has its own list of items to check there: links, or balls and spheres.
+Each part has a list of items that are checked in it. An item is a pair of
+links, or a ball or a sphere.
 """
 
 from typing import NamedTuple
@@ -21,17 +22,17 @@ _MOST = 1 + _DEPTH * (PARTS - 1)
 class PartStack(NamedTuple):
     """A stack of parts to check, with at most m items each.
 
-    Python allocates the memory, for the reason given in `self_work.py`.
+    Python allocates this memory; `self_work.py` states the reason.
 
     Attributes:
         time: Start and end of each part, shape (n, 2) [s].
-        count: Number of its items, shape (n,).
-        waiting: Its items, shape (n, m).
+        count: Number of items of each part, shape (n,).
+        waiting: Items of each part, shape (n, m).
         item: The items of the part that is being checked, shape (m,).
         open: For each item, the parts between two samples that are possibly not
             free, as a bit mask, shape (m,).
         next_item: Items of the parts between two samples, shape (7, m).
-        next_count: Number of these, shape (7,).
+        next_count: Number of these items, shape (7,).
     """
 
     time: np.ndarray
@@ -44,7 +45,7 @@ class PartStack(NamedTuple):
 
     @staticmethod
     def make(m: int) -> "PartStack":
-        """Makes the memory.
+        """Allocates the memory.
 
         Args:
             m: Number of items.
@@ -66,7 +67,7 @@ def begin_parts(parts, count):
 
     Args:
         parts: The `PartStack`, with the motion's items in `item`.
-        count: Number of these.
+        count: Number of these items.
 
     Returns:
         The number of parts on the stack.
@@ -79,14 +80,14 @@ def begin_parts(parts, count):
 
 @helper
 def take_part(parts, top):
-    """Makes the topmost part the one that is being checked.
+    """Takes the topmost part from the stack, which is checked next.
 
     Args:
         parts: The `PartStack`.
-        top: Number of parts on the stack before the topmost is removed.
+        top: Number of parts on the stack before the topmost part is taken.
 
     Returns:
-        Its start and end [s], and the number of its items.
+        Start and end of the part [s], and the number of its items.
     """
     last = top - 1
     for row in range(parts.count[last]):

@@ -1,7 +1,7 @@
-"""Searches random draws for free configurations that reach an aim.
+"""Searches free configurations that reach targets, from random draws.
 
-Cheap checks come first: the parts that the arms do not move are checked before
-inverse kinematics, the whole robot only if the aim is reached.
+Fast checks come first. The parts that the arms do not move are checked before
+inverse kinematics. The whole robot is checked only if the targets are reached.
 """
 
 import numpy as np
@@ -28,21 +28,21 @@ _STEPS = 15
 
 @kernel(returns=several(reals(2), truths(1), WHOLE))
 def reaching(space, line, arms, draws, most):
-    """Solves for configurations that reach an aim, until enough are free.
+    """Searches configurations that reach targets, until enough are free.
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         arms: The `Arms`.
-        draws: Groups of configurations, all with the base pose of the group's
-            first one, shape (k, g, n_q) [rad, m]. The configuration of a group
-            nearest to the aim is the seed.
+        draws: Groups of random configurations, shape (k, g, n_q) [rad, m]. The
+            base pose of a group is that of its first configuration. The
+            configuration of a group that is nearest to the targets is the seed.
         most: Number of free configurations at which the search ends.
 
     Returns:
-        Configurations that reach the aim, shape (m, n_q) [rad, m], which of
-        them are free, shape (m,), and the number of seeds. A group whose base
-        pose is not free has no seed.
+        The m configurations that reach the targets, shape (m, n_q) [rad, m];
+        whether each of them is free, shape (m,); and the number of seeds. A
+        group whose base pose is not free has no seed.
     """
     base, count, free, seeds = base_spheres(space), 0, 0, 0
     found = np.empty((len(draws), draws.shape[2]))

@@ -1,12 +1,12 @@
-"""RRT-Connect in the free space of a robot (Kuffner and LaValle 2000).
+"""Searches paths by RRT-Connect (Kuffner and LaValle 2000).
 
-The smaller of two trees takes a step towards a drawn configuration. The other
-tree then grows towards the new node, as far as the motion is free. So a
-confined tree, such as that of a hand in a shelf, gets as many nodes as the
-other tree.
+The smaller of two trees takes a step towards a random configuration. The other
+tree then grows towards the new node, as far as the motion is free. Since the
+smaller tree takes the step, a tree that is confined, for example because the
+hand is in a shelf, gets as many nodes as the other tree.
 
-The caller draws the configurations. So the kernel needs no random state, and
-equal calls return equal trees.
+The caller draws the random configurations. So the kernel has no random state,
+and equal calls return equal trees.
 """
 
 import math
@@ -29,30 +29,31 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.steering import wrapped
 
 _STEP = 2.0
-"""Longest step of a tree in q; a radian counts like a metre."""
+"""Longest step of a tree in q. A radian counts like a metre."""
 
 _THERE = 1e-9
 """Distance within which a tree has reached a configuration."""
 
 NOT_MET = -1
-"""Value of a node if the trees do not meet."""
+"""Value that replaces a node if the trees do not meet."""
 
 
 @kernel(returns=several(WHOLE, WHOLE, WHOLE))
 def grow(space, line, trees, draws, most):
-    """Grows both trees until they meet, or until draws or checks are used up.
+    """Grows two trees until they meet, or until all draws or checks are used.
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
-        trees: The `Trees`, with memory for `most` more nodes in each; written
-            to.
-        draws: Drawn configurations, shape (k, n_q) [rad, m]; written to.
+        line: Number of the `PythonCalls` of the map.
+        trees: The `Trees`, to which nodes are added. Each tree must have memory
+            for `most` more nodes.
+        draws: Random configurations, shape (k, n_q) [rad, m], which are
+            overwritten.
         most: Largest number of motions to check.
 
     Returns:
-        The number of checked motions, and the nodes of the start's and of the
-        goals' tree at which they meet, `NOT_MET` if they do not.
+        The number of checked motions, and the nodes at which the start's tree
+        and the goals' tree meet, or `NOT_MET`.
     """
     checks = 0
     q, other_q = np.empty(draws.shape[1]), np.empty(draws.shape[1])
@@ -84,8 +85,8 @@ def _step(space, line, trees, tree, towards, q):
     """Grows a tree by one step, and writes the configuration that it reaches.
 
     Returns:
-        The new node, `NOT_MET` if the step is not free, and whether it has
-        reached the given configuration.
+        The new node, or `NOT_MET` if the step is not free; and whether the tree
+        has reached the given configuration.
     """
     n_base = space.robot.n_base
     near = nearest(trees, tree, towards, n_base)
@@ -101,7 +102,8 @@ def _step(space, line, trees, tree, towards, q):
     for j in range(len(q)):
         near_q[j] = trees.q[tree, j, near]
         q[j] = near_q[j] + share * q[j] if share < 1.0 else towards[j]
-    # A base moves differently in the reverse direction.
+    # The motion is checked in the direction of travel, since a base moves
+    # differently in the reverse direction.
     if tree == START:
         is_open = is_free_between(space, line, near_q, q)
     else:

@@ -1,4 +1,4 @@
-"""Checks for self-collision at a configuration."""
+"""Checks for self-collision in a configuration."""
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
@@ -9,7 +9,7 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 ROUNDING = 1e-9
-"""Bound on rounding errors of distances [m]."""
+"""Bound of rounding errors of distances [m]."""
 
 
 @kernel(returns=TRUTH)
@@ -28,7 +28,7 @@ def is_off_itself(space, X_WL):
         a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
         apart = least_distance(pairs.link_boxes, X_WL, work.p_WL, a, b)
         margin = apart - space.link_level[link]
-        # The boxes show that most links are far apart.
+        # For most pairs of links, the bounding boxes are far apart.
         if margin < 0.0 and not _is_apart(space, X_WL, link):
             return False
         work.margin[link] = max(margin, 0.0)

@@ -1,10 +1,10 @@
 """Checks for self-collision along a motion.
 
-The motion is sampled at eight times, for each pair of links. Bounding boxes of
-links are compared first, then those of their shapes, and last the shapes
-themselves: a direction that separates them at one sample mostly does so at
-others, too. Each part between two samples that is possibly not free is sampled
-in the same way, with the links in question.
+For each pair of links, the motion is sampled at eight times. First the bounding
+boxes of the links are compared, then the bounding boxes of their shapes, and
+finally the shapes. A direction that separates two shapes at one sample usually
+separates them at other samples, too. Each part between two samples that is
+possibly not free is sampled in the same way, for these links only.
 """
 
 import math
@@ -46,24 +46,25 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 from remosplat_drake.robot.self_collision.kernels.separation import separations
 
 _BLINK = 0.01
-"""Relative motion of two shapes between the finest samples [m]. Between these,
-their distance may be smaller than required; verification samples more finely.
+"""Relative motion of two shapes between the finest samples [m]. Between these
+samples, the distance of the shapes may be smaller than required. Verification
+samples more finely.
 """
 
 _MEETS = -1
-"""Result in place of a bit mask of parts, if two links are too near at a
+"""Result that replaces a bit mask of parts if two links are too near at a
 sample."""
 
 
 @kernel(returns=TRUTH)
 def keeps_off_itself(space, q, u):
-    """Returns whether all pairs of shapes keep their distances on a motion.
+    """Returns whether all pairs of shapes keep their distances in a motion.
 
     Args:
         space: The `SpaceArrays`.
-        q: Configuration at which it starts, shape (n_q,) [rad, m]. The start
-            and the end are free; `is_off_itself` was called last for one of
-            them.
+        q: Configuration at the start of the motion, shape (n_q,) [rad, m]. The
+            start and the end must be free, and the last call of `is_off_itself`
+            must have been for one of them.
         u: The command, which is held for a second, shape (n_u,).
     """
     work = space.self_work.motion
@@ -88,8 +89,9 @@ def keeps_off_itself(space, q, u):
 def _begin(space, u):
     """Lists the pairs of links that may be too near, and returns their number.
 
-    Links that have a larger margin at one end than they can approach are left
-    out. This also computes the bounds on their speeds and accelerations.
+    A pair of links is omitted if its margin at one end of the motion exceeds
+    the distance by which the links can approach. The function also computes the
+    bounds of the links' speeds and accelerations.
     """
     rate, work = space.self_pairs.rate, space.self_work.motion
     count = 0
@@ -125,11 +127,11 @@ def _place_centers(space):
 
 @helper
 def _open_parts(space, link, step):
-    """Returns the parts on which two links may be too near, as bits.
+    """Returns the parts in which two links may be too near, as a bit mask.
 
     Args:
         space: The `SpaceArrays`.
-        link: The pair of links.
+        link: Index of the pair of links.
         step: Time between two samples [s].
     """
     work, pairs = space.self_work.motion, space.self_pairs.pairs
@@ -159,13 +161,13 @@ def _open_parts(space, link, step):
 
 @helper
 def _exactly_open(space, k, parts, way, sag):
-    """Returns those parts on which two shapes may be too near, as bits.
+    """Returns the parts in which two shapes may be too near, as a bit mask.
 
     Args:
         space: The `SpaceArrays`.
         k: The pair of shapes.
-        parts: The parts, as bits.
-        way: Bounds on the paths to the next sample, as lanes [m].
+        parts: The parts to check, as a bit mask.
+        way: Bounds of the paths to the next sample, as lanes [m].
         sag: See `_not_separated`.
     """
     kept, result = space.self_level[k] - space.self_pairs.pairs.allowance[k], 0
@@ -191,7 +193,7 @@ def _exactly_open(space, k, parts, way, sag):
 
 @helper
 def _begin_direction(space, k):
-    """Makes the direction between the centres the first that is tried."""
+    """Sets the direction between the centres as the first that is tried."""
     work, pairs = space.self_work.motion, space.self_pairs.pairs
     n_A, X_WL, middle = work.n_A[k], space.samples.X_WL, WIDTH // 2
     if n_A[0] != 0.0 or n_A[1] != 0.0 or n_A[2] != 0.0:
@@ -211,11 +213,11 @@ def _begin_direction(space, k):
 
 @helper
 def _not_separated(space, k, parts, sag):
-    """Returns the parts on which the latest direction does not separate.
+    """Returns the parts in which the latest direction does not separate.
 
-    Relative to the first link, no point of the second one accelerates by more
-    than a bound b. So between two samples at a time t from each other, its
-    position differs from a straight line by at most `sag`, b t^2 / 8.
+    Let b be a bound of the acceleration of points of the second link relative
+    to the first link, and t the time between two samples. Then a point deviates
+    from a straight line by at most `sag` = b t^2 / 8.
     """
     work, pairs = space.self_work.motion, space.self_pairs.pairs
     shapes, X_WL = pairs.shapes, space.samples.X_WL
@@ -233,8 +235,8 @@ def _exact_distance(space, k, sample, enough):
     Args:
         space: The `SpaceArrays`.
         k: The pair of shapes.
-        sample: Number of the sample.
-        enough: Above this value, a lower bound suffices [m].
+        sample: Index of the sample.
+        enough: Distance above which a lower bound is sufficient [m].
     """
     work, pairs = space.self_work.motion, space.self_pairs.pairs
     shapes, X_WL = pairs.shapes, space.samples.X_WL
@@ -261,11 +263,12 @@ def _exact_distance(space, k, sample, enough):
 
 @helper
 def _ways(space, link, step):
-    """Bounds the paths of one link's points, seen from the other, as lanes.
+    """Returns bounds of the paths of one link's points in the other's frame.
 
-    Each lane is the path from a sample to the next. A rotation by an angle x
-    moves a point by 2 sin(x / 2) times its distance from the axis, and changes
-    the rotation matrix by 2 sqrt(2) sin(x / 2), in the Frobenius norm.
+    Each SIMD lane contains the bound from a sample to the next. A rotation by
+    the angle x moves a point by 2 sin(x / 2) times the point's distance from
+    the axis. It changes the rotation matrix by 2 sqrt(2) sin(x / 2) in the
+    Frobenius norm.
     """
     work, pairs = space.self_work.motion, space.self_pairs.pairs
     X_WL, pose = space.samples.X_WL, work.pose

@@ -1,8 +1,8 @@
 """`SelfWork`: working memory of kernels that check for self-collision.
 
-Numba counts references to memory that a kernel allocates, with an atomic
-operation at each call. That takes longer than the checks themselves. References
-to memory that Python has allocated are not counted.
+Python allocates this memory. If a kernel allocated it, Numba would count the
+references to it, with an atomic operation at each call, which takes longer than
+the checks. References to memory that Python has allocated are not counted.
 """
 
 from typing import NamedTuple
@@ -16,24 +16,24 @@ from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 
 
 class SelfMotionWork(NamedTuple):
-    """Memory for motions with s shapes, k pairs of these and l pairs of links.
+    """Memory for motions of s shapes, with k pairs of shapes, l pairs of links.
 
     Attributes:
         p_WC: Centres of the shapes at the samples, shape (s, 3, 8) [m].
-        p_WL: Centres of the links' boxes, the same.
-        pose: Pose of a link in another one, shape (13, 8).
+        p_WL: Centres of the links' boxes at the samples, in the same form.
+        pose: Pose of a link in the frame of another link, shape (13, 8).
         margin: Margins between two links or shapes at the samples, shape (16,)
             [m].
-        n_A: For each pair of shapes, the latest direction that separated them,
-            from the first shape to the second: a unit vector in the frame A of
-            the first one's link, initially zero, shape (k, 3).
-        speed: Bounds on the speeds at which links approach each other, shape
+        n_A: Latest direction that separated each pair of shapes, from the first
+            shape to the second, shape (k, 3). It is a unit vector in the frame
+            A of the first shape's link, and is initially zero.
+        speed: Bounds of the speeds at which links approach each other, shape
             (l,) [m/s].
-        bend: Bounds on the accelerations of links, shape (l,), padded [m/s^2].
+        bend: Bounds of the accelerations of links, shape (l,), padded [m/s^2].
         parts: Parts of the motion, with pairs of links.
         X_WA: Pose of a link, shape (4, 4).
-        X_WB: Pose of another, shape (4, 4).
-        n_W: One of the directions in W, shape (3,).
+        X_WB: Pose of another link, shape (4, 4).
+        n_W: A direction of `n_A` in W, shape (3,).
     """
 
     p_WC: np.ndarray
@@ -50,7 +50,7 @@ class SelfMotionWork(NamedTuple):
 
     @staticmethod
     def make(pairs: PairArrays, bends: int) -> "SelfMotionWork":
-        """Makes the memory.
+        """Allocates the memory.
 
         Args:
             pairs: The pairs of shapes.
@@ -77,8 +77,9 @@ class SelfWork(NamedTuple):
     Attributes:
         p_WC: Centres of the shapes, shape (s, 3) [m].
         p_WL: Centres of the links' boxes, shape (l, 3) [m].
-        margin: Margins of the links at the latest free configuration: lower
-            bounds on their distances minus the required ones, shape (l,) [m].
+        margin: Margins of the pairs of links in the latest free configuration:
+            lower bounds of their distances minus the required distances, shape
+            (l,) [m].
         offset_W: Vector from a shape to another in W, shape (3,) [m].
         gjk: Arrays of `gjk.make_work`.
         motion: Memory for motions.
@@ -93,7 +94,7 @@ class SelfWork(NamedTuple):
 
     @staticmethod
     def make(pairs: PairArrays, bends: int) -> "SelfWork":
-        """Makes the memory; see `SelfMotionWork.make`."""
+        """Allocates the memory; see `SelfMotionWork.make`."""
         return SelfWork(
             p_WC=np.zeros((len(pairs.shapes.body), 3)),
             p_WL=np.zeros((len(pairs.link_boxes.body), 3)),

@@ -1,9 +1,10 @@
-"""Shortens a path from a search, which is free but seldom short.
+"""Shortens a path that a search has found.
 
-First, corners are omitted if the motion without them is free. Then shortcuts
-between random points of the path are tried (Geraerts and Overmars 2007). A
-shortcut must be faster, since a base that turns, drives and turns may take
-longer on a geometrically shorter path.
+The path of a search is free, but seldom short. First, corners are omitted if
+the motion without them is free. Then shortcuts between random points of the
+path are tried (Geraerts and Overmars 2007). A shortcut must take less time than
+the part that it replaces. A shorter length is not sufficient, since a base that
+turns, drives and turns again may take longer.
 """
 
 import numpy as np
@@ -20,7 +21,7 @@ from remosplat_drake.controller.planning.steering import (
 from remosplat_drake.robot.kinematics import advance
 
 _GAIN = 0.01
-"""Least fraction of a part's time that a shortcut must save."""
+"""Least fraction of the time of a part that a shortcut must save."""
 
 
 @kernel(returns=several(reals(2), WHOLE))
@@ -29,10 +30,10 @@ def shortened(space, line, corners, draws):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         corners: The path's corners, shape (m, n_q) [rad, m].
-        draws: Pairs of fractions of the path's time, shape (k, 2); a shortcut
-            is tried between each pair of points.
+        draws: Pairs of fractions of the path's time, shape (k, 2). A shortcut
+            is tried between the two points of each pair.
 
     Returns:
         Corners of the shortened path, including the corners within its motions,
@@ -68,8 +69,8 @@ def motion_time(space, a, b):
 
     Args:
         space: The `SpaceArrays`.
-        a: Configuration to start from, shape (n_q,) [rad, m].
-        b: Configuration to end at, shape (n_q,) [rad, m].
+        a: Configuration at the start, shape (n_q,) [rad, m].
+        b: Configuration at the end, shape (n_q,) [rad, m].
     """
     robot, time = space.robot, 0.0
     way = waypoints(a, b, robot.n_base, space.backing)
@@ -84,7 +85,7 @@ def motion_time(space, a, b):
 
 @helper
 def _without_detours(space, line, corners):
-    """Omits corners, first many at once, then fewer.
+    """Omits corners: first many together, then fewer.
 
     Returns:
         The remaining corners, and the number of checked motions.
@@ -92,7 +93,8 @@ def _without_detours(space, line, corners):
     m = len(corners)
     times = _times(space, corners)
     is_kept = np.ones(m, np.bool_)
-    # A stack of parts; a part that cannot be bypassed is halved.
+    # The stack contains parts of the path. A part is halved if the motion
+    # without its corners is not free.
     parts = np.empty((m + 1, 2), np.int64)
     parts[0, 0], parts[0, 1], top, checks = 0, m - 1, 1, 0
     while top > 0:

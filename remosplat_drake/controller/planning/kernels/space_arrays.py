@@ -20,35 +20,37 @@ from remosplat_drake.signals.compiled_map import Misplacement
 
 
 class SpaceArrays(NamedTuple):
-    """The constraints of a robot with n spheres and k pairs of own shapes.
+    """The constraints of a robot with n spheres and k pairs of its own shapes.
 
-    The pairs are those of l pairs of links.
+    The pairs of shapes belong to l pairs of links.
 
     Attributes:
         robot: The robot.
-        map: The map, as `map_for_kernels` returns it.
+        map: The map, in the form that `map_for_kernels` returns.
         off: The map's `Misplacement`.
         level: Clearance that each sphere keeps from the map, shape (n,) [m].
-        balls: Balls around the spheres, and the spheres.
+        balls: Balls that enclose spheres, and the spheres.
         ball_level: Clearance that each ball and sphere keeps, shape (m,) [m].
         ball_order: Order in which balls are checked, shape (g,). Kernels change
-            it, so only one thread at a time may use a space.
+            this order, so only one thread at a time may use the `SpaceArrays`.
         samples: Samples of a part of a motion.
         work: Working memory for checks against the map.
         self_pairs: The pairs of the robot's own shapes.
         self_level: Distance that each pair keeps, shape (k,) [m].
-        link_level: For each pair of links, the largest distance that a pair of
-            their shapes keeps, shape (l,) [m].
-        self_bend: Bounds on the accelerations of points on one link as seen
-            from the other, for each two entries of the command and each pair of
-            links, shape (n_u, n_u, l), padded in the last dimension.
+        link_level: Largest distance that any pair of shapes of each pair of
+            links keeps, shape (l,) [m].
+        self_bend: Bounds of the accelerations of points on one link in the
+            frame of the other link, for each two entries of the command and
+            each pair of links, shape (n_u, n_u, l), padded in the last
+            dimension.
         self_work: Working memory for checks of these pairs.
-        movers: Standing movers as further obstacles, enlarged by the distance
-            to keep.
-        mover_level: Distance that each sphere keeps from them, shape (n,) [m].
+        movers: Standing movers, which are further obstacles, enlarged by the
+            distance to keep.
+        mover_level: Distance that each sphere keeps from these movers, shape
+            (n,) [m].
         lower: Lower bounds of the joints, shape (n_q,) [rad, m].
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
-        backing: Longest way that the base may drive backwards [m].
+        backing: Longest distance that the base may drive backwards [m].
     """
 
     robot: RobotArrays | Packed[RobotArrays]

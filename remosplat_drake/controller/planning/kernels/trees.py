@@ -10,22 +10,23 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.returns import WHOLE
 
 START, GOAL = 0, 1
-"""The tree that grows from the start, and the one that grows from the goals."""
+"""Indices of the tree that grows from the start, and of the tree that grows
+from the goals."""
 
 ROOT = -1
 """Parent of a tree's roots."""
 
 _YAW = 2
-"""Index in q of a base's yaw, which wraps; no other entry wraps."""
+"""Index in q of the base's yaw. It is the only entry of q that wraps."""
 
 
 class Trees(NamedTuple):
-    """Two trees of configurations, with memory for m of them each.
+    """Two trees of configurations, with memory for m nodes in each.
 
     Attributes:
-        q: The configurations, shape (2, n_q, m) [rad, m]. Each entry of q is
-            contiguous over the nodes, so that nearest-neighbour searches are
-            vectorised.
+        q: The configurations, shape (2, n_q, m) [rad, m]. The values of each
+            entry of q are contiguous over the nodes, so that nearest-neighbour
+            searches are vectorised.
         parent: Parent of each node, shape (2, m); `ROOT` for a root.
         count: Number of nodes, shape (2,).
     """
@@ -39,8 +40,8 @@ class Trees(NamedTuple):
         """Makes trees that contain only roots.
 
         Args:
-            start: Start of paths, shape (n_q,) [rad, m].
-            goals: Possible ends of paths, shape (k, n_q) [rad, m].
+            start: Start of the paths, shape (n_q,) [rad, m].
+            goals: Possible ends of the paths, shape (k, n_q) [rad, m].
         """
         k = len(goals)
         q = np.zeros((2, len(start), k))
@@ -64,7 +65,7 @@ class Trees(NamedTuple):
 
     @property
     def packed(self) -> "Packed[Trees]":
-        """The trees packed for kernels, which write to the arrays."""
+        """The trees, packed for kernels, which write to the arrays."""
         return Packed(self)
 
     def branch(self, tree: int, node: int) -> np.ndarray:
@@ -85,8 +86,8 @@ class Trees(NamedTuple):
 def nearest(trees, tree, q, n_base):
     """Returns the node of a tree that is nearest to a configuration.
 
-    Distances are Euclidean over q: a radian counts like a metre, and the
-    difference of a base's yaw is wrapped.
+    The distance is the Euclidean distance of two q, in which a radian counts
+    like a metre, and the difference of the base's yaw is wrapped.
 
     Args:
         trees: The `Trees`.
@@ -116,13 +117,13 @@ def nearest(trees, tree, q, n_base):
 
 @helper
 def add_node(trees, tree, q, parent):
-    """Adds a node to a tree with memory for it, and returns the node's index.
+    """Adds a node to a tree that has memory for it; returns the node's index.
 
     Args:
         trees: The `Trees`.
         tree: `START` or `GOAL`.
         q: The configuration, shape (n_q,) [rad, m].
-        parent: Index of its parent.
+        parent: Index of the node's parent.
     """
     node = trees.count[tree]
     for j in range(len(q)):

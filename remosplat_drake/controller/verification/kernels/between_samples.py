@@ -1,18 +1,19 @@
-"""Bounds on distances between two samples of a motion.
+"""Computes bounds of distances between two samples of a motion.
 
-A gap is a distance that depends on one moving point, and changes by at most the
-motion of that point: the distance from a sphere's centre to the scene, or the
-distance between two spheres, where the point is the vector between their
-centres. The margin of a gap is its distance minus its level, the distance that
-it must keep.
+A gap is a distance that depends on one moving point, and that changes by at
+most the motion of this point. An example is the distance from a sphere's centre
+to the scene. Another is the distance between two spheres, for which the point
+is the vector between their centres. The level of a gap is the distance that it
+must keep. Its margin is the distance minus the level.
 
 Let r_0 and r_1 be the margins at two samples, and s the length of the point's
-path between them. In between, the margin is at least (r_0 + r_1 - s) / 2.
+path between the samples. Between the samples, the margin is at least (r_0 + r_1
+- s) / 2.
 
-For s there is an upper bound. Let a be a bound on the point's acceleration, and
+There is an upper bound of s. Let a be a bound of the point's acceleration, and
 t the time between the samples. At the time x after the first sample, the
-velocity differs from its mean by at most a (x^2 + (t - x)^2) / (2 t). So s is
-at most a t^2 / 3 larger than the straight distance between the two positions.
+velocity differs from its mean by at most a (x^2 + (t - x)^2) / (2 t). So s
+exceeds the straight distance between the two positions by at most a t^2 / 3.
 """
 
 import math
@@ -25,26 +26,26 @@ TOLERANCE = 5e-4
 """Amount by which a distance may fall below the required one between two
 samples of a path [m].
 
-Without it, no motion of a sphere along an obstacle at its stopping distance
-could be verified.
+Without this tolerance, no motion of a sphere along an obstacle, at the stopping
+distance, could be verified.
 """
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of distances [m]."""
+"""Bound of rounding errors of distances [m]."""
 
 
 @helper
 def tolerated(level, stopping) -> float:
     """Computes the amount by which a distance may fall below its level [m].
 
-    A late tick ends between two samples, and the next tick takes the distance
-    there as its level. To prevent distances from creeping down from tick to
-    tick, no level from d_s - `TOLERANCE` to d_s permits a distance below d_s -
-    `TOLERANCE`, where d_s is the stopping distance.
+    A late tick ends between two samples, and the distance at its end is the
+    level of the next tick. Distances must not decrease a little in each of many
+    such ticks. So for a level between d_s - `TOLERANCE` and d_s, where d_s is
+    the stopping distance, no distance below d_s - `TOLERANCE` is tolerated.
 
     Args:
-        level: The level: the distance to keep, or the present one if that is
-            less [m].
+        level: The level: the distance to keep, or the present distance if that
+            is smaller [m].
         stopping: The stopping distance [m].
     """
     spare = level - (stopping - TOLERANCE)
@@ -67,11 +68,11 @@ def apart(p, q) -> float:
 
 @helper
 def bend_of(bound, speed) -> float:
-    """Bounds a sphere's acceleration while u is held [m/s^2].
+    """Returns a bound of a sphere's acceleration while u is held [m/s^2].
 
     Args:
-        bound: The sphere's part of `RobotModel.hessian_bound`, shape (n_u,
-            n_u).
+        bound: The part of `RobotModel.hessian_bound` for the sphere, shape
+            (n_u, n_u).
         speed: Absolute values |u| of the command, shape (n_u,).
     """
     total = 0.0
@@ -83,7 +84,7 @@ def bend_of(bound, speed) -> float:
 
 @helper
 def longest_way(p, q, bend, time) -> float:
-    """Bounds the length of a point's path between two positions [m].
+    """Returns a bound of the length of a point's path between positions [m].
 
     Args:
         p: The first position, shape (3,) [m].
@@ -99,7 +100,7 @@ def detour(bend, time) -> float:
     """Bounds how much longer a path is than the straight line [m].
 
     Args:
-        bend: Bound on the point's acceleration [m/s^2].
+        bend: Bound of the point's acceleration [m/s^2].
         time: Time from the path's start to its end [s].
     """
     return bend * time * time / 3.0
@@ -107,15 +108,16 @@ def detour(bend, time) -> float:
 
 @kernel(linked=True)
 def longest_ways(point, span, bend):
-    """Bounds the paths of n points from each of k + 1 samples to the next.
+    """Returns bounds of the paths of n points between k + 1 samples.
 
     Args:
         point: Position of each point at each sample, shape (k + 1, n, 3) [m].
         span: Time between two samples, shape (k, n) [s].
-        bend: Bounds on the points' accelerations, shape (n,) [m/s^2].
+        bend: Bounds of the points' accelerations, shape (n,) [m/s^2].
 
     Returns:
-        Bounds on the lengths of the paths, shape (k, n) [m].
+        Bounds of the lengths of the paths from each sample to the next, shape
+        (k, n) [m].
     """
     k, n = span.shape
     way = np.empty((k, n))
@@ -131,8 +133,9 @@ def longest_ways(point, span, bend):
 def margin_bounds(point, start, margin, way, tolerance):
     """Bounds margins without a query, and computes the required margins.
 
-    A margin is the excess of a distance over its level. If a point has moved by
-    x from its start, its margin has decreased by at most x.
+    The margin of a point is its distance minus the distance that it must keep.
+    If the point has moved by x from its start, its margin has decreased by at
+    most x.
 
     Args:
         point: Position of each of n points at each of k samples, shape (k, n,
@@ -140,14 +143,15 @@ def margin_bounds(point, start, margin, way, tolerance):
         start: Position at which the margin of each point is known, shape (n, 3)
             [m].
         margin: The margins at `start`, shape (n,) [m].
-        way: Bounds on the lengths of the paths before each sample, and after
-            the last one if the path continues, shape (k or k + 1, n) [m].
+        way: Bounds of the lengths of the paths before each sample, and after
+            the last sample if the path continues, shape (k or k + 1, n) [m].
         tolerance: Amount by which each margin may fall below zero between two
             samples, shape (n,) [m].
 
     Returns:
-        Lower bounds on the margins, and the least margins that prove the
-        adjacent parts of the paths to be clear, shape (k, n) each [m].
+        Lower bounds of the margins, and the required margins, which prove that
+        the parts of the paths next to each sample are clear. Both have the
+        shape (k, n) [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))

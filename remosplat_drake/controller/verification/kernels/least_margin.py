@@ -17,11 +17,11 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 @kernel(returns=REAL)
 def least_margin(robot, state, movers, u, monitoring, tube):
-    """Finds the pair of a sphere and a mover with the least margin over S_p.
+    """Finds the pair of a sphere and a mover with the least margin.
 
-    S_p is the protective separation distance, and the margin is the distance
-    minus S_p. `protective_separation.py` computes the same in NumPy, and
-    defines the terms.
+    The margin is the distance minus the protective separation distance S_p.
+    `protective_separation.py` computes the same in NumPy, and defines the
+    terms.
 
     Args:
         robot: The `RobotArrays`.
@@ -29,11 +29,11 @@ def least_margin(robot, state, movers, u, monitoring, tube):
         movers: The `MoverArrays`.
         u: The command, shape (n_u,).
         monitoring: The attributes of a `Monitoring`, in their order.
-        tube: Bound Z_r on the position error of each sphere, shape (n,) [m].
+        tube: Bound Z_r of the position error of each sphere, shape (n,) [m].
 
     Returns:
-        The sphere and the mover, -1 without movers, their distance, and their
-        S_p [m].
+        The indices of the sphere and the mover (-1 if there are no movers),
+        their distance [m], and their S_p [m].
     """
     separation, reaction, braking, braking_way = monitoring
     now, way = reaction + braking, reaction + braking_way
@@ -70,7 +70,7 @@ def least_margin(robot, state, movers, u, monitoring, tube):
 
 @helper
 def _fastest(robot, u):
-    """Bounds the speeds of all spheres at a command [m/s]."""
+    """Returns bounds of the speeds of all spheres for a command [m/s]."""
     fastest = 0.0
     for i in range(len(robot.radius)):
         speed = 0.0
@@ -82,7 +82,7 @@ def _fastest(robot, u):
 
 @helper
 def _rate(robot, state, i, n_W, u):
-    """Computes the speed of a sphere along a direction at a command [m/s]."""
+    """Returns the speed of a sphere along a direction for a command [m/s]."""
     row, rate = np.zeros(len(u)), 0.0
     body, p_WS = robot.body_S[i], state.p_WS[i]
     add_rate(robot, state, body, p_WS, n_W, 1.0, row)

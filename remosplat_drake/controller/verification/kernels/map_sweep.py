@@ -1,8 +1,8 @@
 """Checks that spheres keep their distances from a map along a path.
 
-The map is queried from coarse to fine. A path that is undecided after the
-finest queries is rejected. For a map that is not 1-Lipschitz, nothing is
-guaranteed between the sampled configurations.
+The map is queried first at coarse and then at finer samples. A path that is
+still undecided at the finest samples is rejected. For a map that is not
+1-Lipschitz, nothing is guaranteed between the sampled configurations.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ PIECES = 4
 """Number of pieces into which the time between two samples is divided."""
 
 ROUNDS = 5
-"""Number of times that a piece is divided again; a path that is undecided after
+"""Number of times that a piece is divided again. A path that is undecided with
 4^5 pieces is rejected."""
 
 
@@ -35,17 +35,18 @@ ROUNDS = 5
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Returns whether all spheres keep their distance from a map on a path.
 
-    At the path's `times` they keep the distance; between these times, the
-    distance minus a tolerance. See `between_samples.py`.
+    At the `times` of the path, the spheres must keep the distance. Between
+    these times, they must keep the distance minus a tolerance; see
+    `between_samples.py`.
 
     Args:
         robot: The `RobotArrays`.
         path: The `PathArrays`.
-        placed: The map, its `Misplacement`, and the identifier of the
+        placed: The map, its `Misplacement`, and the number of the
             `PythonCalls`; see `compiled_map.sphere_clearances`.
         p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
         clearance: Clearances of the spheres at the start, or lower bounds of
-            them, shape (n,) [m].
+            these clearances, shape (n,) [m].
         level: Clearance that each sphere must keep, shape (n,) [m].
         tolerance: Amount by which each clearance may fall below its level
             between the path's times, shape (n,) [m].
@@ -110,7 +111,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
 
 @helper
 def _within_reach(robot, path, margin):
-    """Finds the spheres whose margins may become negative on a path."""
+    """Finds the spheres that may come too near to the scene on a path."""
     near, count = np.empty(len(margin), np.int64), 0
     for i in range(len(margin)):
         if not travel_of(robot, path, i) < margin[i]:
@@ -121,7 +122,7 @@ def _within_reach(robot, path, margin):
 
 @helper
 def travel_of(robot, path, i):
-    """Bounds the length of a sphere's motion along a path [m].
+    """Returns a bound of the length of a sphere's motion along a path [m].
 
     Args:
         robot: The `RobotArrays`.
@@ -141,22 +142,23 @@ def travel_of(robot, path, i):
 
 @helper
 def _clear_between(robot, path, placed, gap, ends, places, tolerance):
-    """Checks one sphere between two times, dividing the interval if needed.
+    """Checks a sphere between two times; divides the interval if needed.
 
     Args:
         robot: The `RobotArrays`.
         path: The `PathArrays`.
         placed: The map.
-        gap: The sphere, its level, its margin at the start, the bound on its
+        gap: The sphere, its level, its margin at the start, the bound of its
             acceleration, and the largest queried distance.
-        ends: The two times, and the sphere's margins at these.
+        ends: The two times, and the sphere's margins at these times.
         places: The sphere's centres at the start of the path, and at the two
             times.
-        tolerance: Amount by which a clearance may fall below its level [m].
+        tolerance: Amount by which the clearance may fall below its level [m].
     """
     i, level, at_start, bend, reach = gap
     start, p_before, p_after = places
-    # Remaining pieces: times and margins at their ends, and their depths.
+    # The stack contains the remaining pieces: times and margins at their ends,
+    # and their depths.
     most = ROUNDS * PIECES
     left = np.empty((most, 4))
     centers = np.empty((most, 2, 3))
@@ -221,10 +223,11 @@ def _place(robot, path, time, i, p, R):
 def keeps_joint_limits(path, lower, upper):
     """Returns whether joints stay within their limits.
 
-    A joint that is outside at the start must not move farther outside.
+    A joint that is outside its limits at the start must not move farther
+    outside.
 
-    On each piece of a path, joints move monotonically, so checking the ends of
-    pieces suffices.
+    On each piece of a path, joints move monotonically, so only the ends of the
+    pieces are checked.
 
     Args:
         path: The `PathArrays`.

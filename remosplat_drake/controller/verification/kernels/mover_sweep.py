@@ -1,9 +1,10 @@
 """Checks that spheres keep away from movers, along a path to a standstill.
 
 At each time, a moving sphere must be clear of all positions that movers may
-have reached by then, or move away from all of them. A sphere at rest may be
-touched, since the mover then causes the contact. So the whole path is checked,
-except for spheres that do not move along it.
+have reached by this time, or it must move away from all these positions. A
+sphere at rest may be touched, since the mover then causes the contact. So the
+whole path of the robot is checked, except for spheres that do not move along
+it.
 """
 
 import math
@@ -36,19 +37,20 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     """Returns whether all spheres keep away from all movers on a path.
 
     At each sampled time of the path, a moving sphere must keep min(separation,
-    its present distance) from all possible positions of a mover; between two
-    samples, it must keep that distance minus a tolerance. Alternatively, it
-    must move away from all positions at which the mover can touch it. A sphere
-    that a mover touches or nearly touches must rest or retreat until the
+    its present distance) from all possible positions of a mover. Between two
+    samples, it must keep this distance minus a tolerance. Alternatively, the
+    sphere must move away from all positions at which the mover can touch it. A
+    sphere that a mover touches or nearly touches must rest or retreat until the
     contact ends.
 
     Args:
         robot: The `RobotArrays`.
         path: The `PathArrays`.
-        movers: The `MoverArrays`, whose age is that at the path's start.
+        movers: The `MoverArrays`, with the age of the measurements at the
+            path's start.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
         separation: The distance to keep [m].
-        tube: Bounds on spheres' deviations from the path, shape (n,) [m].
+        tube: Bounds of spheres' deviations from the path, shape (n,) [m].
         tolerance: Amount by which a distance may fall below its level between
             two samples [m].
     """
@@ -91,13 +93,13 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
         path: The `PathArrays`.
         movers: The `MoverArrays`.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
-        kept: The distance to keep, or the present one if it is smaller, shape
-            (n,) [m].
+        kept: The distance to keep, or the present distance if that is smaller,
+            shape (n,) [m].
         least: Least required distance, shape (n,) [m].
 
     Returns:
-        The pairs, shape (m, 2), the level of each, and its margin at the start,
-        shape (m,) each [m].
+        The m pairs, shape (m, 2); and the level of each pair and its margin at
+        the start, both of shape (m,) [m].
     """
     n, k, last = len(p_WS), len(movers.radius), path.clock[-1]
     pair = np.empty((n * k, 2), np.int64)
@@ -131,7 +133,7 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
 
 @helper
 def _spheres_of(pair, n):
-    """Lists the spheres of pairs, each once, and each sphere's index in it."""
+    """Lists the spheres of pairs, each once; and their indices in the list."""
     near, place_of = np.empty(n, np.int64), np.full(n, -1)
     count = 0
     for m in range(len(pair)):
@@ -144,11 +146,11 @@ def _spheres_of(pair, n):
 
 @helper
 def _sampled_movers(movers, times):
-    """Predicts all k movers at all s samples of a path.
+    """Predicts all k movers at the times of all s samples of a path.
 
     Returns:
-        Their orientations, shape (k, s, 3, 3), their origins, shape (k, s, 3)
-        [m], their reaches, shape (k, s) [m], and bounds on their predicted
+        The movers' orientations, shape (k, s, 3, 3), origins, shape (k, s, 3)
+        [m], and reaches, shape (k, s) [m], and bounds of their predicted
         speeds, shape (k,) [m/s].
     """
     k, s = len(movers.radius), len(times)
@@ -172,11 +174,11 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
     Args:
         movers: The `MoverArrays`.
         seen: The result of `_sampled_movers`.
-        pair: The mover, the sum of both radii, the level, and the margin at the
-            start.
-        sphere: The times of the s samples, the centres then, shape (s, 3), and
-            bounds on the lengths of its paths from sample to sample, shape (s -
-            1,) [m].
+        pair: The mover, the sum of the radii of sphere and mover, the level,
+            and the margin at the start.
+        sphere: The times of the s samples, the sphere's centres at these times,
+            shape (s, 3), and bounds of the lengths of its paths from sample to
+            sample, shape (s - 1,) [m].
         tolerance: Amount by which a distance may fall below its level between
             two samples [m].
     """
@@ -220,13 +222,13 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 def _retreats(movers, seen, j, then, k, point, way, touching):
     """Whether a sphere moves away from a mover before sample k.
 
-    The mover's position is that at the sample `then`; the sphere is examined at
-    both ends of its path. Along the chord x between the ends, the direction n
-    to a convex core turns away from x, so the ends are the worst cases. The
-    sphere itself moves on an arc. With a bound a on its acceleration, in a time
-    t it deviates by at most a t^2 / 8 from the chord, and its velocity by at
-    most a t / 2 from x / t. At the depth h, n turns by at most the deviation
-    from the chord divided by h.
+    The mover is at its position at the sample `then`, and the sphere is
+    examined at both ends of its path. Let x be the chord between the ends.
+    Along the chord, the direction n to a convex core turns away from x, so the
+    ends are the worst cases. The sphere itself moves on an arc. Let a be a
+    bound of its acceleration. In a time t, the sphere deviates by at most a t^2
+    / 8 from the chord, and its velocity by at most a t / 2 from x / t. At the
+    depth h, n turns by at most the deviation from the chord divided by h.
     """
     R_WM, p_WM, grown, _ = seen
     x = point[k, 0] - point[k - 1, 0]

@@ -1,7 +1,7 @@
 """Checks that pairs of convex shapes keep their distances along a path.
 
-A pair is first checked at the start and the end of the path, and in between
-only if these two samples are not sufficient.
+A pair is first checked at the start and the end of the path. It is checked in
+between only if these two samples are not sufficient.
 """
 
 import numpy as np
@@ -30,23 +30,25 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 _HALVINGS = 10
-"""Number of halvings of a tick, after which an undecided path is rejected."""
+"""Number of times that a tick is halved. If the path is still undecided, it is
+rejected."""
 
 
 @kernel(returns=TRUTH)
 def pairs_keep_apart(tree, path, own, stopping, off):
-    """Returns whether all pairs keep min(stopping, present distance) on a path.
+    """Returns whether all pairs of shapes keep their distances on a path.
 
+    The distance that a pair must keep is min(stopping, its present distance).
     Between the times of the path, distances may be smaller by the amount that
     `tolerated` computes.
 
     Args:
         tree: The `TreeArrays`, packed.
         path: The `PathArrays`.
-        own: The pairs as `SelfClearance.arrays`.
-        stopping: Distance that all pairs keep [m].
-        off: Additional distance for each of l pairs of links, since the robot
-            may deviate from its path, shape (l,) [m].
+        own: The pairs, in the form of `SelfClearance.arrays`.
+        stopping: Stopping distance of all pairs [m].
+        off: Additional distance for each of l pairs of links, shape (l,) [m].
+            It is needed since the robot may deviate from its path.
     """
     pairs, rate, lever, turns = own.pairs, own.rate, own.lever, own.turns
     first, second, start = pairs.first, pairs.second, pairs.start
@@ -68,8 +70,8 @@ def pairs_keep_apart(tree, path, own, stopping, off):
     work = make_work()
     for link in range(len(boxes)):
         farthest = travel[link, -1]
-        # If neither link moves, the distance is constant despite rounding
-        # errors.
+        # If neither link moves, the distance counts as constant, despite
+        # rounding errors.
         if farthest == 0.0:
             continue
         a, b = boxes[link]
@@ -104,11 +106,11 @@ def pairs_keep_apart(tree, path, own, stopping, off):
 
 @helper
 def _pair_keeps_apart(given, samples, pair, travel, margin, tolerance, work):
-    """Checks one pair; computed poses are shared with other pairs."""
+    """Checks a pair; poses that were computed for other pairs are reused."""
     tree, shapes, path = given
     knots, X_WL, p_WC, is_placed = samples
-    # The path before `left` is clear. The next part ends at the last of
-    # `rights`, which is halved if the part is too long.
+    # The path before `left` is clear. The next part of the path ends at the
+    # last entry of `rights`. If this part is too long, it is halved.
     left = 0
     rights = np.empty(64, np.int64)
     rights[0] = len(knots) - 1
@@ -120,7 +122,7 @@ def _pair_keeps_apart(given, samples, pair, travel, margin, tolerance, work):
             is_placed[right] = True
         time = knots[right] - knots[left]
         if right - left > 1 and len(travel) == len(knots):
-            # Velocities jump between the pieces inside this part.
+            # Inside this part, velocities change instantly from piece to piece.
             way = travel[right] - travel[left]
         else:
             way = _way(shapes, X_WL[left], X_WL[right], pair, time)
@@ -151,9 +153,9 @@ def _pair_keeps_apart(given, samples, pair, travel, margin, tolerance, work):
 
 @helper
 def _keeps_apart_within(given, samples, pair, knot, margins, tolerance, work):
-    """Checks one pair within the tick that ends at a knot.
+    """Checks a pair within the tick that ends at a knot.
 
-    Within a tick, distances may fall below their level by the tolerance.
+    Within a tick, the distance may fall below its level by the tolerance.
     """
     tree, shapes, path = given
     knots, X_WL, p_WC, _ = samples
@@ -200,9 +202,10 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 
 @helper
 def _margin(shapes, X_WL, p_WC, pair, way, work):
-    """Computes the excess of a pair's distance over its level [m].
+    """Returns a pair's distance minus its level [m].
 
-    The result is a lower bound if that exceeds the paths next to the sample.
+    The result may be a lower bound, if this bound exceeds the lengths of the
+    paths before and after the sample.
     """
     i, j, level, _ = pair
     enough = level + 2.0 * way
@@ -211,7 +214,7 @@ def _margin(shapes, X_WL, p_WC, pair, way, work):
 
 @helper
 def _way(shapes, X_WL, Y_WL, pair, time):
-    """Bounds the path of the second shape relative to the first [m]."""
+    """Returns a bound of the second shape's path relative to the first [m]."""
     center, reach, body = shapes.center, shapes.reach, shapes.body
     i, j, _, bend = pair
     return relative_way(

@@ -1,4 +1,4 @@
-"""Places spheres along a path, and bounds their clearances without queries."""
+"""Places spheres along a path, and computes bounds of their clearances."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def sample_path(robot, path, sphere, start, margin, tolerance):
     """Places n spheres at the k times of a path.
 
     Args:
-        robot: The robot as `RobotModel.arrays`.
+        robot: The `RobotArrays`.
         path: The `PathArrays`.
         sphere: Indices of the spheres, shape (n,).
         start: Centres of the spheres in W at the start of the path, shape
@@ -32,11 +32,11 @@ def sample_path(robot, path, sphere, start, margin, tolerance):
             samples, shape (n,) [m].
 
     Returns:
-        The centres in W at the start and at the times, shape (k + 1, n, 3) [m];
-        the orientations of the spheres' links at the times, shape (k, n, 3, 3);
-        bounds on the spheres' accelerations, shape (n,) [m/s^2]; bounds on the
-        paths between the samples, shape (k, n) [m]; and the known and the
-        required margins of `margin_bounds`, shape (k, n) each [m].
+        Six arrays: the centres in W at the start and at the times, shape (k +
+        1, n, 3) [m]; the orientations of the spheres' links at the times, shape
+        (k, n, 3, 3); bounds of the spheres' accelerations, shape (n,) [m/s^2];
+        bounds of the lengths of the paths between the samples, shape (k, n)
+        [m]; and the two results of `margin_bounds`, both of shape (k, n) [m].
     """
     tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
     times = path.times

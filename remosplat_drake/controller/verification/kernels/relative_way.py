@@ -1,14 +1,15 @@
-"""Bounds the motion of a link relative to another, between two samples.
+"""Computes bounds of the motion of one link relative to another.
 
-Let the core of a shape of link B be a hull within the radius r of its centre C,
-and let p and R be the position of C and the orientation of B in A. Relative to
-A, each point of the hull moves by at most the motion of C plus r times the
-angle by which B turns. No distance between A and B changes by more than that.
+The motion is that between two samples. Let the core of a shape of link B be a
+hull within the radius r of its centre C. Let p be the position of C, and R the
+orientation of B, both in A. Relative to A, each point of the hull moves by at
+most the motion of C plus r times the angle by which B turns. No distance
+between A and B changes by more than this sum.
 
-The motion of C is bounded as in `between_samples`, and so is the angle. For
-this purpose, the matrix R is a point whose velocity has the Frobenius norm
-sqrt(2) times the angular speed; its acceleration is at most sqrt(2) times the
-square of the sum of all joint speeds between A and B.
+The bounds of the motion of C and of the angle are those of `between_samples`.
+For the angle, the matrix R is treated as a point. The Frobenius norm of its
+velocity is sqrt(2) times the angular speed. Its acceleration is at most sqrt(2)
+times the square of the sum of all joint speeds between A and B.
 """
 
 import math
@@ -20,15 +21,16 @@ from remosplat_drake.base.kernels import helper
 
 @helper
 def relative_bend(lever, turns, speed, offset, reach):
-    """Bounds how fast the velocity of a shape's points changes [m/s^2].
+    """Returns a bound of the acceleration of a shape's points [m/s^2].
 
-    It is the bound a for `relative_way`, for the centre and the rotation
-    together.
+    It is the argument `bend` of `relative_way`, and includes the motion of the
+    centre and the rotation.
 
     Args:
         lever: The result of `relative_motion.levers` for the two links, shape
             (n_u,) [m].
-        turns: Which commands are of revolute joints, shape (n_u,), bool.
+        turns: Whether each command is that of a revolute joint, shape (n_u,),
+            bool.
         speed: Absolute values of the command, shape (n_u,).
         offset: Distance of the shape's centre from its link's origin [m].
         reach: Largest distance of the hull's points from the centre [m].
@@ -43,7 +45,7 @@ def relative_bend(lever, turns, speed, offset, reach):
             if lever[b] < 0.0:
                 continue
             if turns[a] and turns[b]:
-                # The inner joint carries the outer one.
+                # The joint nearer to A carries the joint nearer to B.
                 arm = min(lever[a], lever[b]) + offset
                 total += arm * speed[a] * speed[b]
             elif turns[a] or turns[b]:
@@ -57,12 +59,12 @@ def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
 
     Args:
         X_WL: Poses of all bodies at one sample, shape (n, 4, 4).
-        Y_WL: Poses of all bodies at another, shape (n, 4, 4).
+        Y_WL: Poses of all bodies at another sample, shape (n, 4, 4).
         a: Body A.
         b: Body B.
         center: Centre of the shape in B, shape (3,) [m].
         reach: Largest distance of the hull's points from the centre [m].
-        bend: Bound of `relative_bend` [m/s^2].
+        bend: The result of `relative_bend` [m/s^2].
         time: Time between the samples [s].
     """
     moved, turned = 0.0, 0.0
@@ -94,15 +96,16 @@ def _center_seen(X_WL, a, b, center, r):
 
 @helper
 def travels(path, rate):
-    """Bounds changes of distances from the start to the ends of s pieces.
+    """Returns bounds of changes of distances up to the ends of s pieces.
 
     Args:
         path: The `PathArrays`.
-        rate: For each pair of links, bounds on the rate of its distance per
+        rate: Bounds of the rate of the distance of each pair of links, per
             entry of the command, shape (l, n_u).
 
     Returns:
-        The bounds, shape (l, s + 1) [m].
+        The bounds at the start and at the ends of the pieces, shape (l, s + 1)
+        [m].
     """
     rates, since, times = path.rates, path.since, path.times
     travel = np.zeros((len(rate), len(since) + 1))

@@ -1,4 +1,4 @@
-"""Verify-then-scale: scales a command until its braking path is free.
+"""Verify-then-scale: scales a command until the path of its braking is free.
 
 `verify.py` states and proves the guarantee.
 """
@@ -39,10 +39,10 @@ from remosplat_drake.signals.binding import (
 from remosplat_drake.signals.compiled_map import sphere_clearances
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
-"""Tried fractions between braking (0) and the command (1)."""
+"""Fractions between braking (0) and the command (1) that are tried."""
 
 OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
-"""Possible objections to a command, in the order in which they are checked."""
+"""Possible reasons to reject a command, in the order of the checks."""
 
 NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
 
@@ -52,13 +52,14 @@ VERDICT = several(reals(1), REAL, WHOLE)
 
 
 class SelfCollisionArrays(NamedTuple):
-    """A `SelfClearance`, packed for kernels.
+    """The arrays of a `SelfClearance`, packed for kernels.
 
     Attributes:
         pairs: The pairs of shapes.
         rate: `SelfClearance.rate`.
         lever: `SelfClearance.lever`.
-        turns: Which commands are of revolute joints, shape (n_u,), bool.
+        turns: Whether each command is that of a revolute joint, shape (n_u,),
+            bool.
     """
 
     pairs: PairArrays
@@ -72,10 +73,11 @@ class KeptArrays(NamedTuple):
 
     Attributes:
         dt: Duration of a tick [s].
-        spare: Time beyond a tick for which a station holds a command [s].
-        checks_self_collision: Whether self-collision is checked, too.
+        spare: Time for which a station holds a command after the end of its
+            tick [s].
+        checks_self_collision: Whether self-collision is checked.
         self_pairs: The pairs of the robot's own shapes.
-        self_stopping: The distance that these pairs keep [m].
+        self_stopping: Stopping distance of these pairs [m].
         separation: The distance to keep from all possible positions of movers
             [m].
     """
@@ -93,13 +95,14 @@ class Around(NamedTuple):
 
     Attributes:
         robot: The `RobotArrays`.
-        placed: The map, as `sphere_clearances` takes it.
-        movers: The `MoverArrays`, at their age at the start of the path.
+        placed: The map, in the form that `sphere_clearances` takes.
+        movers: The `MoverArrays`, with the age of the measurements at the
+            path's start.
         motion: The `MotionArrays`.
         q: Configuration, shape (n_q,) [rad, m].
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
-        clearance: Clearances of the spheres, or lower bounds of them that are
-            at least the stopping distance, shape (n,) [m].
+        clearance: Clearances of the spheres, or lower bounds that are at least
+            the stopping distance, shape (n,) [m].
         stopping: Stopping distance that spheres keep from the scene [m].
     """
 
@@ -117,21 +120,22 @@ class Around(NamedTuple):
 def surroundings(
     robot, placed, movers, motion, now, state, clearance, stopping, u, before
 ):
-    """Finds the state and distances where a command begins to act.
+    """Returns the state and the distances at which a command begins to act.
 
-    Clearances are known at the configuration from which the tick plans, which a
-    robot with delay reaches later. If a sphere is at the distance x from its
-    position in that configuration, its clearance is smaller by at most x. If
-    this bound is not sufficient, the map is queried.
+    Clearances are known in the configuration for which the tick computes its
+    command. A robot with delay reaches this configuration later than the
+    command begins to act. If a sphere is at the distance x from its position in
+    this configuration, its clearance is smaller by at most x. If this bound is
+    not sufficient, the map is queried.
 
     Args:
         robot: See `Around`.
         placed: See `Around`.
-        movers: The `MoverArrays`, at their present age.
+        movers: The `MoverArrays`, with the present age of the measurements.
         motion: See `Around`.
         now: The time of the tick [s].
-        state: The `StateArrays` from which the tick plans.
-        clearance: Clearances of the spheres in this state, or lower bounds that
+        state: The `StateArrays` for which the tick computes its command.
+        clearance: Clearances of the spheres in `state`, or lower bounds that
             are at least the stopping distance, shape (n,) [m].
         stopping: See `Around`.
         u: The wanted command, shape (n_u,).
@@ -188,12 +192,13 @@ def surroundings(
 
 @helper
 def sphere_tube(robot, tube, speed):
-    """Bounds deviations of spheres from a predicted path, shape (n,) [m].
+    """Returns bounds of spheres' deviations from a path, shape (n,) [m].
 
     Args:
         robot: The `RobotArrays`.
-        tube: Errors of positions divided by speeds, shape (n_u,) [s].
-        speed: Greatest speeds, shape (n_u,).
+        tube: Bounds of position errors of the axes, divided by their speeds,
+            shape (n_u,) [s].
+        speed: Greatest speed of each axis, shape (n_u,).
     """
     bound = np.zeros(len(robot.radius))
     for i in range(len(bound)):
@@ -206,10 +211,10 @@ def sphere_tube(robot, tube, speed):
 def verified(kept, around, u, ramp):
     """Finds the largest verified command between braking and u.
 
-    It tries interpolations between the braking ramp's next step (fraction 0)
-    and u (fraction 1). All of them keep the acceleration bounds if u does.
-    Fraction 0 needs no check, since it was verified together with the previous
-    command.
+    The function tries interpolations between the next step of the braking ramp
+    (fraction 0) and u (fraction 1). All of them keep the acceleration bounds if
+    u does. Fraction 0 needs no check, since the braking ramp was verified
+    together with the previous command.
 
     Args:
         kept: The `KeptArrays`.
@@ -219,7 +224,7 @@ def verified(kept, around, u, ramp):
 
     Returns:
         The command that may be applied, shape (n_u,), its fraction, and the
-        index in `OBJECTIONS` of the objection to u itself.
+        index in `OBJECTIONS` of the reason to reject u.
     """
     robot = around.robot
     first = NOTHING
@@ -243,14 +248,14 @@ def verified(kept, around, u, ramp):
 
 @kernel(returns=WHOLE)
 def path_objection(kept, around, path):
-    """Returns the objection to a path, as an index in `OBJECTIONS`.
+    """Returns the reason to reject a path, as an index in `OBJECTIONS`.
 
-    A path is allowed if each sphere stays at least min(d_s, its present
-    clearance) from the scene, if the robot's own shapes keep their distances in
-    the same way, and if each joint stays within its limits. At the ends of
-    ticks there is no tolerance, since distances could otherwise creep down tick
-    by tick. If the robot may deviate from the path, d_s is increased by the
-    possible change of the distance.
+    A path is allowed if each sphere keeps at least the distance min(d_s, its
+    present clearance) from the scene, if the robot's own shapes keep distances
+    in the same way, and if each joint stays within its limits. At the ends of
+    ticks there is no tolerance. Otherwise distances could decrease a little in
+    each of many ticks. If the robot may deviate from the path, d_s is increased
+    by the possible change of the distance.
 
     Args:
         kept: The `KeptArrays`.
@@ -286,10 +291,10 @@ def path_objection(kept, around, path):
 
 @helper
 def least_clearances(sphere, distance, n, most):
-    """Returns the smallest clearance of each sphere, shape (n,) [m].
+    """Returns each sphere's smallest clearance, shape (n,) [m].
 
     Args:
-        sphere: The sphere of each row, shape (m,).
+        sphere: Index of the sphere of each row, shape (m,).
         distance: The rows' clearances, shape (m,) [m].
         n: Number of spheres.
         most: Clearance of a sphere without a nearer row [m].
