@@ -52,7 +52,7 @@ class FreeSpace:
         stopping: Stopping distance [m].
         lower: Lower bounds of the joints, shape (n_q,) [rad, m].
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
-        backing: Longest way that the base may drive backwards [m].
+        backing: Longest distance that the base may drive backwards [m].
         checks: Number of configurations and motions that were checked.
         arrays: The space, packed for kernels.
     """

@@ -85,9 +85,9 @@ class MotionPlanner:
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of earlier searches. Each search draws other random
                 numbers.
-            interrupted: Predicate: whether to abort the search.
+            interrupted: Function that returns whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
-            around: Standing movers; None for none.
+            around: Standing movers; None if there are none.
             separation: Distance that all spheres keep from standing movers [m].
         """
         started = perf_counter()

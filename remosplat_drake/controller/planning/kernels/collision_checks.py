@@ -49,7 +49,7 @@ def is_free(space, line, q):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         q: The configuration, shape (n_q,) [rad, m].
     """
     if not _is_within(space, q):

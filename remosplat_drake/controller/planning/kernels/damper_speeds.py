@@ -1,4 +1,4 @@
-"""The greatest speeds along a path that the collision damper permits."""
+"""Computes the greatest speeds on a path that the collision damper permits."""
 
 import numpy as np
 

@@ -31,7 +31,7 @@ def is_off_the_map(space, line, X_WL):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     order, balls, item = space.ball_order, space.balls, space.work.parts.item
@@ -144,7 +144,7 @@ def query_margins(space, line, at, wanted, margin, least):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
         wanted: Margins up to these values are computed exactly, shape (n,) [m].

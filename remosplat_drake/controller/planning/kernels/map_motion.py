@@ -51,7 +51,7 @@ def keeps_off_the_map(space, line, q, u):
 
     Args:
         space: The `SpaceArrays`.
-        line: Identifier of the `PythonCalls` of its map.
+        line: Number of the `PythonCalls` of the map.
         q: Configuration at the start of the motion, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
     """

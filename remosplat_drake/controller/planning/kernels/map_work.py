@@ -35,7 +35,7 @@ class MapQueries(NamedTuple):
 
     @staticmethod
     def make(n: int) -> "MapQueries":
-        """Makes the memory.
+        """Allocates the memory.
 
         Args:
             n: Largest number of queries.
@@ -81,7 +81,7 @@ class MapWork(NamedTuple):
 
     @staticmethod
     def make(m: int, n_u: int) -> "MapWork":
-        """Makes the memory.
+        """Allocates the memory.
 
         Args:
             m: Number of balls and spheres.

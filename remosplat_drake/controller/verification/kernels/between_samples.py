@@ -89,7 +89,7 @@ def longest_way(p, q, bend, time) -> float:
     Args:
         p: The first position, shape (3,) [m].
         q: The second position, shape (3,) [m].
-        bend: Bound on the point's acceleration [m/s^2].
+        bend: Bound of the point's acceleration [m/s^2].
         time: Time between the two positions [s].
     """
     return apart(p, q) + detour(bend, time)
@@ -97,7 +97,7 @@ def longest_way(p, q, bend, time) -> float:
 
 @helper
 def detour(bend, time) -> float:
-    """Bounds how much longer a path is than the straight line [m].
+    """Returns a bound of the difference of a path and its chord [m].
 
     Args:
         bend: Bound of the point's acceleration [m/s^2].
@@ -131,7 +131,7 @@ def longest_ways(point, span, bend):
 
 @kernel(linked=True)
 def margin_bounds(point, start, margin, way, tolerance):
-    """Bounds margins without a query, and computes the required margins.
+    """Returns lower bounds of margins, and the required margins.
 
     The margin of a point is its distance minus the distance that it must keep.
     If the point has moved by x from its start, its margin has decreased by at
