@@ -20,10 +20,14 @@ GROUP = "239.255.76.67"
 """Multicast address that LCM uses by default."""
 
 _COMMAND = """
+import signal
 import sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from remosplat_drake.commands.main import main
 sys.exit(main())
 """
+# A shell starts jobs in the background with SIGINT ignored, and their children
+# inherit this. Studies end a run by SIGINT.
 
 STAND_IN = (sys.executable, "-c", _COMMAND, "hardware-sim")
 """Command line of the stand-in, without arguments."""

@@ -49,10 +49,11 @@ def carrying_table(comparison: Comparison) -> Table:
             for row in comparison.rows
             for family in (*families, ALL)
         ),
-        "Carried back: number of reached problems in which the end effector "
-        "then returned to the start's pose with the object. The object may "
-        "touch its support until it is lifted off. Only the hand may touch "
-        "the object; any other contact of object or robot is a collision. "
+        "Carried back: number of problems in which the end effector reached "
+        "the target, and then returned to its first pose with the object. The "
+        "object may touch its support until it is lifted off. Only the hand "
+        "may touch the object; any other contact of object or robot is a "
+        "collision. "
         "Collisions are judged by the true shapes of object and scene, at "
         "ticks and at four points between them. Times are measured from the "
         "grasp.",

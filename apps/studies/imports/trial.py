@@ -16,7 +16,7 @@ from remosplat_drake.robot.robot_description import load_robot_description
 _PROGRAM = "import sys; from remosplat_drake.commands.main import main;"
 _COMMAND = (sys.executable, "-c", f"{_PROGRAM} sys.exit(main(sys.argv[1:]))")
 
-_TRIED = re.compile(r"tried: (\d+) targets? reached")
+_TRIED = re.compile(r"trial run: (\d+) targets? reached")
 
 
 @dc.dataclass(frozen=True)
