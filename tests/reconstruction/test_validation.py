@@ -92,12 +92,6 @@ def test_what_the_discs_allow_for_is_covered_and_earns_no_better_verdict():
     assert verdicts[0] == pytest.approx(UNFORESEEN * 0.005, rel=0.2)
 
 
-def test_an_excess_beyond_the_factor_counts():
-    p_W = np.array([[0.001 * i, 0, 0] for i in range(5)])
-    found = Validation("any", p_W, np.full(5, 0.001), np.full(5, 0.02))
-    assert found.verdict == pytest.approx(0.02)
-
-
 def test_a_floor_is_foretold_by_most_of_its_views():
     found = cross_validate(floor_views(LEAST_VIEWS), WORKSPACE).ellipsoids
     assert found is not None and len(found) > 100

@@ -128,11 +128,9 @@ class Validation:
         It is `UNFORESEEN` times the largest over-estimate, since the held-out
         views show only a part of all surfaces. The discs' uncertainty is not
         subtracted, because otherwise a worse capture with less certain discs
-        would get a better verdict. If the largest excess is above this product,
-        the excess is the bound.
+        would get a better verdict.
         """
-        least = UNFORESEEN * max(self.largest_over, 0.0)
-        return max(confirmed_maximum(self.p_W, self.excess), least)
+        return UNFORESEEN * max(self.largest_over, 0.0)
 
     @property
     def covered(self) -> float:
