@@ -16,8 +16,8 @@ ARM = "arm"
 """Text that a person types to arm the robot."""
 
 TERMINAL_STOP = "Enter in the terminal"
-"""Displayed reason when a line other than `arm` at the terminal stops the
-robot."""
+"""Reason that is displayed after a line other than `arm` at the terminal has
+stopped the robot."""
 
 HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
 """Instructions to release the robot, and to stop it."""
@@ -31,8 +31,8 @@ class Arming:
 
         Args:
             application: The diagram, with its supervisor.
-            link: The link to the robot, which receives requests and sends the
-                supervisor's state.
+            link: The link to the robot. The link receives requests and sends
+                the supervisor's state.
         """
         assert application.supervisor is not None
         self._supervisor = application.supervisor

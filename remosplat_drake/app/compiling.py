@@ -16,9 +16,8 @@ RUN_KERNELS = Path(__file__).with_name("run_kernels.json")
 """File that lists the kernels of runs whose map consists of ellipsoids."""
 
 _SURE = 5.0
-"""Weight of the expected speed of compilation [s]: after this time, the
-estimate of the remaining time weighs the measured and the expected speed
-equally."""
+"""The remaining time of compilation is estimated from the expected and the
+measured speed. After this time [s], both speeds have equal weight."""
 
 
 @contextmanager

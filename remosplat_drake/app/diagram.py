@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from remosplat_drake.mapping.live_map import LiveMap
 
 KEPT = 10.0
-"""Time span of the latest ticks that a teleoperation keeps in memory [s]. Its
+"""A teleoperation removes ticks that are older than this from memory [s]. Its
 log on disk contains all ticks."""
 
 

@@ -90,7 +90,7 @@ def prepare_for_hardware(
 
     Args:
         scenario: The scenario, which is changed in place.
-        lcm_url: LCM URL of the drivers; None means the scenario's.
+        lcm_url: LCM URL of the drivers; None means the URL in the scenario.
         shadow: If True, the run sends no commands; this overrides the scenario.
 
     Raises:
@@ -262,7 +262,7 @@ class HardwareLoop:
             log.is_paused = False
 
     def start(self) -> None:
-        """Starts the loop at the next tick, from the measured state at rest.
+        """Starts the loop at the next tick; the robot must be at rest.
 
         If the robot's clearance in the map is too small, the supervisor stops
         it before it moves.
@@ -366,7 +366,7 @@ class HardwareLoop:
 def bring_to_rest(
     link: RobotLink, acceleration_limit: np.ndarray, period: float
 ) -> None:
-    """Reduces the command to zero along the braking ramp; then sends no more.
+    """Sends commands that decrease to zero along the braking ramp.
 
     The function uses only the link, since the diagram may have failed. If the
     drivers are already braking along the ramp, it continues their ramp.

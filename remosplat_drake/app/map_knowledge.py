@@ -46,14 +46,15 @@ from remosplat_drake.safety.gates import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
-"""Largest fractions, of opacity and of the number of splats, that the oracle
-may ignore in a good map. The oracle ignores floaters, which are faint splats in
+"""In a good map, the oracle ignores at most these fractions of the opacity and
+of the number of splats. The oracle ignores floaters, which are faint splats in
 empty space. In our captures up to a third of the splats are floaters, but they
 have only a thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
-"""Largest unseen fraction of the space around a robot's path that causes no
-warning. It is not small, since the inside of objects is unseen, too."""
+"""There is a warning if more than this fraction of the space around a robot's
+path is unseen. The limit is not small, since the inside of objects is unseen,
+too."""
 
 _UNKNOWN = (
     "the map's error has not been measured; `remosplat quality` makes a"

@@ -11,11 +11,11 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 OWN_MARGIN = 0.01
-"""Default of the largest distance from an object's surface at which a splat
-belongs to the object [m]."""
+"""By default, a splat belongs to an object if its distance from the object's
+surface is at most this [m]."""
 
 LEAST_SPLATS = 10
-"""Least number of splats in a map that must represent an object."""
+"""At least this many splats of a map must represent an object."""
 
 
 def own_splats(

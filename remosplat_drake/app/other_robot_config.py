@@ -9,7 +9,8 @@ from remosplat_drake.base.ranges import Config, OneOf
 from remosplat_drake.station.robot_movers import MOST_ACCELERATION
 
 OURS, THEIRS, NOBODYS = "ours", "theirs", "nobodys"
-"""Choices of `right_of_way`."""
+"""Choices of `right_of_way`: the robot of the scenario, the other robot, or
+neither of them."""
 
 
 @dc.dataclass

@@ -182,7 +182,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
 
 
 def with_right_of_way(scenario: Scenario) -> Scenario:
-    """Returns our scenario; our robot keeps away from robots with priority.
+    """Returns a scenario in which our robot avoids robots with right of way.
 
     Args:
         scenario: Our scenario.

@@ -37,8 +37,8 @@ MapCallback = Callable[[MapStatus], None]
 """Function that is called with the live map's state."""
 
 KEPT_STATUSES = 2000
-"""Largest number of changes of the robot's state that a run keeps in memory. It
-is bounded, since a run may last for hours."""
+"""A run keeps at most this many changes of the robot's state in memory. The
+number is bounded, since a run may last for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 """Pattern of the numbers in a message. Two messages that differ only in numbers

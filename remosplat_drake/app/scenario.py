@@ -82,7 +82,7 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
-"""Largest time limit of a run [s], equal to several decades."""
+"""The time limit of a run may be at most this [s], which is several decades."""
 
 _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
@@ -95,7 +95,7 @@ MOVERS_FROM = (TRUTH, CAMERAS)
 """Choices of `movers_from`, the source of a simulated robot's movers."""
 
 MOST_CAMERAS = 8
-"""Largest number of cameras that detect movers."""
+"""At most this many cameras may detect movers."""
 
 
 @dc.dataclass
@@ -225,7 +225,7 @@ class Scenario(Config):
 
     @property
     def own_stopping(self) -> dict[str, float]:
-        """Stopping distances of link and object pairs, keyed by field [m]."""
+        """Stopping distances of links from touched objects, by field [m]."""
         return {
             f"tasks[{i}].touch[{j}].stopping": touch.stopping
             for i, step in enumerate(self.tasks)

@@ -33,7 +33,7 @@ _STEP = 0.04
 
 @dc.dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """The space that a capture's cameras saw, with the robot's space at start.
+    """The space that cameras saw, and the space of the robot at its start.
 
     Attributes:
         coverage: The voxels, in the splat's frame G.

@@ -48,7 +48,7 @@ from remosplat_drake.task.step_configs import (
 )
 
 LEAST = 0.002
-"""Least length of the way up [m]."""
+"""The robot lifts the object by at least this length [m]."""
 
 _LEFT = 0.005
 """The object has left its support if their distance exceeds this [m]. Before

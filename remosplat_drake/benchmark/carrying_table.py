@@ -62,7 +62,7 @@ def carrying_table(comparison: Comparison) -> Table:
 
 
 def carrying_document(row: Row) -> dict:
-    """Gathers a method's numbers for `benchmark --json`.
+    """Collects a method's results for `benchmark --json`.
 
     Args:
         row: The trials of a method, in which the robot carries the object back.

@@ -35,8 +35,8 @@ Control = Callable[[np.ndarray, np.ndarray], np.ndarray]
 MakeControl = Callable[[RobotModel, DistanceField, np.ndarray, float], Control]
 
 LIMIT_TOLERANCE = 1e-6
-"""Factor by which a command may exceed the velocity limits, to allow for
-rounding errors."""
+"""Fraction of the velocity limits by which a command may exceed them, because
+of rounding errors."""
 
 
 def load_controller(name: str) -> MakeControl:
@@ -87,7 +87,7 @@ def drive(
         q0: Configuration at the start, shape (n_q,).
         X_WT: Target pose of the end effector in W, shape (4, 4).
         dt: Control period [s].
-        ticks: Largest number of control ticks of the run.
+        ticks: The run ends after this many control ticks at the latest.
         until: Function that is called with the pose error before every tick;
             the run ends when it returns True.
 

@@ -47,7 +47,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 GAINS = gain_set("paper")
-"""Name of the paper's gain set, which defines the servo, the distances and the
+"""The paper's gain set: settings of the servo, the distances and the
 margins."""
 
 TWIST_WEIGHT = 100.0

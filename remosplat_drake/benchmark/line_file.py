@@ -1,4 +1,4 @@
-"""`LineFile`: a file of results, one per line; a killed run loses none."""
+"""`LineFile`: a file to which results are appended, one per line."""
 
 import os
 from pathlib import Path

@@ -56,15 +56,16 @@ GRASP_DISTANCE = 0.021
 most this [m]."""
 
 GRASP_SIZE = 0.3
-"""Largest side length of an object that a hand grasps [m]."""
+"""A hand grasps an object only if no side of the object is longer than this
+[m]."""
 
 GRASP_SPHERES = ("paper", "covering")
 """Sphere sets for finding the grasped object. The first of these sets that the
 robot has is used."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
-"""Smallest clearance of a robot at a displaced base pose [m], and largest
-number of random base poses that are tried."""
+"""A robot at a displaced base pose has at least this clearance [m]. At most
+this many random base poses are tried."""
 
 FLOOR_HEIGHT = 0.03
 """Height below which links that are close to the floor ignore the scene [m], as
@@ -129,7 +130,7 @@ def motion_problems(
 
     Args:
         folder: Folder of families, or a family itself.
-        count: Largest number of problems of each family.
+        count: At most this many problems of each family are returned.
         robot: Name or file of the robot.
 
     Raises:

@@ -174,7 +174,7 @@ class TrialResult:
             or a crash.
         authors: Judgement by the rule of the authors' code; None after an
             error or a crash.
-        statuses: Number of control ticks by their status.
+        statuses: Numbers of control ticks, keyed by the status of the tick.
         times: Wall-clock times; None after a crash.
         suite: Name of the suite.
         error: Error text of a crash; empty otherwise.

@@ -71,22 +71,22 @@ _INSIDE = 0.1
 joint's range."""
 
 _NEAR = 0.3
-"""Largest distance between the hand and the scene at a goal [m]."""
+"""At a goal, the distance between hand and scene is less than this [m]."""
 
 _AROUND = 1.2
-"""Largest distance of the base at a goal from its start, along each axis
+"""At a goal, the base is at most this far from its start, along each axis
 [m]."""
 
 _DRAWS = 20_000
-"""Largest number of random configurations that a search in a scene tries."""
+"""A search in a scene tries at most this many random configurations."""
 
 _DRAWS_INSIDE = 50_000
-"""Largest number of random configurations that are tried with one piece of
+"""At most this many random configurations are tried with one piece of
 furniture, before another piece is drawn. The number is large, since the hand is
 rarely inside the furniture in a random configuration."""
 
 _PIECES = 40
-"""Largest number of pieces of furniture that a search draws."""
+"""A search draws at most this many pieces of furniture."""
 
 _DISCS = 40_000
 """Number of discs in a generated scene's splat."""

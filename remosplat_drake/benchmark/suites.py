@@ -67,8 +67,8 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
     Args:
         name: Name of the suite.
         robot: Names or files of robots, joined by commas; empty for the suite's
-            default robots. An empty name in the result means the robot of each
-            method.
+            default robots. An empty name in the result means that each method
+            uses its own robot.
 
     Raises:
         RemoSplatError: The suite permits only one robot.
@@ -125,8 +125,9 @@ def load_cases(
             since their suite names the splats.
         trained_only: Whether scenes without a trained splat are left out.
             MotionBenchMaker's problems ignore it.
-        robot: Name or file of the robot; empty for the robot of each method.
-        jobs: Number of processes that draw scenes; 0: this process.
+        robot: Name or file of the robot. If it is empty, each method uses its
+            own robot.
+        jobs: Number of processes that draw scenes; 0 uses this process.
         drawing: Function that is called with the number of drawn scenes.
 
     Raises:
@@ -175,7 +176,7 @@ def load_suite(
         count: Number of scenes of each family.
         splat_folders: Folders in which trained splats are searched.
         trained_only: Whether scenes without a trained splat are left out.
-        jobs: Number of processes that draw scenes; 0: this process.
+        jobs: Number of processes that draw scenes; 0 uses this process.
         drawing: Function that is called with the number of drawn scenes.
 
     Raises:

@@ -38,8 +38,8 @@ class WatchedRun:
         movers: Function that returns the true movers at a time [s], always in
             the same order.
         cameras: The cameras.
-        least_pixels: Least number of pixels that must show a mover so that it
-            counts as seen.
+        least_pixels: A mover counts as seen if at least this many pixels show
+            it.
         separation: The additional distance C of the protective separation
             distance [m].
         dt: Control period [s].

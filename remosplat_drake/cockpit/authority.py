@@ -12,7 +12,8 @@ _GROUPS, _LENGTH = 2, 4
 6.6e11 codes are possible."""
 
 MOST_TRIES = 5
-"""Largest number of wrong codes of a client; further codes are ignored."""
+"""A client may type at most this many wrong codes; further codes are
+ignored."""
 
 
 def new_code() -> str:
@@ -48,7 +49,7 @@ class Authority:
         self._tries: Counter[int] = Counter()
 
     def admit(self, client: int, typed: str) -> str:
-        """Checks a code that a client has typed; the right one lets it operate.
+        """Checks a code that a client typed; the valid code lets it operate.
 
         Args:
             client: Number of the client.

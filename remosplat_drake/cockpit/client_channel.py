@@ -12,13 +12,13 @@ from remosplat_drake.teleop.gamepad import GamepadState
 from remosplat_drake.visualization.live_page.page_files import resource
 
 _MOST = 64
-"""Largest number of axes, or of buttons, of a gamepad."""
+"""A gamepad may have at most this many axes, and at most this many buttons."""
 
 GamepadCallback = Callable[[GamepadState | None], None]
 
 
 class ClientChannel:
-    """Communicates with our script in a browser, beside viser's page.
+    """Exchanges messages with our script in the browser of one client.
 
     viser does not support messages of other programs. The browser therefore
     writes its messages into a hidden text field of viser, and the server sends

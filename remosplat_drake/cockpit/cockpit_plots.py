@@ -19,8 +19,7 @@ PERIOD = 0.5
 """Time between two updates of the plots [s]."""
 
 _BIN = 0.2
-"""Length of the intervals of a curve [s]; of each interval, the curve shows the
-worst value."""
+"""A curve shows the worst value of each time interval of this length [s]."""
 
 _SIZE = {"span": SPAN, "width": 290, "height": 116}
 _STYLE = "<style>.remosplat-plot svg{width:100%;height:auto}</style>"

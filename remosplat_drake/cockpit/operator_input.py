@@ -62,7 +62,7 @@ class OperatorInput:
         self._count("command", name)
 
     def lead(self, V_W: np.ndarray | None) -> None:
-        """Requests a velocity of the target, which is valid until it expires.
+        """Requests a velocity of the target; the request expires by itself.
 
         Args:
             V_W: The velocity, angular above translational, shape (6,) [rad/s,
@@ -82,7 +82,10 @@ class OperatorInput:
             self.lead(None)
 
     def let_go(self) -> None:
-        """Requests that the target stays where it is, as no client operates."""
+        """Requests that the target stays in place.
+
+        The page calls this when no client operates the robot any more.
+        """
         self.lead(None)
         self.press("holds")
 
@@ -97,11 +100,11 @@ class OperatorInput:
         self._count("command", "choices", effector=effector, X_WT=None)
 
     def pick(self, pose: str) -> None:
-        """Requests the saved pose with a name."""
+        """Requests a saved pose, given its name."""
         self._count("command", "poses", pose=pose)
 
     def take(self, thing: str) -> None:
-        """Requests to take the object with a name."""
+        """Requests to take an object, given its name."""
         self._count("command", "takes", thing=thing)
 
     def place(self, support: str, p_WNear: np.ndarray | None) -> None:

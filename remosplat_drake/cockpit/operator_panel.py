@@ -27,10 +27,11 @@ from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_state import STOPPED
 
 _POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
-"""Steps of the sliders, and of a key press at half speed: of positions [m], and
-of angles [°]."""
+"""Steps of positions [m] and of angles [°]. The sliders and, at half speed, a
+key press have these steps."""
 _SPEED, _SPEED_STEP = 50, 10
-"""Initial speed of keys and gamepad, and its step [%]."""
+"""Initial speed of keys and gamepad, and the step by which an operator changes
+the speed [%]."""
 _SLIDERS = (
     ("x [m]", "S", "W"),
     ("y [m]", "D", "A"),
@@ -463,7 +464,10 @@ class OperatorPanel:
 
     @property
     def question(self) -> np.ndarray | None:
-        """The target whose configuration is searched, shape (4, 4), or None."""
+        """The target for which a configuration is searched.
+
+        Shape (4, 4); None if there is no target to test.
+        """
         if self._proposal is not None:
             return self._proposal
         X_WT, p_WE = self._desired_pose(), self._content.X_WE[:3, 3]

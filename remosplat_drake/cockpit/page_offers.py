@@ -41,7 +41,7 @@ _PAUSE = 0.02
 """Time after which the thread checks again whether the next test is due [s]."""
 
 Works = Callable[[np.ndarray], bool]
-"""Function that tests a target."""
+"""Function that returns whether the robot can reach a target."""
 
 
 class OfferThread:
@@ -67,7 +67,7 @@ class OfferThread:
         Args:
             trouble: The situation; None if no offer is needed.
             field: The map.
-            works: Function that tests a target.
+            works: Function that returns whether the robot can reach a target.
         """
         with self._lock:
             self._works = works

@@ -19,8 +19,8 @@ from remosplat_drake.visualization.unseen_space import (
 )
 
 MOST_GAUSSIANS = 1_000_000
-"""Largest number of Gaussians that are drawn. If there are more, the largest
-Gaussians are chosen."""
+"""At most this many Gaussians are drawn. If the map has more Gaussians, the
+largest are chosen."""
 
 _AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
 _OBJECT = (140, 89, 191)
@@ -178,7 +178,7 @@ class CockpitScene:
 def draw_splat(
     scene: viser.SceneApi, name: str, splat: GaussianSplat
 ) -> viser.GaussianSplatHandle:
-    """Draws Gaussians; the renderer needs a small thickness for surfels.
+    """Draws Gaussians, and surfels as Gaussians of a small thickness.
 
     Args:
         scene: The viser scene in which the Gaussians are drawn.

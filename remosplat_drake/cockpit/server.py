@@ -62,8 +62,8 @@ _LISTEN = 0.02
 """Longest wait for a message of the control process [s]."""
 
 _STANDOFF = 0.05
-"""Distance of a proposed target from the surface, added to the stopping
-distance [m]."""
+"""A proposed target is this far from the clicked surface, in addition to the
+stopping distance [m]."""
 
 _log = logging.getLogger(__name__)
 

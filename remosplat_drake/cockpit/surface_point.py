@@ -1,4 +1,4 @@
-"""Finds surface points that an operator clicks, and targets before them."""
+"""Finds the surface point that an operator clicks, and a target there."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ _CLOSE = 1e-3
 """The ray has reached a surface if the surface is nearer than this [m]."""
 
 _STEPS = 200
-"""Largest number of steps along a ray; a ray almost parallel to a surface takes
-many steps."""
+"""A ray is followed for at most this many steps. A ray that is almost parallel
+to a surface takes many steps."""
 
 _BEHIND = 0.02
 """A click hits an object if the object's surface is at most this far behind the
@@ -125,7 +125,7 @@ def clicked_object(
 def target_before(
     surface: SurfacePoint, X_WE: np.ndarray, standoff: float
 ) -> np.ndarray:
-    """Returns a target that looks at a surface along its normal.
+    """Returns a target whose z axis points at a surface, along its normal.
 
     Args:
         surface: A point of the surface.

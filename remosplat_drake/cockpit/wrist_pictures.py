@@ -14,8 +14,8 @@ _PERIOD = 0.1
 """Time between two pictures [s]."""
 
 _SHARE = 0.25
-"""Largest fraction of a CPU core's time that the images of a simulated camera
-may take."""
+"""The images of a simulated camera may take at most this fraction of a CPU
+core's time."""
 
 _LISTEN = 0.02
 """Time between two checks for a new image [s]."""

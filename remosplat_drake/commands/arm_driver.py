@@ -30,12 +30,12 @@ from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
 _PATIENCE = 3.0
-"""Longest time for which the driver waits, before it ends, until the arm is at
-rest [s]."""
+"""Before the driver ends, it waits at most this long until the arm is at rest
+[s]."""
 
 _AFTERWARDS = 0.2
-"""Time for which the driver still sends the mode of a stopped arm before it
-ends [s]."""
+"""If the arm has stopped by itself, the driver sends the arm's mode for this
+time before it ends [s]."""
 
 EXAMPLES = """
 remosplat arm-driver my_arm.yaml

@@ -47,8 +47,8 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
 """For each group of timed cases, the function that makes the cases."""
 
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
-"""For each group, packages of other projects that it also times if they are
-installed."""
+"""For each group, packages of other projects. If they are installed, the group
+times them, too."""
 
 ON_A_WIRE = ("hardware", "detection", "faults")
 """Groups that run the real-time loop with the simulated robot of `remosplat

@@ -31,8 +31,9 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 _YIELD = 10
 
 _MOST_AHEAD = 50_000
-"""Longest time from the rendering of an image until its time stamp [us]. It is
-short, since the image shows the robot at its position when rendering begins."""
+"""The time stamp of an image is at most this long after its rendering begins
+[us]. The limit is short, since the image shows the robot's position when
+rendering begins."""
 
 EXAMPLES = """
 remosplat camera-sim StudioLive

@@ -22,12 +22,12 @@ TRUTH = "truth.json"
 the capture's folder."""
 
 KEYFRAMES = 150
-"""Default of the largest number of used frames. A map of this number of frames
-takes minutes to make."""
+"""By default, a command uses at most this many frames of a capture. To make a
+map of this number of frames takes minutes."""
 
 _MOST_MISSED = 0.01
-"""Fraction of the seen surfaces that only unused frames show. The command warns
-if the fraction is larger."""
+"""The command prints a warning if the unused frames alone show more than this
+fraction of the seen surfaces."""
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
@@ -90,7 +90,7 @@ def captured(
     stages: KeptStages = NOTHING_KEPT,
     counting: str | None = None,
 ) -> Capture:
-    """Reads the capture that the command line names, or its keyframes.
+    """Reads all frames, or only keyframes, of the command line's capture.
 
     Args:
         arguments: The command's flags.
@@ -98,9 +98,9 @@ def captured(
             frames are unused.
         report: Function that is called with the progress.
         stages: Storage in which the selection of frames is kept.
-        counting: Name of a given flag that contains frame numbers. A selection
-            of keyframes would change these numbers. None if no such flag is
-            given.
+        counting: Name of a flag on the command line that contains frame
+            numbers, which a selection of keyframes would change. None if there
+            is no such flag.
 
     Returns:
         The capture. One of its notes is a warning if its frames omit many of

@@ -98,7 +98,7 @@ COMMANDS = {
     for group in GROUPS
     for name, summary in group.commands.items()
 }
-"""All commands by name; each one's module is loaded only when it is called."""
+"""Purpose of each command in one line, keyed by the command's name."""
 
 
 def overview() -> str:

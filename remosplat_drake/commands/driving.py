@@ -28,9 +28,9 @@ _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
 
 LONGEST_REPLAY = 600.0
-"""Duration of a real robot's run that the page records for replay [s]. It is
-limited, since a minute of the recording takes 6 MB and a run may last for
-hours."""
+"""Of a real robot's run, the page records at most this time for replay [s]. The
+time is limited, since a minute of the recording takes 6 MB and a run may last
+for hours."""
 
 _COLOURS = {
     states.WAITING: "cyan",
@@ -154,7 +154,7 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, status: MotionStatus, report: TickReport) -> Text:
-    """Returns the robot's state, and the latest tick's clearance and duration.
+    """Formats the robot's state, and the latest tick's clearance and duration.
 
     Args:
         t: Time since the start of the run [s].

@@ -32,20 +32,21 @@ TARGETS = 2
 """Number of targets of each end effector."""
 
 TRIES = 6
-"""Largest number of random scenes that are tried."""
+"""At most this many random scenes are tried."""
 
 TIME_LIMIT = 20.0
 """Time limit of the scenario [s]."""
 
 _ROOM = 0.12
-"""Least clearance of the robot at the start and at the targets [m]."""
+"""Clearance that the robot must have at the start and at the targets [m]."""
 
 _SELF_ROOM = 0.02
-"""Least distance between two parts of the robot at the targets [m]."""
+"""Distance that the robot's parts must keep from each other at the targets
+[m]."""
 
 _MARGIN = 0.2
-"""Least distance of joint positions at the targets from joint limits, as a
-fraction of the range."""
+"""At the targets, joint positions must keep this distance from the joint
+limits, as a fraction of the joint's range."""
 
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}

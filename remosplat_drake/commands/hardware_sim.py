@@ -42,14 +42,13 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer after which the simulated robot catches up [s].
-It catches up, since a real robot would have continued. After a longer stall,
-this would take so long that the controller receives stale statuses."""
+"""If the computer stalls for at most this time, the simulated robot catches up
+[s], since a real robot would have continued. After a longer stall, catching up
+would take so long that the controller would receive stale statuses."""
 
 _FCI_PATIENCE = 0.002
-"""Longest stall after which the simulated robot catches up if a driver must
-answer each millisecond [s]. It is short, since the driver cannot answer during
-the stall."""
+"""Value that replaces `_PATIENCE` if a driver must answer each millisecond [s].
+It is short, since the driver cannot answer during a stall."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach

@@ -66,7 +66,12 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Returns whether a page stays open; None means: if there is a terminal."""
+    """Returns whether a page stays open.
+
+    Args:
+        wanted: Whether it shall stay open. If None, it stays open if there is a
+            terminal.
+    """
     return sys.stdin.isatty() if wanted is None else wanted
 
 
@@ -136,8 +141,8 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     """Serves a page until Ctrl-C.
 
     Args:
-        wanted: Whether the page stays open; None means: if a terminal is
-            attached.
+        wanted: Whether the page stays open. If None, it stays open if there is
+            a terminal.
         page: The page.
         console: Console for instructions.
     """

@@ -53,8 +53,8 @@ from remosplat_drake.robot.actuators import Actuator
 _INCOMPLETE = 1
 
 _TRIES = 5
-"""Largest number of attempts to measure an axis; an attempt fails if a message
-is late."""
+"""Each axis is measured in at most this many attempts. An attempt fails if a
+message is late."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml

@@ -51,7 +51,7 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
-"""Default of `--held-out`: the command compares every eighth view."""
+"""Default of `--held-out`: every eighth view is compared with the splat."""
 
 EXAMPLES = """
 remosplat quality kitchen.ply my_capture

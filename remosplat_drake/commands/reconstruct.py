@@ -81,7 +81,7 @@ from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
-"""Least number of splats of a scene."""
+"""Smallest number of splats that `--count` accepts."""
 
 EXAMPLES = """
 remosplat reconstruct my_capture -o kitchen.ply

@@ -26,7 +26,7 @@ _IN_WORDS = {
     "KinematicStation": "kinematic",
     "DynamicStation": "dynamic",
 }
-"""Names of the package's oracles and stations in the table."""
+"""For each of the package's oracles and stations, its name in the table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -18,8 +18,8 @@ from remosplat_drake.splat.cleaning.views import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _LEAST_SEEN = 0.5
-"""Least fraction of a splat's Gaussians that its cameras must see. Cameras that
-see fewer probably belong to another splat or frame."""
+"""A splat's cameras must see at least this fraction of its Gaussians. Cameras
+that see fewer probably belong to another splat or frame."""
 
 
 def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,7 @@ def cleaned(
     source: Path,
     console: Console,
 ) -> tuple[GaussianSplat, Junk]:
-    """Removes junk from a splat, and prints the numbers by kind.
+    """Removes junk from a splat, and prints the count of each kind of junk.
 
     Args:
         splat: The splat, as read from its file.

@@ -34,7 +34,7 @@ from remosplat_drake.splat.gaussian_splat import (
 _FLOOR = "floor"
 
 _FARTHEST = 1e9
-"""Largest coordinate, in any unit."""
+"""Coordinates in flags may be at most this large, in any unit."""
 
 _POINTS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 _THIRD = ("X2", "Y2", "Z2")

@@ -22,7 +22,7 @@ _GAP = 2
 """Width between two columns: the padding of two cells, and a line."""
 
 _NARROWEST = 16
-"""Least width of a column of text. In narrower columns, words would be
+"""A column of text is at least this wide. In narrower columns, words would be
 broken."""
 
 

@@ -153,7 +153,7 @@ def leased_inbox(
 
 
 def add_camera_wire_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag `--camera-url` beside `--lcm-url`."""
+    """Declares the flag `--camera-url`, in addition to `--lcm-url`."""
     parser.add_argument(
         "--camera-url",
         metavar="URL",

@@ -36,14 +36,16 @@ from remosplat_drake.task.step import (
 from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 
 WIDTH = 0.001
-"""Greatest difference between a hand's measured and commanded width [m]."""
+"""A hand has reached its commanded width if the measured width differs by less
+than this [m]."""
 
 AT_REST = 0.02
-"""Measured speed of an axis below which the axis counts as at rest [m/s,
+"""An axis counts as at rest if its measured speed is below this [m/s,
 rad/s]."""
 
 _AROUND = 0.03
-"""Greatest distance from the end effector to an object that it can hold [m]."""
+"""A hand can hold an object only if the end effector is at most this far from
+the object's box [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -17,17 +17,17 @@ _STEP = 0.02
 """Distance of neighbouring places on a grid [m]."""
 
 _LEVEL = 0.001
-"""Greatest difference between heights of a top that counts as level [m]."""
+"""A top counts as level if its heights differ by at most this [m]."""
 
 _LEAST_AREA = 1e-4
-"""Least area of a level top [m^2]."""
+"""A level top must have at least this area [m^2]."""
 
 MOST = 8
-"""Largest number of places that are returned."""
+"""At most this many places are returned."""
 
 APART = 0.05
-"""Least distance of two places that are returned [m]. If a robot cannot reach a
-place, it can rarely reach a place that is nearer to this place."""
+"""Returned places are at least this far from each other [m]. If a robot cannot
+reach a place, it can rarely reach another place that is nearer to it."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ _LOOKS = 25
 """Number of points of an object at which grasps are searched."""
 
 _TESTED = 40
-"""Largest number of grasps that are tested with the whole robot."""
+"""At most this many grasps are tested with the whole robot."""
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -21,8 +21,9 @@ _STEP = 0.1
 """Distance of neighbouring grid points along x and along y [m]."""
 
 _IN_A_BOX, _AT_ONCE = 64, 20_000
-"""Largest number of grid points in a box that is not divided further, and
-number of points per distance query."""
+"""Boxes with at most this many grid points are not divided further. They are
+collected until they contain this many points, which one distance query then
+tests."""
 
 _ROUNDING = 1e-9
 """Bound on rounding errors of lengths. It is both a relative error and an

@@ -38,16 +38,17 @@ _SEEDS = 30
 """Number of configurations from which the search for each pose starts."""
 
 _ROOM = 0.008
-"""Distance beyond the stopping distance that the robot keeps at searched poses
-[m]. The controller would only slowly approach poses that keep no more than the
-stopping distance."""
+"""At poses that the search finds, the robot's clearance exceeds the stopping
+distance by at least this [m]. The controller would approach a pose at the
+stopping distance only slowly."""
 
 _BRANCH = 0.7
-"""Largest change of a joint along a line of some centimetres [rad, m]. After a
-larger change, the arm would be folded in another way."""
+"""Along a line of some centimetres, a joint may change by at most this [rad,
+m]. After a larger change, the arm would be folded in another way."""
 
 _CONTACT = 0.01
-"""Largest distance between an object and the object on which it stands [m]."""
+"""An object stands on another object if the middle of its bottom is less than
+this away from that object [m]."""
 
 
 class JobMaker:

@@ -1,4 +1,4 @@
-"""`lost_load`: converts an object that has slipped out to an obstacle."""
+"""`lost_load`: turns an object that has left the hand into an obstacle."""
 
 import dataclasses as dc
 

@@ -29,7 +29,7 @@ from remosplat_drake.task.step import (
 from remosplat_drake.task.workshop import Workshop
 
 _ROUNDING = 0.001
-"""Overlap of two shapes in contact that counts as rounding [m]."""
+"""Two shapes in contact may overlap by this length because of rounding [m]."""
 
 
 def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:

@@ -21,12 +21,12 @@ BULGE = 0.005
 [m]."""
 
 MOST_SPHERES = 24
-"""Largest number of spheres of a carried object. If these do not suffice, the
+"""A carried object has at most this many spheres. If these do not suffice, the
 spheres exceed the object's surface by more than `BULGE`."""
 
 
 def fit_object(thing: SceneObject) -> LinkSpheres:
-    """Fits spheres around an object; those of equal solids are fitted once.
+    """Fits spheres around an object; caches the result for equal solids.
 
     Args:
         thing: The object.

@@ -84,7 +84,7 @@ class Step:
 
     @property
     def drives(self) -> bool:
-        """Whether the base has a goal, instead of an end effector."""
+        """Whether the goal is for the base, and not for an end effector."""
         return self.goal is not None and self.goal.kind == BASE_TO
 
 

@@ -36,22 +36,22 @@ _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
 
 _STRETCHED = 0.7
-"""Greatest distance of suggested targets, as a fraction of the arm's reach. An
-arm whose hand points down cannot be fully stretched."""
+"""Suggested targets are at most this far away, as a fraction of the arm's
+reach. An arm whose hand points down cannot be fully stretched."""
 
 _ROOM = 0.15
-"""Least clearance of the whole robot at the start [m]."""
+"""Clearance that the whole robot must have at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
 """A base counts as free if a point above it has enough clearance: height of
-this point, and its least clearance [m]."""
+this point, and the clearance that it must have [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
-"""Parameters of points on the hand's straight path, 0 to 1, and their least
-clearance [m]."""
+"""Parameters, from 0 to 1, of points on the hand's straight path to the target,
+and the clearance that these points must have [m]."""
 
 _COMPARED = 50
-"""Largest number of starts that are compared."""
+"""At most this many starts are compared."""
 
 
 @dc.dataclass(frozen=True, eq=False)

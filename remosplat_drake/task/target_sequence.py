@@ -109,7 +109,8 @@ class TargetSequence(LeafSystem):
         X_WTs: At least one target for the end effector: poses, or `Target`s for
             more options; or such lists by the names of several end effectors.
             The start `X_WA` of a target's line is ignored.
-        arrival: The success rule; None: within 20 mm and 2 degrees.
+        arrival: The success rule. If None, an end effector has arrived within
+            20 mm and 2 degrees.
         period: Time between two checks of arrival [s].
 
     Raises:
@@ -193,7 +194,7 @@ class TargetSequence(LeafSystem):
         )
 
     def error(self, context: Context) -> PoseError:
-        """Returns the pose error to the present target, the largest of several.
+        """Returns the largest error of an end effector to its present target.
 
         Args:
             context: The system's own context.

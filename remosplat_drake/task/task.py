@@ -125,7 +125,10 @@ class TaskState:
 
     @property
     def emptied(self) -> "TaskState":
-        """The state without the carried object, which keeps its latest pose."""
+        """The state after the carried object was released.
+
+        The object keeps its latest pose.
+        """
         return dc.replace(self, payload=None, giver=None, grip=None, X_OE=None)
 
     @property

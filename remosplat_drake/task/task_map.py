@@ -17,8 +17,8 @@ from remosplat_drake.task.advance_task import with_held_object
 from remosplat_drake.task.task import TaskState
 
 _MARGIN = 0.004
-"""Distance below the stopping distance at which a step may still begin [m]. It
-is less than the supervisor's tolerance."""
+"""A step may begin if distances are at most this much below the stopping
+distance [m]. The value is less than the supervisor's tolerance."""
 
 
 class TaskMap:

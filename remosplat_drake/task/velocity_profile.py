@@ -94,7 +94,7 @@ class VelocityProfile(LeafSystem):
         return TargetProgress(int(0 < len(playing.u) <= row), 1)
 
     def error(self, context: Context) -> PoseError:
-        """Returns the error zero, since a profile has no target pose.
+        """Returns an error of zero, since a profile has no target pose.
 
         Args:
             context: The system's own context.

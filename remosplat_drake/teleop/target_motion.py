@@ -68,7 +68,7 @@ def stand(
         command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
-        text: Reason, for a person.
+        text: Reason, for display to the operator.
     """
     now = dc.replace(state, command=command)
     return _break_off(state, hold(now, X_WE, text))
@@ -112,7 +112,7 @@ def hold(state: TargetState, X_WE: np.ndarray, text: str) -> TargetState:
         state: The previous target.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN if it is
             unknown. The target then keeps its own pose.
-        text: Reason, for a person.
+        text: Reason, for display to the operator.
     """
     X_WT = X_WE if np.isfinite(X_WE).all() else state.X_WT
     return dc.replace(

@@ -21,7 +21,8 @@ class DeadMan:
         button: Number of the button that is the dead-man switch.
 
     Attributes:
-        pulse: Name of the hidden button.
+        pulse: Name of the hidden button that the page clicks while the switch
+            is held.
     """
 
     def __init__(self, meshcat: Meshcat, button: int):
@@ -42,7 +43,7 @@ class DeadMan:
 
 
 def pulse(button: int) -> str:
-    """Returns the name of the hidden button.
+    """Returns the name of the hidden button that the page clicks.
 
     Args:
         button: Number of the button that is the dead-man switch.

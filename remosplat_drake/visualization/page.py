@@ -96,7 +96,7 @@ class MeshcatPage:
 
         Args:
             p_WC: Position of the camera in W [m].
-            p_WT: Point that it looks at in W [m].
+            p_WT: Point in W that the camera looks at [m].
         """
         self.meshcat.SetCameraPose(
             camera_in_world=np.array(p_WC, float),

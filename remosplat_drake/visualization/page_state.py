@@ -116,7 +116,7 @@ def supervised(
 
 
 def unsupervised(motion_status: MotionStatus = NOT_STARTED) -> PageState:
-    """Returns the state of a run without a supervisor, which has no STOP.
+    """Returns the state of a run without a supervisor; it has no STOP.
 
     Args:
         motion_status: The robot's state.

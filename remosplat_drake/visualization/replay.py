@@ -33,8 +33,8 @@ from remosplat_drake.visualization.toggle import on_off
 SPLATS = f"{ROOT}/splat"
 
 MAX_FRAMES = 4000
-"""Largest number of frames of a replay, each of about 2 kB. A longer run has
-fewer frames per second."""
+"""A replay has at most this many frames, each of about 2 kB. The replay of a
+longer run has fewer frames per second."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def record_replay(
         robot: The robot of the run.
         log: Log of the run, with at least one tick.
         maps: All versions of the map in the log, keyed by number.
-        reach: Largest distance of a scene point to which a line is drawn [m].
+        reach: A line to a scene point is drawn only up to this distance [m].
         events: The run's events, in the order of their times.
         on_frame: Function that is called with the number of finished frames and
             the number of all frames.

@@ -23,7 +23,8 @@ from remosplat_drake.visualization.page_state import (
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 
 _AGES_SHOWN = 0.5
-"""Time span of which the panel shows the largest ages [s]."""
+"""Time between two updates of the displayed ages [s]. The panel shows the
+largest ages since the previous update."""
 
 
 class SafetyPanel(LeafSystem):

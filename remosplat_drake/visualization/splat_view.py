@@ -16,8 +16,9 @@ N_SIGMA = 1.6
 """Radius of the discs in standard deviations."""
 
 MIN_OPACITY = 0.1
-"""Least opacity of the Gaussians that are drawn. It equals the default of the
-distance oracle, so that the page shows the Gaussians that the robot avoids."""
+"""Gaussians with a lower opacity are not drawn. The limit equals the default of
+the distance oracle, so that the page shows the Gaussians that the robot
+avoids."""
 
 _POINT_RADIUS = 0.006  # [m]
 
@@ -77,7 +78,7 @@ def draw_surfels(
         meshcat: The Meshcat server.
         path: Path in the scene tree.
         splat: The splat in the path's frame.
-        count: Largest number of discs.
+        count: At most this many discs are drawn.
     """
     shown = opaque(splat, count)
     if len(shown):

@@ -185,7 +185,7 @@ def round_numbers(lower: float, upper: float, most: int) -> np.ndarray:
     Args:
         lower: Lower end of the axis.
         upper: Upper end of the axis, above the lower one.
-        most: Largest number of steps between ticks.
+        most: Upper limit of the number of intervals between ticks.
     """
     rough = (upper - lower) / most
     power = 10.0 ** np.floor(np.log10(rough))

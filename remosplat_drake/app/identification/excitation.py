@@ -15,7 +15,7 @@ CRAWLS = (0.01, 0.03)
 limit."""
 
 PAUSE = 1.5
-"""Time to come to rest between two motions [s]."""
+"""Pause between two motions, in which the axis comes to rest [s]."""
 
 _HOLD = 0.1
 """Time for which the axis moves at constant full speed before it stops [s]."""
@@ -24,19 +24,19 @@ _CRAWL = 0.6
 """Duration of each slow motion [s]."""
 
 _OVERRUN = 0.4
-"""Longest assumed time for which an axis still moves after it should have
-stopped [s]."""
+"""An axis is assumed to move for at most this time after it should have stopped
+[s]."""
 
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
-"""Fractions of the speed limit that are tried for the stop from full speed, in
-this order."""
+"""Speeds of the motion that ends with a fast stop, as fractions of the speed
+limit. They are tried in this order."""
 
 TOO_FAST = "verification reduced the speed of faster motions"
-"""Reason, for an error, why faster motions are not tried."""
+"""Part of an error's text: the reason why faster motions are not tried."""
 
 _LOOKS = 12
-"""Number of configurations at which a motion is checked, if the map is not
-Lipschitz."""
+"""If the map is not Lipschitz, each direction of a motion is checked at this
+number of configurations."""
 
 
 @dc.dataclass(frozen=True)

@@ -17,15 +17,16 @@ MARGIN = 1.5
 recording. It is a safety factor, since later motions may have larger errors."""
 
 _LEAST_TUBE = 0.002
-"""Least tube [s], the error bound per commanded speed, since a recording does
-not show all errors."""
+"""The tube (the error bound per commanded speed) is at least this [s], since a
+recording does not show all errors."""
 
 _LEAST_NOISE = 0.003
-"""Least assumed noise of an axis at rest [rad, m]."""
+"""The noise of an axis at rest is assumed to be at least this [rad, m]."""
 
 _LEAST_BASE_NOISE = 0.02
-"""Least assumed noise of a base's axes [rad, m]. It is larger, since a
-localisation corrects the base's pose during motion."""
+"""The noise of a base's axes is assumed to be at least this [rad, m]. The value
+is larger than `_LEAST_NOISE`, since a localisation corrects the base's pose
+during motion."""
 
 _STILL = 1e-6
 """An axis counts as at rest if its commanded speed is below this [rad/s, m/s].

@@ -40,7 +40,7 @@ class Reading:
     q_W: np.ndarray
 
     def seen(self, field: DistanceField) -> DistanceField:
-        """Returns the map with the uncertainty of the base's pose in it."""
+        """Returns a map that allows for the uncertainty of the base's pose."""
         track = self.measurement.base_track
         if not len(track.samples):
             return field

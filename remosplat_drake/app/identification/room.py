@@ -32,7 +32,7 @@ class Room:
     dt: float
 
     def about(self, reading: Reading) -> "Room":
-        """Returns a copy whose map includes the uncertainty of the base's pose.
+        """Returns a copy whose map allows for the base pose's uncertainty.
 
         Args:
             reading: The states of the base's drivers.

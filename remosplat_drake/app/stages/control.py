@@ -66,8 +66,8 @@ def AddController(
         configuration: The output port of the measured q, n_q entries.
         targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
-        rest: Condition under which a robot stands still at a reached target;
-            None: it never stands still.
+        rest: Condition under which a robot stands still at a reached target. If
+            None, it never stands still.
     """
     return ReactiveController.AddToBuilder(
         builder,
@@ -80,7 +80,7 @@ def AddController(
 
 
 def arrival_of(scenario: Scenario) -> Callable[[PoseError], bool]:
-    """Returns the function that decides whether a pose error is an arrival."""
+    """Returns a function that decides whether a pose error is an arrival."""
     return partial(has_arrived, config=scenario.arrival)
 
 

@@ -17,7 +17,7 @@ _LEAD = 0.5
 """A replay skips the middle of a long standstill, and shows this time at its
 beginning and at its end [s]."""
 _POINTS = 380
-"""Largest number of points of a curve, about one point per pixel."""
+"""A curve has at most this many points, about one point per pixel."""
 
 
 @dc.dataclass(frozen=True)
