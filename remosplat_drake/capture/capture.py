@@ -7,8 +7,8 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 
 _ROTATION_TOLERANCE = 1e-3
-"""Largest rounding error of a rotation matrix, since files contain only few
-digits.
+"""A rotation matrix may have rounding errors up to this value, since files
+contain only few digits.
 """
 
 _LARGEST = 1e9
@@ -20,10 +20,12 @@ _MOTIONS = ("velocity_W", "acceleration_W")
 """Fields of `Capture` that describe the motion of its cameras."""
 
 MIN_VIEWS = 2
-"""Least number of views of a capture."""
+"""A reconstruction needs at least this many views, unless its caller requires
+more."""
 
 MIN_DEPTH_FRACTION = 0.01
-"""Least fraction of a capture's pixels that must have a depth."""
+"""A reconstruction needs a depth at this fraction of a capture's pixels or
+more."""
 
 
 @dc.dataclass(frozen=True, eq=False)

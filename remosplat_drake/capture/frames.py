@@ -18,8 +18,8 @@ from remosplat_drake.capture.images import shrink_colors
 from remosplat_drake.capture.undistortion import Distortion, undistort
 
 _ASPECT_TOLERANCE = 0.02
-"""Largest relative difference between the aspect ratios of the colour image and
-the depth image of a frame.
+"""The aspect ratios of the colour image and the depth image of a frame may
+differ by at most this fraction.
 """
 
 

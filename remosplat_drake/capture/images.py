@@ -17,7 +17,7 @@ import numpy as np
 from remosplat_drake.base.errors import FieldError, FileError, MissingExtraError
 
 MAX_PIXELS = 50_000_000
-"""Largest number of pixels of an image that is read."""
+"""An image is read only if it has at most this many pixels."""
 
 Source = Path | zipfile.Path
 """Type of a file's path, in a folder or in a zip archive."""

@@ -26,11 +26,13 @@ EXPOSURE = 1 / 60
 """Typical exposure time of a phone or an RGB-D camera indoors [s]."""
 
 _COARSE = 64
-"""Largest width and height of the depth images that are evaluated [pixels]."""
+"""Before depth images are evaluated, they are reduced to at most this width and
+height [pixels]."""
 
 _WORTH = 0.5
-"""Ratio of the gains of successive views of the same voxel; the first view has
-the gain 1. More views average the noise, but the first few views matter most.
+"""The first view of a voxel has the gain 1. Each further view has this fraction
+of the gain of the view before. More views average the noise, but the first few
+views matter most.
 """
 
 _BLURRED_WORTH = 0.1
@@ -39,7 +41,7 @@ is selected if no sharp image shows its surfaces.
 """
 
 _DIRECTION_WORTH = 0.5
-"""Factor of the gain for the first view of a voxel from a new direction."""
+"""The first view of a voxel from a new direction has this additional gain."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
 """Numbers of bits with which the three indices of a voxel and a viewing

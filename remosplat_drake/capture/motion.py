@@ -4,12 +4,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 LONGEST_STEP = 0.2
-"""Longest time between two frames from whose poses a velocity is computed [s].
+"""A velocity is computed from the poses of two frames only if the time between
+them is at most this [s].
 """
 
 ACCELERATION_SPAN = 0.1
-"""Time before and after a frame at which the velocities are taken from which
-the frame's acceleration is computed [s].
+"""A frame's acceleration is computed from the camera's velocities this long
+before and after the frame [s].
 """
 
 

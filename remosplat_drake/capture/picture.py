@@ -19,8 +19,8 @@ _POINTS = 60_000
 """Number of points in the map."""
 
 _ABOVE = 0.5
-"""Height above the highest camera beyond which points, such as those of a
-ceiling, are not drawn [m].
+"""Points that are farther than this above the highest camera, such as those of
+a ceiling, are not drawn [m].
 """
 
 _LOOK = 0.15

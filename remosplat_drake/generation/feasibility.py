@@ -31,17 +31,18 @@ BASE_DISTANCE = (0.6, 1.0)
 [m]."""
 
 BEARING_SPREAD, BASE_TURN = 0.6, 0.8
-"""Standard deviation of the bearing of initial base positions as seen from the
-target, and the largest angle between the base's heading and the direction to
-the target [rad]."""
+"""Initial positions of the base are spread around the direction from the target
+to the start, with this standard deviation (first number). At such a position,
+the angle between the base's heading and the direction to the target is at most
+this (second number) [rad]."""
 
 ARM_SPREAD = 0.8
 """Standard deviation of initial arm joints from the home configuration
 [rad]."""
 
 ARM_LENGTH = 0.3
-"""Length by which angles are multiplied, to compare them with distances, when
-the arm's initial posture is searched [m]."""
+"""To compare angles with distances, inverse kinematics of the arm's initial
+posture multiplies angles by this length [m]."""
 
 MARGIN = 0.5
 """Fraction of the tolerances that the search tries to reach."""
@@ -55,7 +56,7 @@ class FeasibilityFilter:
     """Criteria that a generated scene must meet.
 
     Attributes:
-        spheres: Sphere set of the robot.
+        spheres: Name of the robot's sphere set.
         clearance: Smallest clearance of all spheres at the goal [m].
         start_clearance: Smallest clearance of all spheres at the start [m].
         position: Position tolerance at the goal [m].

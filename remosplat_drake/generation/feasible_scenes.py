@@ -32,7 +32,7 @@ ROBOT = "frankie"
 """Robot that must reach the goals."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which links that are close to the floor ignore the scene [m], as
+"""Links that are close to the floor ignore the scene below this height [m], as
 in scenarios."""
 
 

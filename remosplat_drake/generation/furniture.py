@@ -26,7 +26,7 @@ _ROOM = 0.2
 """Least distance of furniture from the robot in its home configuration [m]."""
 
 _TRIES = 2000
-"""Number of random places that are tried for a piece of furniture."""
+"""For a piece of furniture, this many random places are tried."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -21,18 +21,21 @@ MOST_MOVERS = 5
 """Largest number of movers in a scene."""
 
 SLOWEST, FASTEST = 0.3, 1.0
-"""Range from which the greatest speed of a mover that crosses the robot's path,
-or of a person's hand, is drawn [m/s]."""
+"""The greatest speed of a mover that crosses the robot's path, or of a person's
+hand, is drawn from this range [m/s]."""
 
 TOLD_SPEED, TOLD_ACCELERATION = 1.6, 4.0
-"""Limits of crossing movers that the robot is given: walking speed (ISO 13855)
-[m/s], and the acceleration of a hand [m/s^2]."""
+"""Speed limit and acceleration limit of crossing movers, as reported to the
+robot: walking speed (ISO 13855) [m/s], and the acceleration of a hand [m/s^2].
+"""
 
 START_ROOM = 0.9
-"""Least initial distance of movers from the middle of the robot [m]."""
+"""At the start, movers are at least this far from the middle of the robot [m].
+"""
 
 END_ROOM = 1.2
-"""Least final distance of movers from the base's path to the target [m]."""
+"""At the end, movers are at least this far from the base's path to the target
+[m]."""
 
 HAND = np.array([0.6, 0.0, 0.95])
 """Position of the hand at the start, relative to the middle of the base [m]."""

@@ -25,8 +25,8 @@ DENSITY = 150.0, 900.0
 can."""
 
 _STEADY = 0.008
-"""Least distance of the projected centre of mass from the edge of the base, for
-a stable object [m]."""
+"""An object is stable if its projected centre of mass is at least this far
+inside the edge of its base [m]."""
 
 _SIDES = 12  # Sizes of a bottle.
 

@@ -35,17 +35,17 @@ LEAST_GAP = 0.09
 clearances."""
 
 GRASPS = 12
-"""Number of grasps of a problem."""
+"""A problem has at most this many grasps."""
 
 _LOOKS = 25
-"""Number of points of an object at which grasps are searched."""
+"""Grasps are searched at no more than this many points of an object."""
 
 _KEPT = 0.025
 """Least distance of the hand's spheres from all objects except the target [m].
 It is larger than the controllers' stopping distance."""
 
 _TRIES = 200
-"""Number of random places that are tried for an object."""
+"""For an object, this many random places are tried."""
 
 _SPACING = 0.015
 """Spacing of points on the surroundings of an object [m]."""
@@ -190,7 +190,10 @@ def _free_place(
 
 
 def footprint(solid: Solid) -> float:
-    """Returns the radius [m] of a circle about O around a solid's footprint."""
+    """Returns the radius of a solid's footprint [m].
+
+    A circle of this radius about the solid's origin O contains the footprint.
+    """
     if isinstance(solid, Box):
         return float(np.linalg.norm(solid.half_extents[:2]))
     if isinstance(solid, ConvexHull):

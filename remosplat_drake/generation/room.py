@@ -21,7 +21,7 @@ _WALL, _TOP, _LEG = 0.05, 0.02, 0.025
 """Half the thickness of walls, table top and legs [m]."""
 
 _TABLE = (0.4, 0.7)
-"""Half the length and the width of the table [m]."""
+"""Half the length and half the width of the table [m]."""
 
 
 def room(rng: np.random.Generator, name: str) -> PrimitiveScene:

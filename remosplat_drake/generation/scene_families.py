@@ -23,7 +23,10 @@ _BOARD = 0.03
 
 
 def table(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Four cylinders through a table top; the gripper points down."""
+    """Makes a scene of a table top and four cylinders that pass through it.
+
+    At the target, the gripper points down.
+    """
     top = box([1.5, 0, 0.5 + rng.uniform(-0.1, 0.1)], [0.5, 2.0, _BOARD])
     cylinders = tuple(
         upright_cylinder(
@@ -47,7 +50,10 @@ def table(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def bookshelf(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Two thin columns in front of a shelf of three boards and two sides."""
+    """Makes a scene of a shelf with two thin columns in front of it.
+
+    The shelf has three boards and two sides.
+    """
     boxes = _shelf(
         lower=rng.uniform(0.4, LOWER_SHELF_MAX_Z),
         middle=rng.uniform(MIDDLE_SHELF_MIN_Z, 1.0),
@@ -179,20 +185,27 @@ def posts(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def draw_start(rng: np.random.Generator) -> tuple[float, float, float]:
-    """A base at x in [-0.3, 0.1], y in [-0.8, 0.8], yaw in [-0.6, 0.6]."""
+    """Draws a start pose (x, y, yaw) of the base, uniformly [m, rad].
+
+    The ranges are [-0.3, 0.1] for x, [-0.8, 0.8] for y, and [-0.6, 0.6] for
+    yaw.
+    """
     x, y, yaw = rng.uniform([-0.3, -0.8, -0.6], [0.1, 0.8, 0.6])
     return float(x), float(y), float(yaw)
 
 
 def gripper_down(p_WE: np.ndarray, rng: np.random.Generator) -> RigidTransform:
-    """A target at p_WE that points down, turned by up to pi/4 about z."""
+    """Draws a target pose at p_WE at which the gripper points down.
+
+    The pose is turned by up to pi/4 about the vertical axis.
+    """
     turn = RotationMatrix.MakeZRotation(rng.uniform(-np.pi / 4, np.pi / 4))
     down = RotationMatrix(np.diag([1.0, -1.0, -1.0]))
     return RigidTransform(turn @ down, p_WE)
 
 
 def _shelf(lower: float, middle: float) -> tuple[Box, ...]:
-    """A bookshelf whose lower boards have their centres at these heights."""
+    """Makes a shelf; its lower boards have their centres at these heights."""
     return (
         box([1.4, 0, lower], [0.5, 0.6, _BOARD]),
         box([1.4, -0.6, 0.6], [0.5, 0.03, 0.6]),
@@ -203,12 +216,12 @@ def _shelf(lower: float, middle: float) -> tuple[Box, ...]:
 
 
 def box(center: list[float], half_extents: list[float]) -> Box:
-    """A box whose sides are parallel to the axes of W [m]."""
+    """Makes a box [m] with sides parallel to the axes of W."""
     return Box(RigidTransform(np.array(center)), np.array(half_extents))
 
 
 def upright_cylinder(
     center: np.ndarray, radius: float, half_height: float
 ) -> Cylinder:
-    """A cylinder whose axis is vertical [m]."""
+    """Makes a cylinder [m] with a vertical axis."""
     return Cylinder(RigidTransform(center), radius, half_height)

@@ -18,7 +18,7 @@ GENERATOR_VERSION = 1
 whenever a seed gives another scene."""
 
 TARGET_CLEARANCE = 0.025
-"""Smallest distance of the target point to an obstacle [m]."""
+"""The target point is at least this far from all obstacles [m]."""
 
 PUBLISHED_FAMILIES = ("table", "bookshelf")
 """Families of the paper's benchmark, which are compared by default."""

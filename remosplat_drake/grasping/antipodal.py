@@ -12,8 +12,8 @@ import numpy as np
 from remosplat_drake.grasping.surface import Surface
 
 LEAST_WIDTH = 0.003
-"""Distance up to which two points count as being on the same side of a wall
-[m]."""
+"""Two points count as being on the same side of a wall if their distance is at
+most this [m]."""
 
 _BLOCK = 64  # Number of points whose partners are sought at once.
 

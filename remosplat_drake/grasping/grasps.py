@@ -21,7 +21,7 @@ GRIPPING = 0.8
 coefficient between pads and objects in the dynamic station."""
 
 LEAST_FORCE = 10.0
-"""Least force of a finger [N]."""
+"""A finger presses with at least this force [N]."""
 
 OPENING = 0.01
 """Distance by which each finger closes until it grips [m]."""
@@ -38,14 +38,14 @@ DEPTHS = (-0.005, 0.0, 0.005)
 direction of approach [m]."""
 
 ENOUGH = 0.02
-"""Clearance of the hand above which the score does not increase [m]."""
+"""The score does not increase with the hand's clearance above this [m]."""
 
 GIVE = 0.001
-"""Compression of a pad under pressure [m]."""
+"""Length by which a pad is compressed when it presses on an object [m]."""
 
 LEVER = 0.05
-"""Distance of the centre of mass from the closing axis [m] from which on
-`lever` adds nothing to the score."""
+"""`lever` adds nothing to the score if the centre of mass is at least this far
+from the closing axis [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -58,7 +58,8 @@ class Grasp:
         opening: Width of the hand while it approaches [m].
         clearance: Distance of the open hand from the object and from the points
             around it, at most `ENOUGH` [m].
-        alignment: Cosine of the greatest angle between normals and axis.
+        alignment: Cosine of the greatest angle between the closing axis and a
+            normal at a gripped point.
         bearing: Fraction of a pad that presses on the object, 0 to 1: the
             smaller value of the two pads.
         lever: Distance of the centre of mass from the closing axis [m].

@@ -27,7 +27,8 @@ PATCH = 0.005
 objects are round or have edges."""
 
 _FLAT = 0.001
-"""Largest distance of a pad's vertices from the pad's plane [m]."""
+"""Vertices of a finger belong to its pad if they are nearer than this to the
+pad's plane [m]."""
 
 _DIRECTIONS = 60  # Of the polyhedron around a rounded shape, 6 % larger.
 

@@ -17,16 +17,16 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 )
 
 _SAMPLES = 20_000
-"""Number of surfels. They are evenly spread, so a number of surfels measures an
-area.
+"""Number of surfels. They are evenly spread, so the number of surfels on a
+plane measures its area.
 """
 
 _HYPOTHESES = 500
-"""Number of surfels whose tangent plane is tried."""
+"""Number of random surfels whose tangent planes are tried as the floor."""
 
 _TABLE = 0.2
-"""Least height above the floor at which a level surface is separate from it
-[m].
+"""A level surface is not a part of the floor if it is at least this high above
+the floor [m].
 """
 
 
@@ -38,10 +38,10 @@ class FloorConfig:
     # The upward direction is that in the capture's files, or else the mean
     # upward direction of the images.
     max_tilt: float = 0.9
-    # Largest distance from the plane of a surfel that belongs to it [m].
+    # A surfel belongs to the plane if it is at most this far from it [m].
     thickness: float = 0.02
-    # Largest angle between the normals of the plane and of a surfel that
-    # belongs to it [rad].
+    # A surfel belongs to the plane only if the angle between the normals of
+    # both is at most this [rad].
     facing: float = 0.35
     # Least area of the floor [m^2].
     min_area: float = 0.3

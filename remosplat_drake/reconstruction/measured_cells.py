@@ -55,7 +55,7 @@ def measured_cells(
 def without_measured(
     coverage: Coverage, cells: np.ndarray, looks: Capture
 ) -> Coverage:
-    """Marks free voxels in or beside which there is a measured cell as unseen.
+    """Marks free voxels as unseen if a measured cell is in or beside them.
 
     Args:
         coverage: The seen space, in W.

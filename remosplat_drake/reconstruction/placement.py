@@ -22,18 +22,19 @@ from the format; not at all.
 """
 
 _LEVEL = np.deg2rad(3.0)
-"""Tilt below which a frame counts as upright [rad]: the usual error of a
-floor's normal due to inexact poses.
+"""A frame counts as upright if its tilt is at most this [rad]: the usual error
+of a floor's normal due to inexact poses.
 """
 
 _ON_FLOOR = 0.05
 """A floor is already aligned if its distance from z = 0 is at most this [m]."""
 
 _FLOOR_TILT = 0.15
-"""Largest angle between a floor's normal and the known up [rad]."""
+"""Largest angle between a floor's normal and the known upward direction [rad].
+"""
 
 _LOW = 0.7
-"""Height of the cameras above a floor [m] below which the floor may be a table.
+"""A floor may be a table if the cameras' height above it is less than this [m].
 """
 
 

@@ -39,14 +39,16 @@ VOXEL = 0.04
 """Usual edge length of a voxel [m]."""
 
 _ENOUGH_VIEWS = 2
-"""Number of views that must show a cell beside a surface as free."""
+"""A cell beside a surface is free only if this many views show it as free."""
 
 _OPAQUE = 0.1
-"""Least opacity of discs that cover a cell; oracles ignore less opaque discs.
+"""A disc covers a cell only if it has at least this opacity; oracles ignore
+less opaque discs.
 """
 
 _BEYOND = 0.2
-"""Percentage of the surfaces that may be beyond each side of the box."""
+"""On each of its sides, the box may leave out this percentage of the surfaces.
+"""
 
 _FARTHEST = 3.0
 """Largest distance of a robot from its workspace [m]."""
@@ -57,12 +59,12 @@ minute.
 """
 
 _MOST_RINGS = 200
-"""Largest number of points that represent a disc, so that very large discs do
-not fill the memory.
+"""A disc is represented by points on at most this many rings, so that very
+large discs do not fill the memory.
 """
 
 _BLOCK = np.ones((3, 3, 3), bool)
-"""A voxel and its 26 neighbours."""
+"""Mask of a voxel and its 26 neighbours, for morphological operations."""
 
 _AROUND = np.array(list(product((-1, 0, 1), repeat=3)))
 _SIDES = _AROUND[np.abs(_AROUND).sum(axis=1) == 1]

@@ -17,8 +17,8 @@ from remosplat_drake.reconstruction.floor import floor_frame
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _SAMPLES = 20_000
-"""Number of random points on the splats' surfaces. A number of points measures
-an area.
+"""Number of random points on the splats' surfaces. The number of points on a
+plane measures its area.
 """
 
 _FEW = 2_000
@@ -34,13 +34,13 @@ _NEIGHBOURS = 200
 neighbours of the first point."""
 
 _INNER, _MARGIN = 0.9, 1.2
-"""Fraction of the splats that are inside the scene's radius around its middle,
-and distance from the middle, in radii, beyond which splats are ignored as
-background.
+"""The scene's radius around its middle contains this fraction of the splats
+(first number). Splats are ignored as background if they are farther from the
+middle than this many radii (second number).
 """
 
 _THICKNESS = 0.01
-"""Largest distance of a plane's points from the plane, in radii of the
+"""A point belongs to a plane if it is at most this far from it, in radii of the
 scene."""
 
 _DEPTH = 0.04
@@ -52,8 +52,9 @@ _BENEATH = 4.0
 """Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
-"""Largest angle [rad], and largest distance in radii of the scene, at which two
-planes count as the same plane.
+"""Two planes count as the same plane if the angle between them is at most the
+first number [rad], and their distance is at most the second number, in radii of
+the scene.
 """
 
 _RIVAL = 0.5
@@ -71,16 +72,16 @@ directions to the two other points, is less than this [rad].
 """
 
 _FEWEST = 100
-"""Least number of splats for a search for the floor."""
+"""The search for the floor needs at least this many splats."""
 
 MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
-"""Least fraction of the splats' surface that belongs to a floor: first if the
-upward direction is unknown, then if it is known. Smaller planes may be flat
-sides of objects.
+"""At least this fraction of the splats' surface belongs to a floor: the first
+number holds if the upward direction is unknown, the second if it is known.
+Smaller planes may be flat sides of objects.
 """
 
 MAX_BENEATH = 0.05
-"""Largest fraction of the splats' surface that lies beneath a floor."""
+"""At most this fraction of the splats' surface may lie beneath a floor."""
 
 
 @dc.dataclass(frozen=True, eq=False)

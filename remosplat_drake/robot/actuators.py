@@ -40,7 +40,7 @@ class Actuator(Config):
     noise: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error if both a lag and a ramp are given."""
+        """Yields an error if both time constant and acceleration are given."""
         if self.time_constant and self.acceleration is not None:
             yield "acceleration", "cannot be used with a time_constant"
 

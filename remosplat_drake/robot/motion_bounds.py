@@ -57,8 +57,8 @@ def hessian_bound(
 
     Args:
         bound: The points' `jacobian_bound`, shape (n, n_u).
-        turning: Which commands are of revolute joints, shape (n_u,) bool.
-        moves: Which points each command moves, shape (n, n_u) bool.
+        turning: Mask of the commands of revolute joints, shape (n_u,) bool.
+        moves: Mask of the points that each command moves, shape (n, n_u) bool.
 
     Returns:
         The bounds, shape (n, n_u, n_u).

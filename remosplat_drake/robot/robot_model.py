@@ -44,11 +44,11 @@ from remosplat_drake.robot.sphere_model import (
 from remosplat_drake.robot.sphere_tree import SphereTree
 
 ROUNDING = 1e-3
-"""Excess over a joint limit that counts as rounding [rad, m]."""
+"""An excess over a joint limit up to this value counts as rounding [rad, m]."""
 
 _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
-"""Largest excess of a joint over its limits at the start, for revolute joints
-[rad] and for prismatic joints [m]."""
+"""At the start, a joint may exceed its limits by at most this: the first number
+is for revolute joints [rad], the second for prismatic joints [m]."""
 
 
 class RobotModel:

@@ -129,7 +129,7 @@ SphereRow = Annotated[list[Coordinate], Len(4, 4)]
 """Centre x, y, z and radius of a sphere in its link's frame [m]."""
 
 LARGEST = 10.0
-"""Largest radius of a sphere [m]."""
+"""The radius of a sphere may not exceed this [m]."""
 
 
 @dc.dataclass

@@ -12,10 +12,11 @@ import numpy as np
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _LARGEST = 0.2
-"""Radius above which a ball with several spheres is split [m]."""
+"""A ball with several spheres is split if its radius exceeds this [m]."""
 
 _STEPS = 100
-"""Number of steps towards the centre of the smallest enclosing ball."""
+"""The centre of the smallest enclosing ball is approached in this many steps.
+"""
 
 
 class SphereTree(NamedTuple):

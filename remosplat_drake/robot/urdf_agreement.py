@@ -17,18 +17,19 @@ from remosplat_drake.robot.model_file import add_robot_model, in_one_line
 from remosplat_drake.robot.robot_description import RobotDescription
 
 _COSINE = 0.02
-"""Permitted difference of the cosine of the angle between two axes. It is
-larger than the differences that a factory calibration causes."""
+"""The cosine of the angle between two axes may differ by this value. A factory
+calibration causes smaller differences."""
 
 _DISTANCE = 0.005
-"""Permitted difference of an axis' moment about another axis [m]."""
+"""The moment of an axis about another axis may differ by this value [m]."""
 
 _LIMIT = 0.01
-"""Permitted difference of position limits [rad, m], and permitted relative
-difference of speed limits."""
+"""Position limits may differ by this value [rad, m], and speed limits by this
+fraction."""
 
 _BEND = 0.4
-"""Joint positions, in addition to home, at which axes are compared [rad, m]."""
+"""Axes are compared at home, and with the joints alternately this far above and
+below their home positions [rad, m]."""
 
 _LEFT_OUT = ("visual", "collision", "transmission", "ros2_control", "gazebo")
 

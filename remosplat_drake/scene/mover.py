@@ -24,7 +24,8 @@ FORESIGHT = 2.0
 [s]."""
 
 MOST = 200
-"""Largest number of movers; each mover adds some microseconds to a tick."""
+"""There are at most this many movers; each mover adds some microseconds to a
+tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)

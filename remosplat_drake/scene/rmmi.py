@@ -28,7 +28,8 @@ MAX_NAME = 60
 """Greatest length of a solid's name."""
 
 ROTATION_TOLERANCE = 1e-3
-"""Largest entry of R R' - I that counts as rounding of a file's digits."""
+"""An entry of R R' - I up to this value counts as rounding of a file's digits.
+"""
 
 
 @reads_file

@@ -30,7 +30,7 @@ _MOVED = 0.005
 in other frames' free space."""
 
 _MIN_JUDGED = 30
-"""Least number of points for a decision about a frame."""
+"""A frame is judged only by comparisons of at least this many points."""
 
 
 def contradicting_frames(wide: WideBaselines) -> np.ndarray:

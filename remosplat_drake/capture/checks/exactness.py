@@ -24,19 +24,19 @@ from remosplat_drake.capture.checks.wide_baselines import (
 )
 
 _MIN_PAIRS = 3
-"""Least number of pairs of views for a decision."""
+"""Views are judged only if at least this many pairs of them are compared."""
 
 _FEWER_PAIRS = 60
-"""Largest number of pairs of views with which a possible cause is tested."""
+"""A possible cause is tested with at most this many pairs of views."""
 
 _UNEQUAL = 0.03
-"""Least relative difference of the focal lengths at which their exchange would
-be a serious error.
+"""An exchange of the focal lengths is a serious error if their relative
+difference is at least this.
 """
 
 _LEAST_OFFSET = 5e-4
-"""Disagreement [m] that the resolution of depth files, whole millimetres,
-explains.
+"""The resolution of depth files, whole millimetres, explains disagreements up
+to this length [m].
 """
 
 _TIMES_NOISE = 3.0
@@ -45,7 +45,8 @@ noise exceeds this. In 60 rendered captures with and without noise, the ratio is
 at most 1.5 for disagreements above `_LEAST_OFFSET`."""
 
 _FRAME_OFF = 3e-3
-"""Disagreement with all other frames above which a pose is wrong [m]."""
+"""A pose is wrong if its frame disagrees with all other frames by more than
+this [m]."""
 
 _EXPLAINED = 0.5
 """A cause explains a disagreement if, after its correction, at most this
@@ -53,8 +54,8 @@ fraction of the disagreement remains.
 """
 
 _LEAST_SCALE = 0.002
-"""Least detectable error of the depth's scale, as a fraction. A smaller error
-cannot be distinguished from errors of poses.
+"""An error of the depth's scale is detectable from this fraction on. A smaller
+error cannot be distinguished from errors of poses.
 """
 
 

@@ -30,7 +30,7 @@ class FrameShift:
 
     @property
     def words(self) -> str:
-        """Description of the wrong pairs, as part of a warning."""
+        """Description of the wrongly paired images, as part of a warning."""
         what = {
             (True, True): "images seem to be paired with the poses",
             (True, False): "depths seem to be paired with colours and poses",
@@ -51,7 +51,7 @@ class FrameShift:
         return f"moved the {what} to the {where} frame"
 
     def undo(self, capture: Capture) -> Capture:
-        """Returns the capture with correct pairs, one frame shorter."""
+        """Moves images to their own poses; the result has one frame less."""
         n = len(capture)
         late, early = np.arange(1, n), np.arange(n - 1)
         if self.step < 0:

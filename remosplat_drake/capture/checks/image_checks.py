@@ -30,21 +30,21 @@ _FOV_RANGE = (20.0, 130.0)
 """
 
 _MAX_OFF_CENTRE = 0.15
-"""Largest distance of a principal point from the image's centre, as a
-fraction of the image's size."""
+"""A principal point is plausible if it is at most this far from the image's
+centre, as a fraction of the image's size."""
 
 _ALIKE = 0.1
-"""Largest relative difference of two numbers that count as equal."""
+"""Two numbers count as equal if their relative difference is less than this."""
 
 _SQUARE = 0.1
-"""An image is square if the logarithm of width over height is below this."""
+"""An image counts as square if |log(width / height)| is at most this."""
 
 _DEPTH_RANGE = (0.1, 10.0)
 """Plausible median depths in a robot's workspace [m]."""
 
 _GOOD_CORRELATION = 0.3
-"""Correlation of the edges of depths and of colours above which depths and
-colours belong to the same frame.
+"""Depths and colours belong to the same frame if the correlation of their edges
+exceeds this.
 """
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
@@ -59,8 +59,9 @@ second number) is within this distance of a plane (the first number) [m].
 """
 
 _MAX_EMPTY = 0.2
-"""Largest fraction of empty depth images without a warning. A few empty images
-are normal, since a camera may be too close to all surfaces in view.
+"""There is no warning if at most this fraction of the depth images is empty. A
+few empty images are normal, since a camera may be too close to all surfaces in
+view.
 """
 
 _UNITS = (

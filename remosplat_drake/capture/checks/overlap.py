@@ -28,14 +28,16 @@ points.
 """
 
 _MIN_JUDGED = 20
-"""Least number of points that a pair of views must share to be judged."""
+"""A pair of views is judged only if the views share at least this many points.
+"""
 
 MIN_AGREEMENT = 0.5
-"""Least fraction of agreeing points of views with correct poses."""
+"""If the poses of two views are correct, their depths agree at this fraction of
+the compared points or more."""
 
 _MAX_JUMP = 0.05
-"""Neighbouring pixels are at an edge if their depths differ by more than this
-fraction."""
+"""There is an edge between neighbouring pixels if their depths differ by more
+than this fraction."""
 
 
 @dc.dataclass(frozen=True, eq=False)

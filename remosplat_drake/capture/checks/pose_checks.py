@@ -39,12 +39,13 @@ within this tolerance, the refinement of poses may correct the remaining errors.
 """
 
 _MIN_SUPPORTED = 0.05
-"""Least fraction of points that another view confirms. If it is less, the views
-show different places.
+"""The views show different parts of the scene if other views confirm less than
+this fraction of their points.
 """
 
 _MIN_PATH = 0.05
-"""Least motion with which a camera sees objects from different sides [m]."""
+"""A camera sees objects from different sides only if it moves at least this far
+[m]."""
 
 
 def judge_path(extent: float) -> list[Finding]:

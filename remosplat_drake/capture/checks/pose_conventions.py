@@ -19,7 +19,8 @@ from remosplat_drake.capture.checks.overlap import Overlap, measure_overlap
 _FLIP_YZ = np.diag([1.0, -1.0, -1.0, 1.0])
 
 GOOD_AGREEMENT = 0.8
-"""Least agreement of neighbouring views whose poses are right."""
+"""If poses are right, the depths of neighbouring views agree at this fraction
+of the compared points or more."""
 
 _LEFT = 0.5
 """A mistake explains a disagreement if, after its correction, less than this

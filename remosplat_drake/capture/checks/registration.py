@@ -11,30 +11,32 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
-"""Number of views with which an unknown shift is searched for. Number of views,
-and width of their images [pixels], with which the correlation at a given shift
-is computed.
+"""An unknown shift is searched for in at most this many views (first number).
+The correlation at a given shift is computed from at most this many views
+(second number), whose images are reduced to about this width (third number)
+[pixels].
 """
 _MIN_JUMP = 0.05
-"""Relative difference of the depths of neighbouring pixels above which there is
-an edge between them.
+"""There is an edge between neighbouring pixels if the relative difference of
+their depths exceeds this.
 """
 
 _MIN_EDGES = 0.0005
 """An image is usable if at least this fraction of its pixels is at an edge."""
 
 _MIN_FRAMES = 5
-"""Least number of usable images; in fewer, edges may match by chance."""
+"""At least this many images must be usable; in fewer images, edges may match by
+chance."""
 
 _MIN_CORRELATION = 0.1
-"""Correlation below which edges are unrelated at any shift."""
+"""Edges are unrelated if their correlation is below this at all shifts."""
 
 _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
 _TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
-"""Largest shift that is not significant: the first number is a fraction of the
-image's width, the second one a lower limit [pixels].
+"""A shift up to this size is not significant: the first number is a fraction of
+the image's width, the second number a lower limit of the size [pixels].
 """
 
 _MUCH_WORSE = 0.8

@@ -12,16 +12,16 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _WINDOW, _HALF_SIDE = 0.012, 3
-"""Half the side of a window, as a fraction of the image's width, and number of
-pixels along this half side that are used.
+"""Half the side of a window, as a fraction of the image's width (first number),
+and number of samples along half the side (second number).
 """
 
 _MIN_COSINE = 0.35
-"""Least cosine of the angle of incidence."""
+"""A plane is used only if the cosine of the angle of incidence exceeds this."""
 
 _LEAST_ROUGHNESS = 1e-3
-"""Largest residual of a plane, relative to the depth, in a window without an
-edge.
+"""A window contains an edge if the residual of its plane, relative to the
+depth, reaches this value plus three times the median residual of all windows.
 """
 
 

@@ -19,8 +19,8 @@ from remosplat_drake.capture.checks.overlap import (
 from remosplat_drake.capture.checks.wide_baselines import share_surfaces
 
 _GROUP, _PART = 5, 0.2
-"""Least size of a group: number of frames, and fraction of all frames that
-share surfaces with others.
+"""A group has at least this many frames (first number), and at least this
+fraction of all frames that share surfaces with others (second number).
 """
 
 _COARSE, _MIN_SHARED = 40, 0.1
@@ -29,7 +29,7 @@ fraction of them that must project into a view's image before the two views are
 compared."""
 
 _TRIED = 60
-"""Largest number of pairs of views that are compared to join two groups."""
+"""To join two groups, at most this many pairs of views are compared."""
 
 
 def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:

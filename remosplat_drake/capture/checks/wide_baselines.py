@@ -33,17 +33,18 @@ points that the search for overlapping views uses.
 """
 
 _PAIRS = 300
-"""Default for the greatest number of pairs of views that are compared."""
+"""By default, at most this many pairs of views are compared."""
 
 _MIN_SHARED = 0.15
 """Two views form a pair if they share at least this fraction of their
 points."""
 
 _MIN_POINTS = 40
-"""Least number of shared points for a fit of six degrees of freedom."""
+"""A fit of six degrees of freedom needs at least this many shared points."""
 
 _REACH = 0.1
-"""Largest distance between points of the same surface in two views [m]."""
+"""Surfaces of two views are the same surface only if their distance at a point
+is less than this [m]."""
 
 _THROUGH, _THROUGH_FAR = 0.05, 0.03
 """Length [m], and fraction of the depth, whose sum is the margin of free space.
@@ -57,15 +58,17 @@ disagreement of views.
 """
 
 _SAME_NORMAL = 0.85
-"""Least cosine between the normals of the same surface in two views."""
+"""Surfaces of two views are the same surface only if the cosine of the angle
+between their normals exceeds this."""
 
 _ITERATIONS = 6
-"""Number of iterations of a reweighted fit. Fits converge after four
+"""A reweighted fit makes this many iterations. It converges after four
 iterations.
 """
 
 _LEAST_SCATTER = 1e-5
-"""Least assumed residual of a fit [m]."""
+"""This length is added to the scatter of a fit's residuals, so that it is never
+zero [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

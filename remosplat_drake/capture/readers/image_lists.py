@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 _MOST_LEFT_OUT = 0.2
-"""Fraction of unused images above which a note is made."""
+"""A note is made if more than this fraction of the images is not used."""
 
 IMAGES = {".png", ".jpg", ".jpeg"}
 """Suffixes of image files."""

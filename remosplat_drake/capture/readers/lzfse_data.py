@@ -11,7 +11,8 @@ from remosplat_drake.base.errors import FileError, MissingExtraError
 from remosplat_drake.capture.images import MAX_PIXELS, Source
 
 MAX_BYTES = 4 * MAX_PIXELS
-"""Largest unpacked size, that of a float32 image of `MAX_PIXELS` [bytes]."""
+"""A file may unpack to at most this size, that of a float32 image of
+`MAX_PIXELS` [bytes]."""
 
 
 _MIN_HEADER = 32

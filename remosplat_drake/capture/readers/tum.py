@@ -36,7 +36,8 @@ DEPTH_UNIT = 1 / 5000
 """Length of one step of a depth image [m]."""
 
 TOLERANCE = 0.02
-"""Largest time between an image and a pose that belong together [s]."""
+"""An image and a pose belong together if their times differ by at most this
+[s]."""
 
 EXPECTED_FILES = "a folder with rgb.txt, depth.txt and groundtruth.txt"
 """Description of the files that `recognises` accepts."""

@@ -15,8 +15,8 @@ CLEARANCE = 0.12
 
 _CANDIDATES = 12
 _MAX_REJECTED = 300
-"""Number of consecutive candidates inside or near solids after which the search
-fails.
+"""The search fails if this many consecutive candidates are inside or near
+solids.
 """
 
 

@@ -40,8 +40,8 @@ from remosplat_drake.reconstruction.alignment.solver import (
 )
 
 _IMPLAUSIBLE = 5.0
-"""A camera's error is implausible if its estimate exceeds this number of the
-error's prior standard deviations.
+"""A camera error is implausible if its estimate exceeds this multiple of its
+prior standard deviation.
 """
 
 
@@ -102,7 +102,7 @@ class Alignment:
         return np.sqrt(np.diag(self.covariance)[-COUNT:])
 
     def draws(self, count: int = 64, seed: int = 0) -> np.ndarray:
-        """Draws errors of all unknowns from their distribution.
+        """Draws random errors of all unknowns from their normal distribution.
 
         Returns:
             Shape (count, 6n + k).
@@ -177,7 +177,7 @@ def is_plausible(errors: np.ndarray, prior: CameraPrior) -> bool:
 
 
 def _groups(n: int, pairs: np.ndarray) -> int:
-    """Counts the groups of views that no pair of views connects."""
+    """Counts the groups of views; no pair of views connects two groups."""
     ones = np.ones(len(pairs))
     graph = coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return int(connected_components(graph, directed=False)[0])

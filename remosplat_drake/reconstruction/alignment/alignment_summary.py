@@ -13,16 +13,16 @@ _SIGNED = Annotated[float, Interval(ge=-1e6, le=1e6)]
 _COUNT = Annotated[int, Interval(ge=0, le=10**12)]
 
 _MOST_DIGITS = 4
-"""Largest number of decimals with which a value is shown."""
+"""A value is shown with at most this many decimals."""
 
 
 @dc.dataclass
 class ResidualRow(Config):
     """Residuals of the pairs of views in one range of distances."""
 
-    # Lower limit of the distance of the two cameras [m].
+    # Lower limit of the distance between the two cameras of a pair [m].
     nearest: _SIZE = 0.0
-    # Upper limit of the distance of the two cameras [m].
+    # Upper limit of the distance between the two cameras of a pair [m].
     farthest: _SIZE = 0.0
     # Number of pairs of views.
     pairs: _COUNT = 0
@@ -33,7 +33,7 @@ class ResidualRow(Config):
     median_before: _SIZE = 0.0
     # Its 95th percentile [m].
     high_before: _SIZE = 0.0
-    # Median distance after the refinement [m].
+    # The same median distance after the refinement [m].
     median_after: _SIZE = 0.0
     # Its 95th percentile [m].
     high_after: _SIZE = 0.0
@@ -91,11 +91,11 @@ class AlignmentSummary(Config):
     offset: Annotated[float, Interval(ge=-1e4, le=1e4)] = 0.0
     # Its standard deviation [m].
     offset_std: _SIZE = 0.0
-    # Median motion of the cameras [m].
+    # Median distance by which the refinement moved a camera [m].
     moved: _SIZE = 0.0
-    # Median rotation of the cameras [rad].
+    # Median angle by which the refinement rotated a camera [rad].
     turned: _SIZE = 0.0
-    # Median standard deviation of a camera's position [m].
+    # Median of the standard deviations of the cameras' positions [m].
     position_std: _SIZE = 0.0
     # Number of groups of views; views of different groups share no surface.
     groups: Annotated[int, Interval(ge=0, le=10**9)] = 1

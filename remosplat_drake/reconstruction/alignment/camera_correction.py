@@ -31,14 +31,14 @@ measured image. They are necessary because the motion of a row depends on the
 depth at that position."""
 
 _JUMP = 0.05
-"""Relative difference of the inverse depths of neighbouring pixels above which
-they belong to different surfaces.
+"""Neighbouring pixels belong to different surfaces if the relative difference
+of their inverse depths exceeds this value.
 """
 
 _APART = 1.5
-"""Largest distance between the pixel that the iterations find and the position
-that its depth implies [pixels]. Beyond it, the point is occluded and its depth
-is unknown."""
+"""The depth of a new pixel is unknown, because its point is occluded, if the
+pixel that the iterations find is farther than this from the position that its
+depth implies [pixels]."""
 
 
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:
@@ -190,7 +190,7 @@ def _row_motion(
     velocity: np.ndarray,
     errors: np.ndarray,
 ) -> np.ndarray:
-    """Motion of points from the read-out of their row to the middle's [m]."""
+    """Motion of points from their row's read-out to the middle row's [m]."""
     time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
     return time * (velocity[3:] + np.cross(velocity[:3], p_C))
 

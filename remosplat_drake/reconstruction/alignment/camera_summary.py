@@ -177,7 +177,7 @@ def _length_of(alignment: Alignment, first: int) -> tuple[str, str]:
 
 
 def _factors(alignment: Alignment) -> np.ndarray:
-    """Multiples of errors that are in the units of `_KINDS`, (k,)."""
+    """Factors that convert errors to the display units of `_KINDS`, (k,)."""
     factors = np.array([_KINDS[k].factor for k in range(COUNT)], float)
     # A principal point is a part of the capture's own focal length.
     focal = np.median(alignment.capture.K[:, [0, 1], [0, 1]], axis=0)

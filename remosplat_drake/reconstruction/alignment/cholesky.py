@@ -4,10 +4,10 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""Values that are tried one after another: each is added to the diagonal of the
-matrix, scaled to ones, until the matrix can be factorised. Captures with exact
-depths need a value above 0, since they determine some directions 1e15 times as
-well as others.
+"""The matrix is scaled so that its diagonal consists of ones. These values are
+tried in turn: a value is added to the diagonal, until the matrix can be
+factorised. Captures with exact depths need a value above 0, since they
+determine some directions 1e15 times as well as others.
 """
 
 

@@ -8,8 +8,8 @@ from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 from remosplat_drake.reconstruction.alignment.camera_errors import K1, K2
 
 _IMPLAUSIBLE = 0.1
-"""Size of a radial distortion k_1 or k_2 from which it is implausible for
-images of a pinhole camera. An equidistant fisheye lens has k_1 = -1/3.
+"""A radial distortion is implausible for images of a pinhole camera if |k_1| or
+|k_2| exceeds this value. An equidistant fisheye lens has k_1 = -1/3.
 """
 
 

@@ -32,12 +32,12 @@ from scipy.optimize import minimize
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 
 _KINDS = 4
-"""Standard deviations of the noise: white, random walk, steady drift and smooth
+"""Number of kinds of noise: white noise, random walk, steady drift and smooth
 drift."""
 
 LEAST = np.array([2e-4, 1e-6, 1e-6, 1e-6, 2e-4, 1e-5, 1e-5, 1e-5])
 MOST = np.repeat([0.5, 1.0], _KINDS)
-"""Range of the eight deviations [rad, m].
+"""Limits of the eight deviations of `OdometryNoise`, in its order [rad, m].
 
 White noise has a larger lower limit, since no given poses are exact to
 hundredths of a millimetre. Without this limit, a wrong depth scale would seem
@@ -45,8 +45,8 @@ certain if it makes the drift smoother by such a small length.
 """
 
 _REFUTED = 3.0
-"""Largest decrease of the logarithm of the evidence at which deviations are
-still plausible.
+"""Deviations are plausible if the logarithm of their evidence is at most this
+much lower than that of the most likely deviations.
 """
 
 
@@ -122,7 +122,7 @@ def _values(noise: OdometryNoise) -> np.ndarray:
 
 
 def _kernels(n: int) -> np.ndarray:
-    """The covariances of unit deviation, shape (4, n, n)."""
+    """Covariances of each kind of noise with deviation 1, shape (4, n, n)."""
     tau = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
     least, most = np.minimum(tau, tau[:, None]), np.maximum(tau, tau[:, None])
     smooth = least**2 * (3 * most - least) / 2

@@ -24,8 +24,8 @@ LEVELS = (
 """Stages of the refinement, from coarse to fine."""
 
 _CORRELATION = 10.0
-"""Number of residuals that have as much information as one independent
-residual, since neighbouring residuals are correlated.
+"""Neighbouring residuals are correlated: this number of residuals has as much
+information as one independent residual.
 """
 
 

@@ -11,7 +11,9 @@ from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 class PoseErrors:
     """Samples of the errors of n camera poses and of the shared camera errors.
 
-    There are k samples. A point that
+    There are k samples. In each of them, a point that a view measured at p_W is
+    truly at p_W + theta x (p_W - p_WC) + t, plus its displacements by the
+    camera errors, see `camera_errors`.
 
     A point that a view measured at p_W is truly at p_W + theta x (p_W - p_WC) +
     t, plus the sum of the displacements e_k b_k of `camera_errors`.
@@ -28,7 +30,7 @@ class PoseErrors:
 
     @staticmethod
     def of_draws(draws: np.ndarray) -> "PoseErrors":
-        """Splits the result of `Alignment.draws` into the errors' kinds."""
+        """Makes the samples from the result of `Alignment.draws`."""
         motion = draws[:, :-COUNT].reshape(len(draws), -1, 2, 3)
         return PoseErrors(motion[:, :, 0], motion[:, :, 1], draws[:, -COUNT:])
 
@@ -39,7 +41,7 @@ class PoseErrors:
         )
 
     def rotated(self, R_FW: np.ndarray) -> "PoseErrors":
-        """Returns the errors expressed in another frame F, by R_FW (3, 3)."""
+        """Returns the errors expressed in a frame F; R_FW has shape (3, 3)."""
         return dc.replace(
             self, theta_W=self.theta_W @ R_FW.T, t_W=self.t_W @ R_FW.T
         )

@@ -68,7 +68,7 @@ _HELD_OUT = 7
 """Step between held-out pairs of views, when pairs are sorted by distance."""
 
 _ROUNDS = 3
-"""Largest number of rounds of correction and refinement."""
+"""At most this many rounds of correction and refinement are made."""
 
 _UNDETECTABLE = np.array(
     [0.003, 0.003, 0.002, 0.002, 0.002, 0.003, 0.003, 0.01, 0.03]
@@ -76,9 +76,9 @@ _UNDETECTABLE = np.array(
     + 3 * [np.deg2rad(0.1)]
     + 3 * [0.002]
 )
-"""Sizes below which errors of the camera cannot be distinguished from zero, in
-the order of `camera_errors`. Noise can cause estimates of these sizes, because
-it hides the curvature of surfaces, and the fitted planes are then too deep.
+"""Camera errors below these sizes cannot be distinguished from zero. The order
+is that of `camera_errors`. Noise can cause estimates of these sizes, because it
+hides the curvature of surfaces, and the fitted planes are then too deep.
 """
 
 _UNEXPLAINED = 0.2
@@ -93,7 +93,7 @@ _CONVERGED = 2e-6
 """A stage of the refinement ends when its steps are below this [rad, m]."""
 
 _EXACT = 1e-7
-"""Standard deviation that the equations contain for a number that is exact."""
+"""The equations use this standard deviation for a number that is exact."""
 
 
 @dc.dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Refinement:
     def run(
         self, report: Callable[[int, int], None]
     ) -> tuple[Posterior, State]:
-        """Returns the solution, and the state of its linearisation."""
+        """Returns the solution, and the state at which it was linearised."""
         state = State(self.given, np.zeros(COUNT), np.zeros(COUNT))
         levels, steps = (*COARSE, *FINE), len(COARSE) + _ROUNDS * len(FINE)
         done = 0

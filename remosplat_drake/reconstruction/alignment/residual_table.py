@@ -12,24 +12,27 @@ from remosplat_drake.reconstruction.alignment.solver import State
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
-"""Limits of the ranges of distance between two cameras, one range per row [m].
+"""The table has one row for each range of the distance between two cameras;
+these are the limits of the ranges [m].
 """
 
 GATE, LEAST_COSINE = 0.15, 0.7
-"""Largest distance [m] between two points of the same surface, and least cosine
-of the angle between their normals.
+"""Two points belong to the same surface if their distance is at most the first
+number [m], and the cosine of the angle between their normals is at least the
+second number.
 """
 
 _MOST = 0.02
-"""Limit to which distances between surfaces are clipped when two solutions are
-compared [m]."""
+"""When two solutions are compared, a larger distance between surfaces counts as
+this distance [m]."""
 
 _LEAST_POINTS = 20
-"""Least number of points of a pair that is used to compare two solutions."""
+"""A pair of views is used to compare two solutions if at least this many of its
+points are near a surface of the other view in both solutions."""
 
 _KEPT = 0.9
-"""Least ratio of the number of points near a surface of the other view after
-the refinement to that number before it.
+"""A refinement is rejected if the number of points near a surface of the other
+view does not exceed this fraction of the number before it.
 """
 
 

@@ -23,14 +23,13 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _STRIDE = 7
-"""Step between the residuals from which the spread of all residuals is
-estimated."""
+"""The spread of all residuals is estimated from every `_STRIDE`-th residual."""
 
 
 _SYSTEMATIC = 10.0
-"""Factor of all variances. It allows for errors that the residuals of a pair
-have in common, for example if noise hides a crease. It was determined on
-rendered captures with known truth.
+"""All variances are multiplied by this factor. It allows for errors that the
+residuals of a pair have in common, for example if noise hides a crease. It was
+determined on rendered captures with known truth.
 """
 
 
@@ -45,10 +44,11 @@ class Level:
     """One stage of a refinement from coarse to fine.
 
     Attributes:
-        gate: Largest residual [m].
+        gate: Points with a larger residual are ignored [m].
         width: Least width of the robust weight [m].
-        least_cosine: Least cosine between the two surfaces' normals.
-        steps: Largest number of Gauss-Newton steps.
+        least_cosine: Points are ignored if the cosine of the angle between the
+            normals of the two surfaces is less than this.
+        steps: At most this many Gauss-Newton steps are made.
     """
 
     gate: float

@@ -80,7 +80,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
 def put_view(
     stack: ViewStack, view: int, planes: PlaneMap, rng: np.random.Generator
 ):
-    """Writes a view's planes and a random sample of its points to a row."""
+    """Writes a view's planes and a random sample of its points to the stack."""
     stack.plane[view] = planes.plane
     stack.camera[view] = planes.camera
     stack.deviation[view] = planes.deviation

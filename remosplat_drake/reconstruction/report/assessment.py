@@ -56,7 +56,7 @@ FARTHEST = 0.5
 """Largest distance at which fields are compared: the controller's range [m]."""
 
 _SINGLE = 2
-"""Number of the largest errors that are ignored, since flying pixels may have
+"""This many of the largest errors are ignored, since flying pixels may have
 caused them.
 """
 

@@ -44,10 +44,10 @@ BLOCKS = 4
 """Number of blocks of consecutive views that are held out."""
 
 PART = 4
-"""Ratio of the number of all views to that of held-out views."""
+"""One view in this number of views is held out."""
 
 LEAST_VIEWS = 24
-"""Least number of views of a capture for cross-validation."""
+"""Cross-validation needs a capture of at least this many views."""
 
 UNFORESEEN = 2.8
 """Factor by which the verdict multiplies measured over-estimates, to allow for
@@ -55,11 +55,12 @@ surfaces that no held-out view shows. It was chosen on 27 captures of the study
 `true_maps`, split `develop`."""
 
 _LOOKS = 2
-"""Least number of the map's views that could have seen a point that counts."""
+"""A point counts if at least this many of the map's views could have seen it.
+"""
 
 _HIDDEN = 0.02
-"""Largest distance of a point behind a measured surface at which the view could
-still have seen the point [m].
+"""A view could have seen a point if the point is at most this far behind the
+surface that the view measured [m].
 """
 
 NEAREST = 0.03
@@ -73,18 +74,19 @@ towards the cameras.
 """
 
 _WORST, _SPREAD = 400, 1000
-"""Numbers of points at which depth views are evaluated: first of the points
-with the largest errors of ellipsoids, then of evenly chosen points.
+"""Depth views are evaluated at this many points with the largest errors of
+ellipsoids (first number), and at this many evenly chosen points (second
+number).
 """
 
 _SWEEPS, _LEAST_DISCS = 4, 1000
-"""Number of refinement sweeps, and least number of discs, of a map that is made
-for evaluation."""
+"""A map for evaluation is made with this many sweeps of the refinement (first
+number) and at least this many discs (second number)."""
 
 _AROUND, _WITNESSES = 0.02, 3
-"""Radius of the neighbourhood in which points confirm each other's errors [m],
-and least number of points that must share an error. A single point may be a
-flying pixel.
+"""Points confirm each other's errors if they are within this radius [m] (first
+number). At least this many points must share an error (second number). A single
+point may be a flying pixel.
 """
 
 

@@ -28,8 +28,8 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 
 _NORMAL_NEIGHBORS = 30
 _NORMAL_RADIUS = 3
-"""Largest number of points, within a distance of three voxels, from which a
-normal is computed.
+"""A normal is computed from at most this many points, all within a distance of
+three voxels.
 """
 
 

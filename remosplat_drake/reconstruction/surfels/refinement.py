@@ -263,7 +263,7 @@ def _extents(
     tolerance: float,
     progress: _Progress,
 ) -> list[Extents]:
-    """The extents of patches, piece by piece."""
+    """The extents of all patches; threads compute groups of them."""
     solid, free = np.zeros((2, len(patches.p_WK), GRID, GRID), np.float32)
     for i in range(len(capture)):
         view = make_view(capture, i)

@@ -8,13 +8,12 @@ from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _HOLE = 1.6
-"""A former disc leaves a hole if no disc's centre is within this number of the
-former disc's standard deviations.
+"""A former disc leaves a hole if no centre of another disc is within this
+multiple of the former disc's standard deviations.
 """
 
 _ENOUGH_VIEWS = 2
-"""Number of views that must measure a surface behind a disc before it is
-removed."""
+"""A disc is removed if at least this many views measure a surface behind it."""
 
 _FREE = 0.03
 """Least distance between a floater in free space and all other discs [m]. If

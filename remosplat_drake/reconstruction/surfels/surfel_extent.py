@@ -17,12 +17,13 @@ _TURNS = 12
 """Number of edge directions that are tried, over a right angle."""
 
 _BAND = 0.35
-"""Half width of the band through the centre in which edges are searched for, as
-a fraction of the grid's half width.
+"""Edges are searched for in a band through the centre. Its half width is this
+fraction of the grid's half width.
 """
 
 _MIN_VOTES = 0.3
-"""Least number of votes beyond an edge."""
+"""Beyond an edge, there must be more than this number of votes for free space.
+"""
 
 _CELL = 2 / GRID
 

@@ -6,8 +6,8 @@ from scipy.spatial import KDTree
 from remosplat_drake.reconstruction.surfels.surfels import Surfels
 
 _FAINT = 0.1
-"""Ratio of two surfels' weights below which the surfel with the lower weight is
-faint."""
+"""Of two surfels, the one with the lower weight is faint if the ratio of its
+weight to the other's is less than this."""
 
 
 def uncrowded(

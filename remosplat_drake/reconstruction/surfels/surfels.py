@@ -17,14 +17,14 @@ from remosplat_drake.reconstruction.surfels.normals import depth_normals
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _FINE_RADIUS = 0.6
-"""Distance from the focus up to which voxels have their smallest size [m]."""
+"""Voxels within this distance of the focus have the smallest size [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels that are used; it limits memory to 216 MB."""
+"""At most this many pixels are used, which limits memory to 216 MB."""
 
 _LARGEST_VOXEL = 16.0
-"""Largest edge length to which voxels are enlarged, to limit the number of
-surfels [m].
+"""To limit the number of surfels, voxels are enlarged, at most to this edge
+length [m].
 """
 
 

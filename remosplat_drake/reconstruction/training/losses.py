@@ -84,8 +84,8 @@ def disc_losses(
     Args:
         discs: The n discs.
         views: The depth images.
-        margin: Difference of depth within which a disc belongs to a surface
-            [m]. A disc in front of the surface by more than this is in free
+        margin: A disc belongs to a surface if their depths differ by at most
+            this [m]. A disc that is farther in front of the surface is in free
             space.
 
     Returns:

@@ -12,7 +12,7 @@ from remosplat_drake.reconstruction.training.discs import Discs
 from remosplat_drake.reconstruction.training.views import Views
 
 NEAR = 0.01
-"""Least depth of a disc's centre for the disc to be drawn [m]."""
+"""A disc is drawn only if the depth of its centre is at least this [m]."""
 
 NO_DISC = -1
 """Value of `Rendered.median` at pixels without a median disc."""

@@ -65,7 +65,8 @@ class TrainingConfig:
     final_rate: float = 0.01
     # Whether poses, lens and depth curve of the cameras are also optimised.
     refine_cameras: bool = False
-    # Step from which cameras are optimised: colours must have converged before.
+    # Cameras are optimised from this step on, because colours must converge
+    # first.
     camera_start: int = 10
     # Learning rate of poses [standard deviations per step].
     pose_rate: float = 0.2
@@ -87,14 +88,13 @@ class TrainingConfig:
     coverage_weight: float = 0.1
     # Weight of `haze_loss`.
     haze_weight: float = 0.1
-    # Difference of depth within which a disc belongs to a surface [m].
+    # A disc belongs to a surface if their depths differ by at most this [m].
     margin: float = 0.02
     # Opacity below which discs are removed at the end.
     min_opacity: float = 0.2
     # Number of steps between two evaluations of the held-out views.
     check_every: int = 100
-    # Number of consecutive evaluations without progress after which training
-    # stops.
+    # Training stops after this many consecutive evaluations without progress.
     patience: int = 3
     # Least relative decrease of the held-out loss that counts as progress.
     least_gain: float = 0.01

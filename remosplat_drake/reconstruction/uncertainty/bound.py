@@ -32,7 +32,7 @@ from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SIGNIFICANCE = 4.0
-"""z: number of standard deviations in the bound."""
+"""The factor z: the number of standard deviations that the bound contains."""
 
 LARGEST_PITCH = 0.002
 """Limit of the pixel pitch a [m]. A larger pitch would overstate the error,
@@ -46,7 +46,8 @@ a larger limit would block too much free space.
 """
 
 LARGEST_SIGMA = 0.005
-"""Largest standard deviation of a confirmed point [m]."""
+"""A point counts as confirmed only if its standard deviation is at most this
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -17,8 +17,8 @@ _WINDOW = (0.006, 0.05)
 """Least and largest radius of the window around a disc [m]."""
 
 _TOLERANCE = 0.004
-"""Distance from a disc up to which points belong to it, in addition to noise
-[m].
+"""Points belong to a disc if they are at most this far from it, in addition to
+their noise [m].
 """
 
 

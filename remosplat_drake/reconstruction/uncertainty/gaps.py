@@ -25,10 +25,11 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LARGEST_GAP = 0.0015
-"""Largest gap that remains [m]."""
+"""Gaps up to this size are not closed [m]."""
 
 _TINY = 0.0005
-"""Largest distance of a measured point from the splat that is not a gap [m]."""
+"""There is no gap at a measured point that is at most this far from the splat
+[m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
 """Number of standard deviations by which noise may displace points, and number
@@ -36,8 +37,7 @@ of positions within this range at which the distance is evaluated.
 """
 
 _VOXEL = 0.008
-"""Approximate distance below which neighbouring points get a common disc [m].
-"""
+"""Points get a common disc if their distance is less than about this [m]."""
 
 
 def gaps(

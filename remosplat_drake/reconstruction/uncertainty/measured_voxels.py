@@ -19,18 +19,18 @@ _NOISE_PER_VOXEL = 6.0
 voxel contains several points."""
 
 _PAST = 0.012
-"""Least distance between a point and a surface behind it at which the view that
-measured the surface shows free space at the point [m].
+"""A view shows free space at a point if it measured a surface at least this far
+behind the point [m].
 """
 
 _NEARLY_EXACT = 5e-4
-"""Standard deviation of a point below which a single view confirms the point
-[m].
+"""A single view confirms a point if the point's standard deviation is less than
+this [m].
 """
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels that are used, to limit memory. Of a larger number,
-an even selection is used.
+"""At most this many pixels are used, to limit memory. They are an even
+selection of all pixels.
 """
 
 

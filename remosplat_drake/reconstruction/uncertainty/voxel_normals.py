@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 _REACH = 0.03
-"""Largest distance between points that belong to one surface [m]."""
+"""A point's normal is computed from points up to this distance from it [m]."""
 
 _NEIGHBORS = 12
 

@@ -20,8 +20,8 @@ from remosplat_drake.robot.fitting.sphere_fitting import (
 )
 
 _SLIT = 5e-4
-"""Spheres are enlarged until points that the fit missed are at least this far
-inside [m]."""
+"""If the fit left points outside the spheres, spheres are enlarged until these
+points are at least this deep inside [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

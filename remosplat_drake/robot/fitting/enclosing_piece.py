@@ -13,18 +13,20 @@ from remosplat_drake.robot.fitting.convex_pieces import (
 )
 
 SLACK = 4e-4
-"""Largest distance from a piece to a corner that it omits [m]."""
+"""A piece may omit corners of its thickened surface up to this far outside it
+[m]."""
 
 _MOST_CORNERS = 200
-"""Largest number of corners of a piece; a tick may visit all of them."""
+"""A piece has at most this many corners, because a tick may visit all of them.
+"""
 
 _MORE = 1.5
-"""Factor by which the slack is increased, until a piece has few enough
-corners."""
+"""The slack is multiplied by this factor until a piece has few enough corners.
+"""
 
 _SPARE = 6e-5
-"""Least depth of the surface inside the pieces [m]: files are rounded to
-micrometres, and `standing_out` has a finite resolution."""
+"""The surface must be at least this deep inside the pieces [m], because files
+are rounded to micrometres, and `standing_out` has a finite resolution."""
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
 """The corners of the cube around the unit ball."""

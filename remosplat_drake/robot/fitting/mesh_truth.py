@@ -39,28 +39,29 @@ from remosplat_drake.robot.self_collision.shape_pairs import (
 from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 NEAR = 0.05
-"""Distance of meshes below which the pieces' distance must be accurate [m]."""
+"""The distance of the pieces must be accurate if that of the meshes is less
+than this [m]."""
 
 _WORST = 8
-"""Largest number of reported errors of a pair of links."""
+"""For each pair of links, at most this many errors are reported."""
 
 _BATCH = 32
 """Number of postures whose meshes are measured together."""
 
 _CHECKED = 3e-3
-"""Error from which it is checked if the robot can take the posture [m]; smaller
-ones lead to no cut."""
+"""If the error of a posture exceeds this, it is checked if the robot can take
+the posture [m]. Smaller errors lead to no cut."""
 
 _NESTED, _SAMPLES = 0.5, 64
-"""Share of the first postures, and their number, in which two links touch that
-touch by design, like the links of a wrist."""
+"""Two links touch by design, like the links of a wrist, if they touch in more
+than this share (first number) of this many postures (second number)."""
 
 _RISING = 5e-4
-"""Least error of a posture from which the search starts [m]."""
+"""The search starts from postures with at least this error [m]."""
 
 _PARENTS, _CHILDREN = 12, 8
-"""Number of postures that a generation of the search keeps, and number of
-random postures around each of them."""
+"""A generation of the search keeps this many postures (first number), and draws
+this many random postures around each of them (second number)."""
 
 _STEP, _GENERATIONS = 0.05, 4
 """Initial size of the random changes, as a fraction of the joints' ranges, and
@@ -325,7 +326,7 @@ class MeshTruth:
         return states[is_new & (error > least)]
 
     def _between(self, links: LinkPair) -> np.ndarray:
-        """Returns which joints move two links against each other, (n_q,)."""
+        """Returns a mask of the joints between two links, shape (n_q,)."""
         tree = self.robot.tree
         a, b = (set(tree.chain(tree.index(link))) for link in links)
         moving = np.zeros(self.robot.n_q, bool)

@@ -25,11 +25,11 @@ from remosplat_drake.robot.self_collision.shapes import (
 )
 
 ACCURACY = 5e-3
-"""Greatest error of a distance between links' pieces [m]."""
+"""Distances between the pieces of two links have at most this error [m]."""
 
 _AIM = 4e-3
-"""Bound to which errors are reduced in the examined postures, so that other
-postures keep `ACCURACY`, too [m]."""
+"""In the examined postures, errors are reduced to this bound, so that errors in
+other postures do not exceed `ACCURACY`, either [m]."""
 
 _TRUE = 1.5e-3
 """A piece is not cut at points that protrude from the surface by less than this
@@ -40,7 +40,7 @@ _SEARCHES = 3
 pairs of links that had errors before, since cuts never increase an error."""
 
 MOST_PIECES = 40
-"""Largest number of pieces of a mesh."""
+"""A mesh is cut into at most this many pieces."""
 
 
 @dc.dataclass(eq=False)

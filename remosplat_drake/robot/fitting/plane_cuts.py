@@ -14,30 +14,30 @@ from remosplat_drake.robot.fitting.kernels.best_plane import best_plane
 from remosplat_drake.robot.fitting.simplified import grid_cells, welded
 
 _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
-"""Positions of planes along the main axes, as a fraction of the extent."""
+"""Positions of the candidate planes across the main axes, as fractions of the
+surface's extent along the axis."""
 
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)])
 _NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)
 """Normals of the candidate planes through a point: axes and diagonals."""
 
 _THROUGH = 4
-"""Number of points through which planes are tried. The points that protrude
-most are used."""
+"""Planes are tried through this many points, those that protrude most."""
 
 _FACES = 8
-"""Number of triangles nearest to a protruding point whose planes are tried. A
-cut along one side of a concave pocket frees the whole pocket."""
+"""For each of these points, the planes of this many nearest triangles are
+tried. A cut along one side of a concave pocket frees the whole pocket."""
 
 _SAME = 4e-3
 """Edge of the cells of a grid [m]. In each cell, the point that protrudes most
 is used to compare planes."""
 
 _MOST_TRIANGLES = 1500
-"""Largest number of a part's triangles that are used to compare planes."""
+"""Planes are compared with at most about this many triangles of a part."""
 
 _LEAST = 5e-4
-"""Least increase of a point's distance from the hulls by which a cut is
-considered to free the point [m]."""
+"""A cut frees a point if it increases the point's distance from the hulls by at
+least this [m]."""
 
 
 def cut_in_two(

@@ -7,7 +7,7 @@ from remosplat_drake.robot.fitting.kernels.nested_balls import divide
 from remosplat_drake.robot.fitting.kernels.points_distance import PointTree
 
 _LEAF = 8
-"""Largest number of points of a ball that is not divided."""
+"""A ball with at most this many points is not divided."""
 
 
 def point_tree(points: np.ndarray) -> Packed[PointTree]:

@@ -39,8 +39,7 @@ POINTS_PER_VOXEL = 2.5
 lie in all of the surface's voxels."""
 
 MOST_SPHERES = 16
-"""Default of the largest number of spheres of a link, if a tolerance is
-given."""
+"""If a tolerance is given, a link gets at most this many spheres by default."""
 
 
 @dc.dataclass(frozen=True, eq=False)

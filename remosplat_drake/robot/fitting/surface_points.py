@@ -19,8 +19,9 @@ SPACING = 2.5e-3
 two meshes 5 mm apart is at most 0.3 mm too large."""
 
 TOUCHING = 3e-3
-"""Distance of sample points below which surfaces are assumed to intersect [m].
-An overlap of their pieces then does not count as an error."""
+"""Two surfaces are assumed to intersect if sample points of them are nearer to
+each other than this [m]. An overlap of their pieces then does not count as an
+error."""
 
 
 class SurfacePoints:

@@ -12,16 +12,19 @@ SAMPLES = 2000
 """Number of random configurations."""
 
 _CLOSER_LOOKS = 500
-"""Number of the best configurations whose links' distances are computed."""
+"""Distances between links are computed for this many of the best
+configurations."""
 
 _CLEAR = 0.03
-"""Distance between two links above which the score does not increase [m]."""
+"""The score does not increase with the distance between two links above this
+[m]."""
 
 _WITHIN = 0.15
-"""Least distance from both joint limits, as a fraction of the range."""
+"""Joints keep at least this distance from both limits, as a fraction of the
+range."""
 
 _TWISTED = 0.05
-"""Amount by which a joint at half a turn from zero reduces the score, in units
+"""A joint at half a turn from zero reduces the score by this amount, in units
 of manipulability."""
 
 

@@ -22,9 +22,9 @@ from remosplat_drake.robot.self_collision.shapes import (
 )
 
 SHARE = 0.25
-"""Least reported gap, as a fraction of the smaller link's size. Of 16 robots of
-example-robot-data, only iCub has gaps above 0.05; its shapes are indeed
-apart."""
+"""A gap is reported if it exceeds this fraction of the smaller link's size. Of
+16 robots of example-robot-data, only iCub has gaps above 0.05; its shapes are
+indeed apart."""
 
 
 @dc.dataclass(frozen=True)

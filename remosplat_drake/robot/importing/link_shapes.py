@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     import trimesh
 
 _PIECES = "meshes/collision"
-"""Folder of the convex pieces, and the suffixes of their names."""
+"""Folder of the files with convex pieces, relative to the model's folder."""
 
 _LARGEST = 20.0
-"""Size above which a mesh is assumed to be in another unit [m]."""
+"""A mesh that is larger than this is assumed to be in another unit [m]."""
 
 _GREY = (0.7, 0.71, 0.73, 1.0)
 

@@ -61,7 +61,7 @@ def _worded(pairs: list[LinkPair]) -> str:
 def _held(
     robot: RobotModel, shapes: CollisionShapes, pair: LinkPair
 ) -> LinkPair | None:
-    """Returns which link of a pair contains the other at home, or None."""
+    """Returns the link of a pair that contains the other at home, or None."""
     if joints_between(robot, *pair) == 0:
         return None  # Parts of one body may overlap.
     X_WL = robot.body_poses(robot.q_home)

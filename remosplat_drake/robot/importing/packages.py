@@ -25,7 +25,8 @@ PATH_VARIABLES = (
 """Environment variables that name folders with packages."""
 
 _DEEPEST = 3
-"""Largest depth of a package below an entry of ROS_PACKAGE_PATH."""
+"""Packages are searched down to this depth below an entry of ROS_PACKAGE_PATH.
+"""
 
 
 @dc.dataclass(frozen=True)

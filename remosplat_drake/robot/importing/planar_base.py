@@ -22,7 +22,7 @@ from remosplat_drake.robot.importing.urdf import (
 from remosplat_drake.robot.importing.urdf_elements import origin_pose
 
 _ALONG = 1e-3
-"""Largest component of an axis that counts as zero."""
+"""A component of an axis counts as zero if its size is at most this."""
 
 
 def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:

@@ -42,7 +42,8 @@ _ENDLESS = 1e6
 """Position limits beyond this count as missing: SDFormat's default is 1e16."""
 
 _ON_AXIS = 1e-9
-"""Largest distance of a link's origin that counts as on an axis [m]."""
+"""A link's origin counts as on an axis if it is at most this far from it [m].
+"""
 
 
 class PlantUrdf:

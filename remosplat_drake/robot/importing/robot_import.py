@@ -69,7 +69,8 @@ _STILL_WEIGHT = 0.5
 only for self-collision with the arm."""
 
 _ON_FLOOR = 0.1
-"""Height up to which a base's links are assumed to stand on the floor [m]."""
+"""A base's link is assumed to stand on the floor if its lowest point is less
+than this above the robot's lowest point [m]."""
 
 _SHORTEST, _LONGEST = 0.05, 10.0
 """Plausible range of an arm's reach [m]."""
@@ -81,8 +82,8 @@ _UNITS = (
 """Possible errors in the files of a robot with implausible sizes."""
 
 _OFF_LIMITS = 0.01
-"""Distance that the home keeps from a joint limit if a named state is at that
-limit [rad, m]."""
+"""If a named state that becomes the home is at a joint limit, the home keeps
+this distance from the limit [rad, m]."""
 
 _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 

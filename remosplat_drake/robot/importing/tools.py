@@ -31,11 +31,12 @@ TOOLS = (
 """Usual names of tool frames, the likeliest first."""
 
 _SAME_PLACE = 1e-3
-"""Largest distance between the origins of frames that count as one tool [m]."""
+"""Frames count as one tool if their origins are at most this far apart [m]."""
 
 _ARM_SHARE = 0.6
-"""Least number of joints of an arm in an SRDF, as a fraction of the longest
-chain's number. Shorter chains belong to a torso, a sensor or a wheel."""
+"""In an SRDF, a chain is an arm if it has at least this fraction of the longest
+chain's number of joints. Shorter chains belong to a torso, a sensor or a wheel.
+"""
 
 
 @dc.dataclass(frozen=True)

@@ -43,7 +43,8 @@ often folded may really touch in most configurations.
 """
 
 SAMPLES = 1000
-"""Number of examined configurations: home, and random configurations."""
+"""Number of configurations in which overlaps are examined: home and random
+ones."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from remosplat_drake.robot.self_collision.shapes import (
     read_collision_shapes,
 )
 
-# Additional overlap that is allowed for shapes that overlap at home [m].
+# Shapes that overlap at home may overlap by this much more elsewhere [m].
 _WOBBLE = 0.005
 
 

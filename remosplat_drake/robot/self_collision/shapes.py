@@ -39,11 +39,12 @@ from remosplat_drake.robot.self_collision.pair_arrays import (
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _SIDES = 32
-"""Number of sides of the prism around a cylinder, which is 0.5 % wider."""
+"""Number of sides of the prism that encloses a cylinder. The prism is 0.5 %
+wider than the cylinder."""
 
 _DIRECTIONS = 300
-"""Number of corners of the polyhedron around an ellipsoid, which is 2 %
-larger."""
+"""Number of corners of the polyhedron that encloses an ellipsoid. The
+polyhedron is 2 % larger than the ellipsoid."""
 
 _CORNERS = np.array(
     [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float

@@ -29,7 +29,7 @@ LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
 [rad]."""
 
 WALKING_SPEED = 1.0
-"""Walking speed above which the legs' angles do not increase [m/s]."""
+"""The legs' greatest angles do not increase above this walking speed [m/s]."""
 
 HIP, SHOULDER, HEAD = 0.53, 0.82, 0.92
 """Heights of joints and of the head's middle, as fractions of the height."""

@@ -8,7 +8,8 @@ from typing import Protocol
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLACK = 1.02
-"""Ratio of a reported limit to the largest sampled value, a safety factor."""
+"""Safety factor: a reported limit is this multiple of the largest sampled
+value."""
 
 
 class Track(Protocol):

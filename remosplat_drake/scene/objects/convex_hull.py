@@ -62,7 +62,7 @@ def read_hull(path: Path, scale: float = 1.0) -> np.ndarray:
 
     Args:
         path: A mesh file that Drake reads: .obj, .gltf or .vtk.
-        scale: Metres per unit of the file [m].
+        scale: Length of the file's unit [m].
 
     Returns:
         Shape (v, 3) [m].

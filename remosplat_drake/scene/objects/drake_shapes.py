@@ -23,7 +23,9 @@ def drake_shape(solid: Solid) -> Shape:
 
 
 def object_inertia(thing: SceneObject) -> SpatialInertia:
-    """Returns the inertia of an object of uniform density, about O in O.
+    """Returns an object's spatial inertia about O, expressed in O.
+
+    The density is assumed uniform.
 
     Args:
         thing: The object; if its mass is unknown, 1 kg is assumed.

@@ -13,7 +13,8 @@ TILT = math.radians(1.0)
 """Largest angle between a level surface and the horizontal plane [rad]."""
 
 SMALLEST = 0.06
-"""Least side length of a surface on which objects are placed [m]."""
+"""Objects are placed on a surface only if its sides are at least this long [m].
+"""
 
 THICKNESS = 0.02
 """Thickness of the box that represents a surface [m]."""
@@ -25,17 +26,19 @@ _PATCH = 0.08
 """Radius of the patch around the point with which the search begins [m]."""
 
 _BAND = 0.008
-"""Largest distance of a surface's points from its plane [m]."""
+"""A point belongs to a surface only if it is at most this far from its plane
+[m]."""
 
 _ALIKE = math.cos(math.radians(25.0))
-"""Least cosine of the angle between a point's normal and the surface's."""
+"""A point belongs to a surface only if the cosine of the angle between their
+normals is at least this."""
 
 _CELL = 0.02
 """Side of the cells that a surface's points must fill [m]."""
 
 _FITS, _LEAST = 4, 8
-"""Number of times that the plane is fitted, and the least number of points of a
-fit."""
+"""The plane is fitted this many times (first number), each time to at least
+this many points (second number)."""
 
 
 def find_level_surface(
