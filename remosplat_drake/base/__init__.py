@@ -1,1 +1,1 @@
-"""Modules that all rooms use: errors, ranges, files, processes, clocks."""
+"""Modules that all packages use: errors, ranges, files, processes, clocks."""

@@ -7,7 +7,7 @@ from remosplat_drake.base.errors import FileError
 
 
 class AppendFile:
-    """A file to which each piece is appended completely or not at all.
+    """A file to which data is appended completely or not at all.
 
     `append` never raises an exception and does not wait for the disk. When it
     returns, the operating system has the piece, so the piece survives a crash
@@ -36,7 +36,7 @@ class AppendFile:
             raise FileError(path, f"cannot be written: {problem}")
 
     def append(self, piece: bytes | memoryview) -> str:
-        """Appends a whole piece, or leaves the file unchanged.
+        """Appends all bytes of a piece of data, or leaves the file unchanged.
 
         Args:
             piece: The bytes to append.

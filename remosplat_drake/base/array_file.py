@@ -39,7 +39,7 @@ kernels read records of whole cache lines."""
 
 _LONGEST_HEADER = 1 << 20
 _LARGEST_ARRAY = 1 << 40
-"""Largest array that this program writes [bytes]."""
+"""An array is rejected if its size in the header exceeds this value [bytes]."""
 
 _MOST_DIMENSIONS = 4
 
@@ -68,7 +68,7 @@ class VersionError(FileError):
 
 @dc.dataclass(frozen=True)
 class _Place:
-    """Position, type, shape and checksum of an array."""
+    """Position in the file, type, shape and checksum of an array."""
 
     dtype: str
     shape: list[int]

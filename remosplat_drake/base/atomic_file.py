@@ -72,7 +72,7 @@ def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
     """Replaces a text file, and restores the old content if a check fails.
 
     Args:
-        path: The file, which exists.
+        path: The file, which must exist.
         text: Its new content.
         check: Function that reads the new file; if it raises an exception, the
             old content is restored.

@@ -176,7 +176,7 @@ class ChildProcess:
         """Waits until a message has arrived or the pipe is closed.
 
         Args:
-            timeout: The longest wait [s].
+            timeout: The method returns after this time at the latest [s].
         """
         if self.connection is None:
             sleep(timeout)

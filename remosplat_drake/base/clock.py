@@ -7,7 +7,7 @@ MICROSECONDS = 1_000_000
 """Microseconds in a second; message stamps are in microseconds."""
 
 LATEST_START = 0.5
-"""Largest delay after which a tick is still started, as a fraction of the
+"""A tick is started only if its delay is at most this fraction of the
 period."""
 
 
@@ -38,8 +38,8 @@ def sleep_until(wake: float, longest: float) -> None:
 
     Args:
         wake: Time at which to return, since the Unix epoch [s].
-        longest: Longest duration of the sleep [s], which applies if the clock
-            is wrong or was set back.
+        longest: The sleep takes at most this time [s], even if the clock is
+            wrong or was set back.
     """
     duration = min(wake - time.time(), longest)
     if duration > 0:
@@ -87,7 +87,7 @@ class Pacer:
 
         Args:
             period: Time between two ticks [s].
-            patience: Longest delay after which no ticks are dropped [s].
+            patience: Ticks are dropped only if the delay exceeds this time [s].
         """
         self._period = period
         self._patience = patience

@@ -91,7 +91,7 @@ def _is_config(found: object) -> bool:
 
 
 def extension_name(kind: type) -> str:
-    """Returns the name of a class by which `find_extension` finds it.
+    """Returns the name by which `find_extension` finds a class.
 
     Raises:
         RemoSplatError: The class is not in a module that can be imported by

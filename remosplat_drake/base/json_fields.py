@@ -6,7 +6,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import parse_json
 
 _SHOWN = 40
-"""Largest number of characters of an invalid value in messages."""
+"""Messages show at most this many characters of an invalid value."""
 
 _LARGEST = 2**53
 """Largest integer that every program reads exactly. Many programs read numbers
@@ -26,7 +26,7 @@ class JsonFields:
 
         Args:
             value: A value from `parse_json`.
-            where: The file, which errors name.
+            where: The file; errors name it.
             field: Path of the value inside the file; empty for the whole file.
 
         Raises:
@@ -168,7 +168,7 @@ def parse_fields(text: str | bytes, where: str) -> JsonFields:
 
     Args:
         text: The JSON text; bytes are UTF-8.
-        where: The file, which errors name.
+        where: The file; errors name it.
 
     Raises:
         FileError: The text is not JSON.

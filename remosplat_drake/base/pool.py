@@ -68,7 +68,7 @@ class Job:
     failed: Callable[[Any, str], Any]
 
     def run(self) -> Any:
-        """Returns the function's result; `failed`'s if it raises an error."""
+        """Returns the function's result, or that of `failed` after an error."""
         try:
             return self.function(self.subject)
         except Exception:

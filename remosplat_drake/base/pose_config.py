@@ -38,7 +38,7 @@ class PoseConfig(Config):
         be orthonormal and right-handed.
 
         Yields:
-            The name of a field and its problem.
+            The name of an invalid field, and a description of the problem.
         """
         if self.rotation is None:
             return

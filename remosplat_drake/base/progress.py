@@ -19,8 +19,8 @@ from rich.text import Text
 T = TypeVar("T")
 
 BEGUN = 1.0
-"""Duration of a stage after which its first line is printed, if the output is
-not a terminal [s]. Shorter stages print no line."""
+"""If the output is not a terminal, the first line about a stage is printed when
+the stage has lasted this long [s]. Shorter stages print no line."""
 
 PERIOD = 30.0
 """Time between two lines about a stage, if the output is not a terminal [s]."""

@@ -33,7 +33,7 @@ from remosplat_drake.base.drake_structs import (
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _SHOWN = 60
-"""Largest number of characters of an invalid value in messages."""
+"""Messages show at most this many characters of an invalid value."""
 
 
 @dc.dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Config:
         raise NotImplementedError
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks relations between fields, each of which has a valid value.
+        """Checks relations between fields; each field by itself is valid.
 
         Yields:
             The name of a field that is not valid, and a description of the
@@ -144,8 +144,8 @@ def check_ranges(config: Any, where: str = "", field: str = "") -> None:
 
     Args:
         config: A `Config`, or one of Drake's structs.
-        where: The file or flag that contains the configuration, which errors
-            name. If it is empty, errors name the configuration's class.
+        where: The file or flag that contains the configuration; errors name it.
+            If it is empty, errors name the configuration's class.
         field: Path of the configuration inside `where`; empty if it is the
             whole document.
 
@@ -212,7 +212,7 @@ def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def choices(expected: Any) -> list[Any]:
-    """Returns the members of a union, or of another type the type itself."""
+    """Returns the members of a union; of any other type, the type itself."""
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]

@@ -17,8 +17,8 @@ _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
 
 _MOST = 10_000
-"""Largest number of files in a folder for which an error suggests a file with a
-similar name."""
+"""An error suggests a file with a similar name only if the folder contains at
+most this many files."""
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
 """Prefix of the URIs of files that are part of this package."""

@@ -31,7 +31,7 @@ def parse_json(text: str | bytes, where: str | Path) -> Any:
 
     Args:
         text: The text; bytes are UTF-8.
-        where: The file, which errors name.
+        where: The file; errors name it.
 
     Raises:
         FileError: The text is not JSON, is nested too deeply, or has a

@@ -44,7 +44,8 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
     Args:
         name: Name of the package to import.
-        feature: The feature that needs the package, which the error names.
+        feature: The feature that needs the package; the error names this
+            feature.
         extra: Name of the extra that installs the package.
 
     Raises:
@@ -65,7 +66,8 @@ def libraries_named(feature: str) -> Iterator[None]:
     """Turns import errors about a missing library into one-line errors.
 
     Args:
-        feature: The feature that needs the library, which the error names.
+        feature: The feature that needs the library; the error names this
+            feature.
 
     Raises:
         MissingLibraryError: A shared library is absent, or glibc is too old.

@@ -14,8 +14,8 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _MOST = 8
-"""Largest number of threads. More threads would not be faster, since the
-memory's bandwidth limits them."""
+"""At most this many threads are used. More threads would not be faster, since
+the memory's bandwidth limits them."""
 
 
 def num_threads() -> int:

@@ -20,7 +20,8 @@ MOST_BYTES = 8 * 2**20
 parse."""
 
 MOST_NODES = 2_000_000
-"""Largest number of values in a document after expansion of aliases."""
+"""Largest accepted number of values in a document, after aliases are
+expanded."""
 
 DEEPEST = 40
 """Largest accepted nesting depth of lists and mappings."""

@@ -98,7 +98,7 @@ class ReactiveControllerConfig(Config):
         return gain_set(name)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that the stopping distances decrease.
+        """Checks that each stopping distance is smaller than the one before it.
 
         `guidance.tiers` are smaller stopping distances that guidance may try.
         They must decrease, and must be smaller than the stopping distance of
@@ -143,7 +143,7 @@ class ReactiveControllerConfig(Config):
 
 
 def _paper_gains() -> ReactiveControllerConfig:
-    """Makes the published set (paper sections III-A, IV; the authors' code)."""
+    """Makes the paper's gain set (sections III-A and IV; authors' code)."""
     return ReactiveControllerConfig(
         gains="paper",
         verify=False,
@@ -255,7 +255,7 @@ def default_ingredients(
 def _made(
     extra: Ingredient | IngredientMaker, robot: RobotModel
 ) -> AnyIngredient:
-    """Returns an ingredient from an extension, which may be its settings."""
+    """Returns `extra`, or makes an ingredient from it if it is a maker."""
     if hasattr(extra, "AddToProgram"):
         return cast(Ingredient, extra)
     return cast(IngredientMaker, extra).make(robot)

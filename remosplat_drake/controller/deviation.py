@@ -1,4 +1,4 @@
-"""Computes the difference of desired and executed end effector velocity."""
+"""Compares the desired and the executed velocity of an end effector."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def end_effector_velocities(
         max_speed: The servo's bound on the translational speed [m/s].
 
     Returns:
-        The desired V_WE, which is straight to the target and ignores
+        The desired V_WE, which points straight to the target and ignores
         constraints, and the executed V_WE. Both are expressed in W, angular
         before translational, shape (6,) [rad/s, m/s].
     """
@@ -42,7 +42,7 @@ def end_effector_velocities(
 
 
 def deviation(desired: np.ndarray, executed: np.ndarray) -> float:
-    """Computes |v desired - v executed| of the translational velocity [m/s].
+    """Returns the norm of desired minus executed translational velocity [m/s].
 
     The paper's figure 5 plots this.
 

@@ -23,8 +23,8 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _SETTLED = 0.25
-"""Fraction of the dead band by which an error may still decrease while the
-robot comes to rest."""
+"""While the robot comes to rest, an error may still decrease by this fraction
+of the dead band."""
 
 _CHECK_PERIOD = 0.1
 """Time between two checks of the errors of a moving robot [s]."""

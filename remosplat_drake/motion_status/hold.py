@@ -1,4 +1,4 @@
-"""Finds the cause that keeps a robot from moving, and distance violations."""
+"""Finds causes that keep a robot from moving, and too small distances."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -31,17 +31,17 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure (see `pressures`) below which an active row is not the cause of a
-standstill, since such values may be rounding errors of the solver."""
+"""An active row whose pressure (see `pressures`) is below this value is not the
+cause of a standstill, since the value may be a rounding error of the solver."""
 
 _SHARE = 0.5
-"""Fraction of the greatest pressure. If the pressure of the row of the link in
-the previous sentence is at least this fraction, the sentence names this link
-again. So it does not alternate between two rows of similar pressure."""
+"""The sentence names the same link as the previous sentence if the pressure of
+that link's row is at least this fraction of the greatest pressure. So the
+sentence does not alternate between two rows of similar pressure."""
 
 _VETO = 0.5
-"""Factor of the command below which verification counts as the cause that keeps
-the robot from moving."""
+"""If verification multiplies the command by less than this factor, verification
+is the cause that keeps the robot from moving."""
 
 _LEAST_COMMAND = 0.03
 """Commanded speed above which a robot visibly moves [m/s, rad/s]."""
@@ -264,7 +264,7 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
-    """Returns a `Hold` by the constraint that verification has reported."""
+    """Returns a `Hold` for the constraint that verification has reported."""
     separation = report.separation
     if report.objection == MOVER and separation is not None:
         return Hold(MOVER, separation.mover, separation.link)

@@ -236,7 +236,7 @@ class MotionStatusSystem(LeafSystem):
     def _beyond(
         self, aim: Aim, q: np.ndarray, *, drives: bool = False
     ) -> float:
-        """Returns a lower bound of the target's distance out of reach [m]."""
+        """Returns a distance by which a target is at least out of reach [m]."""
         if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
         parked = self._parked and not drives

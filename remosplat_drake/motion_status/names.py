@@ -8,7 +8,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.thing import MAP, THE_FLOOR, Thing
 
 _OF_A_SOLID = 0.03
-"""Largest distance of a map's surface from the solid that it represents [m]."""
+"""A map's surface is at most this far from the solid that it represents [m]."""
 
 
 def name_thing(

@@ -32,7 +32,8 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.task.target_sequence import TargetProgress
 
 CIRCLING = 10.0
-"""Time without progress after which the sentence states this time [s]."""
+"""If the robot has made no progress for this time, the sentence states the time
+without progress [s]."""
 
 _ADVICE = {
     things.MAP: "move or turn the target",
@@ -82,7 +83,7 @@ class Situation:
             unknown, or if there is no stop.
         inside: The deepest violation of a stopping distance; None if there is
             none.
-        beyond: Lower bound of the target's distance out of reach [m]; 0 if
+        beyond: The target is out of reach by at least this distance [m]; 0 if
             unknown.
         parked: Whether the target is out of reach only because all speeds of
             the base are limited to zero.
@@ -349,7 +350,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """Returns the statement of guidance about another way to the target."""
+    """Returns the reason why guidance offers no other way; empty if none."""
     if selection is None:
         return ""
     if selection.missing:

@@ -14,8 +14,8 @@ def choose_backend(asked: str, where: str, field: str) -> str:
 
     Args:
         asked: One of `BACKENDS`.
-        where: The file with the value `asked`, which errors name.
-        field: The field of this file with the value `asked`.
+        where: The file that contains the value `asked`; errors name this file.
+        field: Name of the field that contains the value `asked`.
 
     Returns:
         Either "cpu" or "cuda".

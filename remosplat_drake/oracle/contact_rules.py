@@ -20,7 +20,7 @@ from collections.abc import Sequence
 import numpy as np
 
 EXEMPT = None
-"""The stopping distance of a pair that may touch."""
+"""The stopping distance of a link and an object that may touch."""
 
 
 @dc.dataclass(frozen=True)
@@ -41,7 +41,7 @@ class ContactRule:
     stopping: float | None = EXEMPT
 
     def relief(self, usual: float) -> float:
-        """Returns the relief for the object and each link [m]; inf for contact.
+        """Returns the relief for the object and each link [m]; inf if `EXEMPT`.
 
         Args:
             usual: The smallest stopping distance d_s that the controller uses

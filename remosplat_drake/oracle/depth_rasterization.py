@@ -137,7 +137,7 @@ class DepthRasterizationField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The field of exact distances to splats as solids (Lipschitz)."""
+        """A Lipschitz continuous field: exact distances to splats as solids."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )

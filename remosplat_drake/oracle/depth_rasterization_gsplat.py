@@ -65,7 +65,7 @@ TRANSMITTANCE = 0.5
 """Threshold of the transmittance that defines gsplat's median depth."""
 
 _MAX_PAIRS = 1 << 23
-"""Largest number of pairs of a disc and a view that are rendered in one call. A
+"""At most this many pairs of a disc and a view are rendered in one call. A
 float represents the index of a pair exactly up to this number."""
 
 
@@ -114,7 +114,7 @@ class GsplatDepthField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The field of exact distances to splats as solids (Lipschitz)."""
+        """A Lipschitz continuous field: exact distances to splats as solids."""
         return SphereToEllipsoidField(self._splat_W)
 
     def clearances(

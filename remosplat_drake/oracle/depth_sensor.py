@@ -77,8 +77,8 @@ class DepthSensor:
         transmittance: Threshold of the median depth (0.5).
         near: Fragments nearer than this depth z are ignored [m].
         far: Fragments beyond this depth z are ignored [m].
-        n_sigma: Distance from its centre at which a splat ends, in standard
-            deviations (gsplat: 3).
+        n_sigma: Distance from a splat's centre at which the splat ends, in
+            standard deviations (gsplat: 3).
         min_alpha: Fragments below this alpha are dropped (gsplat: 1/255).
         orientation: "link" fixes the sensor's orientation to the sphere's link,
             "world" fixes it to W.

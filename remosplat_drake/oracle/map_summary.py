@@ -24,8 +24,8 @@ SPLATS, SOLIDS = "splats", "solids"
 """Kinds of maps: a Gaussian splat, or solids of known geometry."""
 
 LAYERS = 10
-"""Number of faint splats that, one behind the other, count as a surface in
-depth views; it defines the opacity of a faint splat."""
+"""A splat is faint if more than this many splats of its opacity, one behind the
+other, are needed to count as a surface in depth views."""
 
 
 @dc.dataclass(frozen=True)

@@ -256,7 +256,7 @@ def make_field(
         config: The configuration of the oracle.
         splat_W: The scene's splat in W, if it has one.
         truth: The scene's true geometry, if it is known.
-        where: The file with the configuration, which errors name.
+        where: The file that contains the configuration; errors name this file.
 
     Raises:
         FieldError: An input of the oracle is missing, or a value is out of

@@ -18,8 +18,8 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 
 _UPRIGHT = 1e-9
-"""Largest horizontal component of G's z axis in W that is a rounding error;
-above it, G is tilted."""
+"""If a horizontal component of G's z axis in W exceeds this value, G is tilted;
+smaller components are rounding errors."""
 
 _BENEATH = 0.4
 """Thickness of the layer of free space beneath the floor that is added around a

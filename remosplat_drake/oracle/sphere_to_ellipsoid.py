@@ -104,8 +104,8 @@ class SphereToEllipsoidField(DistanceField):
             if not subtract_uncertainty:
                 kept = splat_W.with_uncertainty(None)
             solved = bisection_steps is None
-            # The hash of the revision takes long, too, so it is computed in
-            # parallel.
+            # Computing the hash of the revision also takes long, so it is done
+            # in parallel.
             prepared, _ = both(
                 lambda: prepare_solids(kept, n_sigma, min_opacity, solved),
                 lambda: splat_W.content_hash,

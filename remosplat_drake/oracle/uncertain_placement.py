@@ -41,8 +41,8 @@ class UncertainPlacement(DistanceField):
         Args:
             field: The map.
             p_WB: x and y of the base in W, shape (2,) [m].
-            shift: Largest position error of the base [m].
-            turn: Largest heading error of the base [rad].
+            shift: Upper bound of the position error of the base [m].
+            turn: Upper bound of the heading error of the base [rad].
         """
         self._field = field
         self._p_WB = np.array(p_WB)

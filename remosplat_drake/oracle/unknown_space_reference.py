@@ -11,7 +11,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 def signed_distances(
     unseen: np.ndarray, lower: np.ndarray, voxel: float, spheres: Spheres
 ) -> np.ndarray:
-    """Computes distances to the boundary of unseen space over all voxels.
+    """Computes distances to the boundary of unseen space; searches all voxels.
 
     A layer of unseen voxels around the grid represents all space outside the
     grid.

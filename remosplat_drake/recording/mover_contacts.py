@@ -26,14 +26,14 @@ KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 _MOTIONS = (TOWARDS, RETREATING, RESTING)
 
 LEAST_SPEED = 1e-3
-"""Largest speed of a sphere that counts as at rest [m/s]."""
+"""A sphere counts as at rest if its speed is at most this value [m/s]."""
 
 WAITING_SPEED = 0.01
 """Speed of the robot's fastest sphere below which the robot counts as waiting
 [m/s]."""
 
 SHORTEST = 5e-4
-"""Smallest time between two samples [s]."""
+"""Two samples are at least this time apart [s]."""
 
 
 @dc.dataclass(frozen=True)

@@ -117,9 +117,9 @@ def open_gates(
         accepted: Names of the gates that a person accepts. Names of gates that
             are not in `gates` have no effect.
         hardware: Whether a real robot moves.
-        where: The scenario, which the error names.
-        otherwise: Text of the error about the purpose of the flags `--accept`
-            that it lists.
+        where: The scenario; the error names it.
+        otherwise: Text of the error, before the flags `--accept`, that states
+            their purpose.
 
     Returns:
         The warnings, and the gates that were accepted.

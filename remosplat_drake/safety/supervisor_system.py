@@ -221,7 +221,7 @@ class SafetySupervisor(LeafSystem):
         self._change(context, stop=reason)
 
     def request_release(self, context: Context) -> None:
-        """Releases a latched stop at the next tick, if nothing is wrong then.
+        """Releases a latched stop at the next tick, if no symptom exists then.
 
         Args:
             context: The system's own context, between two steps of a

@@ -30,9 +30,9 @@ _SOLVER = 1e-3
 """Relative tolerance by which a solver's command may exceed a bound."""
 
 _ROUNDING = 1e-6
-"""Error of predicted positions up to which it counts as a rounding error [m,
-rad]. It is needed since a robot's description may state delays without an error
-bound (tube)."""
+"""An error of predicted positions up to this value counts as a rounding error
+[m, rad]. This tolerance is needed because a robot's description may state
+delays without an error bound (tube)."""
 
 _TOUCH = 1e-6
 """Clearance below which the robot counts as touching the scene [m]."""

@@ -16,7 +16,7 @@ class Coverage:
     """An occupancy grid in W of the space that cameras have seen.
 
     Attributes:
-        lower: Lower corner of the box, shape (3,) [m].
+        lower: Lower corner of the grid, shape (3,) [m].
         voxel: Edge length of a voxel [m].
         state: State of each voxel, `UNSEEN`, `FREE` or `SURFACE`, shape (nx,
             ny, nz), uint8.
@@ -72,7 +72,8 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
         coverage: The coverage before this change.
         spheres: The spheres of the robot in one or more configurations without
             contact.
-        margin: Distance from the spheres within which space is free [m].
+        margin: Space within this distance from the spheres also becomes free
+            [m].
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])

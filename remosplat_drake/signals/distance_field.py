@@ -172,7 +172,7 @@ class DistanceField(ABC):
 
     @property
     def surfaces(self) -> "DistanceField | None":
-        """Returns the map without unseen space; None if that is all of it.
+        """Returns the map without unseen space; None if nothing else is in it.
 
         The page displays this part of the map, and an operator can click on it.
         """

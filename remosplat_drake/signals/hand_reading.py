@@ -6,11 +6,12 @@ import math
 import numpy as np
 
 STILL = 0.002
-"""Rate of the width below which the fingers are at rest [m/s]."""
+"""If the width changes at less than this rate, the fingers are at rest
+[m/s]."""
 
 SLIP = 0.005
-"""Largest change of the width for which a gripper still holds its object
-[m]."""
+"""A gripper still holds its object if its width has changed by at most this
+length [m]."""
 
 
 @dc.dataclass(frozen=True)

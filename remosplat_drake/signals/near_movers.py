@@ -9,8 +9,8 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance between a mapped surface and a mover at which the surface
-may be a part of the mover [m]."""
+"""A mapped surface may be a part of a mover if their distance is at most this
+length [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -21,5 +21,5 @@ class Separation:
 
     @property
     def margin(self) -> float:
-        """The distance minus S_p, which is the least of all pairs [m]."""
+        """The distance minus S_p; no other pair has a smaller margin [m]."""
         return self.distance - self.needed

@@ -158,17 +158,17 @@ class Target:
 
     @property
     def constrains_rotation(self) -> bool:
-        """Whether any rotation has a weight."""
+        """Whether any rotation has a nonzero weight."""
         return bool(self.weights[:3].any())
 
     @property
     def constrains_full_position(self) -> bool:
-        """Whether all translations have a weight."""
+        """Whether all translations have nonzero weights."""
         return not set(self.free) & {"x", "y", "z"}
 
     @property
     def constrains_position(self) -> bool:
-        """Whether any translation has a weight."""
+        """Whether any translation has a nonzero weight."""
         return bool(self.weights[3:].any())
 
     @property
@@ -204,7 +204,7 @@ class Target:
     def is_reached(
         self, error: PoseError, arrived: Callable[[PoseError], bool]
     ) -> bool:
-        """Returns whether an error is small enough to have reached the target.
+        """Returns whether the target counts as reached at a pose error.
 
         Args:
             error: The target's error.
@@ -216,7 +216,7 @@ class Target:
         return error.distance < self.passed_within
 
     def nearest_pose(self, X_WE: np.ndarray) -> np.ndarray:
-        """Returns the pose nearest to X_WE without a target error, (4, 4).
+        """Returns the zero-error pose that is nearest to X_WE, shape (4, 4).
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).

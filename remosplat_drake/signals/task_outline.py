@@ -27,7 +27,7 @@ class OutlineObject:
 
     Attributes:
         name: Name of the object.
-        text: Statement that the object is carried, or about the links that may
+        text: Statement that the robot carries the object, or which links may
             touch it.
         may_be_touched: Whether any link may touch the object.
         is_carried: Whether the robot carries the object.

@@ -12,7 +12,7 @@ from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
 
 OPTIMAL = "optimal"
-"""Status of a tick whose quadratic program was solved as it was."""
+"""Status of a tick whose quadratic program was solved without changes."""
 ACCELERATION_DROPPED = "acceleration_dropped"
 """Status of a tick whose program was solved without acceleration bounds."""
 RELAXED = "relaxed"

@@ -20,8 +20,8 @@ from remosplat_drake.splat.bvh import (
 )
 
 LEAST_BOXES = 200_000
-"""Least number of boxes of a hierarchy that is kept. Building a smaller
-hierarchy takes little time."""
+"""A hierarchy is kept only if it has at least this many boxes. Building a
+smaller hierarchy takes little time."""
 
 MOST_BYTES = 1 << 30
 """Largest size of the cache [bytes]. If it is exceeded, the least recently used

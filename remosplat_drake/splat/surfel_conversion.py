@@ -18,8 +18,8 @@ It is the least scale of SPZ.
 """
 
 _FLAT = 1e-4
-"""Largest third scale of ellipsoids that count as discs [m]. Their third scales
-must be equal, too."""
+"""Ellipsoids count as discs if their third scales are at most this length [m].
+Their third scales must be equal, too."""
 
 _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
 """Quaternions wxyz of two rotations, which rotate z to axis 0 and to axis 1."""

@@ -10,7 +10,7 @@ from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MAX_SURFELS = 150_000
-"""Largest number of discs on a Meshcat page, at about 250 bytes each."""
+"""A Meshcat page shows at most this many discs, of about 250 bytes each."""
 
 TILE_SIZE = 1000
 """Number of discs in a tile. Meshcat takes about 0.1 ms to receive a tile."""
@@ -140,7 +140,7 @@ def largest(
 
     Args:
         splat: The splats.
-        count: Largest number of returned splats.
+        count: At most this many splats are returned.
         min_opacity: Fainter splats are omitted.
     """
     is_shown = splat.opacities >= min_opacity

@@ -28,8 +28,8 @@ from remosplat_drake.station.hand import (
 from remosplat_drake.station.station_config import DynamicStation
 
 _OVER_FRICTION = 100.0
-"""Smallest ratio of a motor's gain to its joint's viscous friction. With this
-ratio, a joint without load is slower than commanded by at most 1 %."""
+"""A motor's gain is at least this multiple of its joint's viscous friction.
+With it, a joint without load is slower than commanded by at most 1 %."""
 
 DRIVE_SHARE = 0.8
 """Fraction of the base's effort limit that drives the base forward. The rest of
@@ -125,7 +125,7 @@ def effort_limits(
 
     Args:
         plant: The finalized plant with the robot.
-        robot: The robot, which errors name.
+        robot: The robot; errors name it.
         joints: Names of the m joints.
 
     Returns:

@@ -26,8 +26,9 @@ reached 13 m/s^2. The sum of the limits of all joints is 200 m/s^2. This bound
 would be so large that no robot could approach another one."""
 
 _JUMP = 5e-3
-"""Largest deviation of a link from a motion within its acceleration bound [m].
-Deviations occur because commands change in steps from tick to tick."""
+"""A link deviates by at most this length from a motion within its acceleration
+bound [m]. Deviations occur because commands change in steps from tick to
+tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)

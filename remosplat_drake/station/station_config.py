@@ -99,8 +99,8 @@ class StationMaker(Protocol):
 
 
 MAX_STEP = 0.05
-"""Longest step of the kinematic station's integrator [s]. It equals the time
-constant of the gripper's width."""
+"""Upper limit of the steps of the kinematic station's integrator [s]. It equals
+the time constant of the gripper's width."""
 
 
 def kinematic_simulator_config(control_period: float) -> SimulatorConfig:

@@ -17,7 +17,7 @@ from remosplat_drake.timing.oracle_cases import (
 from remosplat_drake.timing.tick_cases import tick_cases
 
 STOPPING_DISTANCE = 0.021
-"""Range of verification's queries [m]."""
+"""Distance up to which verification's queries search for surfaces [m]."""
 
 SCENARIO = "TableDepth"
 """Shipped scenario whose control ticks use the depth rasterisation oracle."""

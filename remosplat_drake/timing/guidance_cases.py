@@ -129,7 +129,7 @@ def _rollouts(task: _Task, steps: int) -> Iterator[None]:
 
 
 def _periods(task: _Task, budget: int) -> Iterator[None]:
-    """Runs control loops; a period has guidance, oracle, tick and motion."""
+    """Runs control loops; a period has guidance, query, tick and motion."""
     robot, field, law, rule = task.robot, task.field, task.law, task.rule
     dt = law.dt
     while True:

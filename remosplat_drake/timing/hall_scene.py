@@ -17,7 +17,7 @@ _PITCH = 3.0
 """
 
 _SMALLEST, _LARGEST = np.array([0.4, 0.4, 0.5]), np.array([1.2, 1.0, 1.3])
-"""Bounds on the sides of a box [m]."""
+"""Least and greatest side lengths of a box [m]."""
 
 _COVER = 0.8
 """Standard deviation of a disc, as a fraction of the distance to its nearest

@@ -1,4 +1,4 @@
-"""Benchmarks of distances to a mesh (other packages) and to surfels (this).
+"""Benchmarks: distances to a mesh by other packages, to surfels by this one.
 
 The scene is the shipped table. There are two meshes of it: one with the fewest
 possible triangles, and one with as many triangles as the splat has surfels. The
@@ -29,8 +29,8 @@ PACKAGES = ("open3d", "trimesh", "rtree")
 _SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
 
 _LONGEST = 0.085
-"""Longest edge with which the mesh has as many triangles as the splat has
-surfels [m]."""
+"""If triangle edges are at most this long, the mesh has as many triangles as
+the splat has surfels [m]."""
 
 Query = Callable[[np.ndarray], np.ndarray]
 """Function that finds the closest point of a mesh to each of n points, shape
@@ -108,7 +108,7 @@ def _rtree(triangles: np.ndarray) -> Query:
 
 
 def _indexed(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns vertices, (3t, 3), and the indices of each triangle's, (t, 3)."""
+    """Returns vertices (3t, 3), and each triangle's vertex indices (t, 3)."""
     p_WV = triangles.reshape(-1, 3)
     return p_WV, np.arange(len(p_WV)).reshape(-1, 3)
 

@@ -22,13 +22,14 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
-"""Range of the queries: the controller's influence distance [m]."""
+"""Distance up to which queries search for surfaces: the controller's influence
+distance [m]."""
 
 _TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 
 
 def oracle_cases() -> list[Case]:
-    """Makes benchmarks of 77 spheres in scenes of several sizes.
+    """Makes benchmarks of queries of 77 spheres in scenes of several sizes.
 
     One benchmark is brute force, a loop over all splats, for comparison.
     """

@@ -31,11 +31,11 @@ PACKAGES = ("proxsuite", "daqp")
 """Optional packages whose solvers are timed if they are installed."""
 
 _OSQP = 1e-6
-"""Tolerance for which OSQP with polishing is as exact as the other solvers."""
+"""Tolerance with which OSQP with polishing is as exact as the other solvers."""
 
 _PROXQP = 1e-8
-"""Tolerance, also of the duality gap, for which ProxQP is as exact as the other
-solvers."""
+"""Tolerance, also of the duality gap, with which ProxQP is as exact as the
+other solvers."""
 
 
 class Problem(NamedTuple):

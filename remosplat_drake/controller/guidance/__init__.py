@@ -1,4 +1,4 @@
-"""Guidance: chooses a way around obstacles by rollouts.
+"""Guidance: simulates rollouts to choose a way around obstacles.
 
 The quadratic program of a tick considers only the present state, so the robot
 stalls if an obstacle is between the end effector and the target. A `Guidance`

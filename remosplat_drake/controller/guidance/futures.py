@@ -39,11 +39,11 @@ def advance_together(
         advance: Function that simulates a number of steps of a rollout, or
             fewer steps if the rollout ends. It is called from several threads.
         first_tier: The usual stopping distance, for the score [m].
-        budget: Largest total number of steps of all rollouts. After that, the
-            remaining rollouts advance by fewer steps, or wait for the next
+        budget: At most this many steps are simulated in total. If it is too
+            small, some rollouts advance by fewer steps, or only in the next
             call.
-        threads: Number of rollouts that are simulated in parallel, which does
-            not change the results.
+        threads: Number of rollouts that are simulated in parallel. This number
+            does not change the results.
 
     Returns:
         The rollouts in the same order, and the number of simulated steps, which
@@ -58,7 +58,7 @@ def advance_together(
 
 
 def _shares(futures: Futures, budget: int) -> dict[int, int]:
-    """Returns the number of steps that each rollout advances."""
+    """Returns the number of steps by which each rollout advances."""
     running = [i for i, r in enumerate(futures) if r.status == RUNNING]
     shares = {}
     for i in sorted(running, key=lambda i: futures[i].num_steps):

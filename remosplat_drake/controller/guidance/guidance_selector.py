@@ -72,8 +72,8 @@ class GuidanceSelector(LeafSystem):
     Args:
         rule: The selector's settings, such as the planner of candidates and the
             condition of arrival.
-        budget: Number of rollout steps in a period. With 0, the selector
-            selects the next candidate whenever the robot stalls.
+        budget: Number of rollout steps that are simulated in a period. With 0,
+            the selector selects the next candidate whenever the robot stalls.
         period: Time between two updates [s].
         process: The process that computes the rollouts. If it is None, the
             selector computes them.

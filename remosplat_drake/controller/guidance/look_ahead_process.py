@@ -25,13 +25,13 @@ START_TIME = 60.0
 """Longest time that the start of the process may take [s]."""
 
 PATIENCE = 5.0
-"""Time without a response after which the process counts as lost [s]."""
+"""If the process sends no response for this time, it counts as lost [s]."""
 
 _NICENESS = 10
 """Nice value of the process, so that the control tick takes precedence."""
 
 _IN_USE = 2
-"""Number of cores that the process leaves to the control loop, the page and the
+"""The process leaves this many cores to the control loop, the web page and the
 communication."""
 
 DIED = "the look-ahead process has died"

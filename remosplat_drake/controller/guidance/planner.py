@@ -52,7 +52,7 @@ class GuidancePlanner(Protocol):
     """Protocol of planners, such as `SidePlanner`, which propose candidates."""
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the candidates of a round of selection, for each tier.
+        """Proposes the candidates of a round for each tier (stopping distance).
 
         A tier consists of the candidates with the same stopping distance. They
         are simulated in parallel, from the robot's state at the time at which
@@ -72,7 +72,7 @@ class GuidancePlanner(Protocol):
 
 @dc.dataclass
 class SidePlanner(Config):
-    """Proposes three candidates: direct, or to pass obstacles left or right."""
+    """Proposes three candidates: go direct, or pass obstacles left or right."""
 
     # Angle by which the base is turned away from the direction to the end
     # effector, towards the chosen side [rad].

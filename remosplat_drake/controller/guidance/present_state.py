@@ -1,4 +1,4 @@
-"""`PresentState`: the state of robot and movers from which guidance decides."""
+"""`PresentState`: the state of robot and movers when guidance is selected."""
 
 import dataclasses as dc
 
@@ -20,8 +20,8 @@ class PresentState:
         u: Command that is being executed, shape (n_u,).
         aim: The targets of the end effectors.
         movers: The movers; None if none are known.
-        motion: Predicted motion from commands in flight; None for a robot
-            without delay.
+        motion: Predicted motion that is caused by commands sent so far; None
+            for a robot without delay.
         payload: The payload; None if the robot carries nothing.
     """
 

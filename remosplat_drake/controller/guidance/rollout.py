@@ -33,11 +33,11 @@ OUTRUN = "outrun"
 score."""
 
 _STALL_SPEED = 0.012
-"""Speed below which the robot stands still. The speed is the greater of the
-base's |v| [m/s] and half the largest joint rate [rad/s, m/s]."""
+"""Below this speed, the robot counts as standing still. The speed is the
+greater of the base's |v| [m/s] and half the largest joint rate [rad/s, m/s]."""
 
 _STALL_TIME = 0.5
-"""Time of standstill after which a rollout has stalled [s]."""
+"""If the robot has stood still for this time, the rollout has stalled [s]."""
 
 STRIDE = 5
 """Number of steps in one call of the kernel. Steps after the end of a rollout
@@ -72,8 +72,8 @@ class Rollout:
         movers: The movers around the robot at the start of the rollout; None if
             no movers were known.
         start: Time at which the rollout starts [s].
-        motion: Predicted motion that commands already sent cause; None for a
-            robot without delay.
+        motion: Predicted motion that is caused by commands sent so far; None
+            for a robot without delay.
     """
 
     guidance: Guidance
@@ -144,7 +144,7 @@ def advance_rollout(
     horizon: float,
     steps: int = 1,
 ) -> Rollout:
-    """Advances a rollout with the robot's own control tick.
+    """Advances a rollout by the control tick that also drives the robot.
 
     Movers keep their twists for the time `FORESIGHT`, and are at rest
     afterwards. At each step, the age of their measurements is that at the start
@@ -155,10 +155,11 @@ def advance_rollout(
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-            pose X_WT of shape (4, 4), is the target of the first end effector.
+        aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
+            X_WT of shape (4, 4) is also accepted; it is the target of the first
+            end effector.
         arrived: Function that returns whether a `PoseError` counts as arrival.
-        horizon: Longest simulated time [s].
+        horizon: Simulated time at which the rollout ends at the latest [s].
         steps: Number of steps. Fewer steps are simulated if the rollout ends.
 
     Returns:
@@ -183,7 +184,7 @@ def _followed(
     arrived: Callable[[PoseError], bool],
     horizon: float,
 ) -> Rollout:
-    """Returns the rollout after the simulated steps, up to its end."""
+    """Returns the rollout after simulated steps; omits steps after its end."""
     # If there is no path, a robot that only turns its base counts as standing
     # still.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)

@@ -57,10 +57,11 @@ class Selection:
             arrival, shape (n_q,); None otherwise.
         refuted: Number of times that a rollout arrived although the robot,
             which followed the same guidance, stood still.
-        revision: Revision of the map of the round.
-        aim: The aim of the round.
-        tier: Index of the largest stopping distance that is used. The robot did
-            not keep larger ones when it got the target or the map.
+        revision: Revision of the map that the present round uses.
+        aim: The aim of the present round.
+        tier: Index of the largest stopping distance that is used. Larger ones
+            are not used, because the robot was too near to obstacles when it
+            received the target or the map.
         missing: Reason why no rollouts are simulated although they should be,
             for display; empty if rollouts are simulated.
         seconds: Wall-clock time of the latest update [s].
@@ -126,7 +127,7 @@ def on_the_same_world(
     field: DistanceField,
     aim: Aim,
 ) -> Selection:
-    """Returns the selection, or an initial selection for a new target or map.
+    """Returns the given selection, or an initial one for a new target or map.
 
     Args:
         rule: The selector's settings.

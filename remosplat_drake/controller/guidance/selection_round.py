@@ -60,8 +60,8 @@ early if the robot moves. From the same configuration, another round would have
 the same result."""
 
 _MOVED = 0.05
-"""Change of a configuration variable after which another round starts [m,
-rad]."""
+"""Another round starts if a configuration variable has changed by more than
+this value [m, rad]."""
 
 _STOOD, _SHORT = 2e-3, 0.5
 """A robot has stood still if no configuration variable has changed by more than
@@ -70,11 +70,12 @@ less than the second number [s] are not compared with the robot, which may be
 arriving."""
 
 _MARGIN = 0.5
-"""Least improvement of the score for a change of guidance [s]."""
+"""The guidance changes only if the score decreases by at least this value
+[s]."""
 
 _NEARBY, _LEVER = 0.1, 0.3
-"""Two numbers. If the pose error is at most the first number [m], no path is
-searched as soon as a target is given. The second number is the weight of the
+"""Two numbers. If a target is given and its pose error is at most the first
+number [m], no path is searched at once. The second number is the weight of the
 angle in this error [m/rad]."""
 
 
@@ -117,18 +118,19 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command that is being executed, shape (n_u,).
-        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-            pose X_WT of shape (4, 4), is the target of the first end effector.
+        aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
+            X_WT of shape (4, 4) is also accepted; it is the target of the first
+            end effector.
         field: The map.
-        budget: Largest number of rollout steps to simulate.
+        budget: At most this many rollout steps are simulated.
         movers: The movers; None if none are known.
-        motion: Predicted motion that commands already sent cause; None for a
-            robot without delay.
+        motion: Predicted motion that is caused by commands sent so far; None
+            for a robot without delay.
         payload: The payload; None if the robot carries nothing.
-        interrupted: Function that returns whether to abort a search for a path,
-            which may take long.
-        threads: Number of rollouts that may be simulated in parallel, which
-            does not change the result.
+        interrupted: Function that returns whether to abort a search for a path.
+            A search may take long.
+        threads: Number of rollouts that may be simulated in parallel. This
+            number does not change the result.
 
     Returns:
         The selection after these steps. It is the same object if no step was
@@ -263,7 +265,7 @@ def _file(
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Stores ended rollouts, then begins the next group or decides."""
+    """Stores ended rollouts, then begins the next group or selects guidance."""
     if _is_refuted(rule, selection, ended, now):
         ended = (ended[0].ended(STALLED),)
         selection = dc.replace(selection, refuted=selection.refuted + 1)
@@ -305,7 +307,7 @@ def _is_refuted(
     ended: Futures,
     now: PresentState,
 ) -> bool:
-    """Whether the robot shows that the rollout of its guidance is wrong.
+    """Whether the robot stands still although its guidance's rollout arrives.
 
     A rollout takes longer steps than the robot. So it may pass where the robot
     stops: along an obstacle at the stopping distance, towards which the motion
@@ -326,7 +328,7 @@ def _is_refuted(
 def _next_group(
     waiting: tuple[tuple[Guidance, ...], ...], tried: Guidance
 ) -> tuple[tuple[Guidance, ...], tuple[tuple[Guidance, ...], ...]]:
-    """Returns the first group with another guidance, and later groups."""
+    """Returns the first group with untried guidance, and all later groups."""
     for i, group in enumerate(waiting):
         others = tuple(guidance for guidance in group if guidance != tried)
         if others:

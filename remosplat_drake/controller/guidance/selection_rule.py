@@ -25,11 +25,13 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 
 _TIME_ON_PATH = 4.0
-"""Longest simulated time per radian or metre of a path [s]."""
+"""For each radian or metre of a path, its rollout simulates at most this time
+[s]."""
 
 _RETREAT = 0.002
-"""Distance by which a robot may be nearer than a stopping distance, and first
-retreats, before a smaller one is used [m]."""
+"""If the robot violates a stopping distance by at most this value, it keeps
+that stopping distance and first retreats; otherwise, a smaller stopping
+distance is used [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -156,8 +158,8 @@ class SelectionRule:
             attempt: Number of earlier rounds with a search.
             interrupted: Function that returns whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
-            around: Standing movers, from which paths keep the distance that
-                verification keeps.
+            around: Standing movers. Paths keep the same distance from them as
+                verification.
 
         Returns:
             The guidance along the path, or None if no path was found, and the
@@ -192,7 +194,7 @@ class SelectionRule:
     def still_open(
         self, guidance: Guidance, q: np.ndarray, field: DistanceField
     ) -> Guidance:
-        """Truncates a guidance's path before the part that a map blocks.
+        """Truncates a guidance's path before the first part that a map blocks.
 
         Args:
             guidance: The guidance, with or without a path.

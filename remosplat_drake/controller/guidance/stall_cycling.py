@@ -48,8 +48,9 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command that is being executed, shape (n_u,).
-        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-            pose X_WT of shape (4, 4), is the target of the first end effector.
+        aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
+            X_WT of shape (4, 4) is also accepted; it is the target of the first
+            end effector.
         field: The map.
         movers: Not used.
         motion: Not used.

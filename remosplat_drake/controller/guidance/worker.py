@@ -37,12 +37,12 @@ from remosplat_drake.controller.tick.tick_calls import asks_python
 from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
-"""Message of the process that it has loaded all kernels."""
+"""Message in which the process states that it has loaded all kernels."""
 
 
 @dc.dataclass(frozen=True)
 class Failure:
-    """Message of the process that it ends because of a failure.
+    """Message in which the process states that it ends because of a failure.
 
     Attributes:
         reason: Reason of the failure, for display.

@@ -22,7 +22,7 @@ def blended_corners(
         space: The free space.
         corners: Corners of a free path, shape (k, n_q) [rad, m]. Consecutive
             corners must differ.
-        longest: Largest distance in q from a corner to the ends of its blend. A
+        longest: A blend ends at most at this distance in q from its corner. A
             radian counts like a metre.
 
     Returns:

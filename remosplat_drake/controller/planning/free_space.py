@@ -138,7 +138,8 @@ class FreeSpace:
         """Returns whether the whole motion between two configurations is free.
 
         Args:
-            a: Configuration at the start, which is free, shape (n_q,) [rad, m].
+            a: Configuration at the start, which must be free, shape (n_q,)
+                [rad, m].
             b: Configuration at the end, shape (n_q,) [rad, m].
         """
         self.checks += 1

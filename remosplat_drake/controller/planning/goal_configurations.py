@@ -17,31 +17,32 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _ROUND = 20, 100
-"""Number of groups of random configurations in the first round, and in each
-later round. The search ends as soon as it has found enough configurations."""
+"""Two numbers: the groups of random configurations in the first round, and in
+each later round. The search ends as soon as it has found enough
+configurations."""
 
 _COMPARED = 100
-"""If no configuration keeps all distances, the best one is reported. This is
-the largest number of configurations that are compared to find it."""
+"""If no configuration keeps all distances, at most this many configurations are
+compared, and the best of them is reported."""
 
 _ENOUGH = 0.06
-"""Excess of the least clearance of a goal over the required clearance above
-which the goal's cost does not decrease further [m]."""
+"""A goal's cost decreases with its least clearance, until this clearance
+exceeds the required one by this value [m]."""
 
 _GROUP = 4
-"""Number of random configurations in a group. The configuration nearest to the
+"""Number of random configurations in a group. The one that is nearest to the
 target is a seed of inverse kinematics."""
 
 _PATIENCE = 4
-"""Largest number of groups for each requested seed. Several groups are needed,
-since most random poses of a base collide."""
+"""For each requested seed, at most this many groups are drawn. Several groups
+are needed, since most random poses of a base collide."""
 
 _BASE_DISTANCE = (0.35, 0.95)
 """Least and greatest distance of random base positions from the target [m]."""
 
 _BASE_TURN = 0.8
-"""Largest angle between a random base heading and the direction to the target
-[rad]."""
+"""A random base heading differs from the direction to the target by at most
+this angle [rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -87,12 +88,13 @@ def goal_configurations(
 
     Args:
         space: The free space.
-        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-            pose X_WT of shape (4, 4), is the target of the first end effector.
+        aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
+            X_WT of shape (4, 4) is also accepted; it is the target of the first
+            end effector.
         q: Present configuration, shape (n_q,) [rad, m]. Goals near it are
             preferred.
         seeds: Number of configurations from which inverse kinematics starts.
-        most: Largest number of goal configurations.
+        most: At most this many goal configurations are returned.
         rng: Random number generator of the seeds.
     """
     aim = Aim.of(aim)
@@ -120,7 +122,7 @@ def goal_configurations(
 
 
 def _own_groups(space: FreeSpace, q: np.ndarray) -> np.ndarray:
-    """Returns groups of the present configuration and of the arms' home."""
+    """Returns a group with the present posture, and one with the arms' home."""
     own = np.stack([q, q])
     own[1, -len(space.robot.home) :] = space.robot.home
     own = np.clip(own, space.lower, space.upper)
@@ -219,7 +221,7 @@ def _place(
 def _price(
     space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
-    """Computes costs of goals, which are higher far away and near obstacles.
+    """Computes goals' costs, which increase far away and near obstacles.
 
     The cost is roughly the time to reach the goal [s]. It is larger if the goal
     is near obstacles or joint limits.

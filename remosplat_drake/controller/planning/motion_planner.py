@@ -42,7 +42,8 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
-"""Distance by which a path of the base may go beyond start and goals [m]."""
+"""The base's x and y may leave the bounding box of start and goals by at most
+this distance [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -74,13 +75,13 @@ class MotionPlanner:
         around: Movers | None = None,
         separation: float = 0.0,
     ) -> Plan:
-        """Searches a path to a target; equal calls find equal paths.
+        """Searches a path to a target; equal arguments give equal paths.
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-                pose X_WT of shape (4, 4), is the target of the first end
-                effector.
+            aim: The targets of the end effectors, as an `Aim`. A `Target` or a
+                pose X_WT of shape (4, 4) is also accepted; it is the target of
+                the first end effector.
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of earlier searches. Each search draws other random

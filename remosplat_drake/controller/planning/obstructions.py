@@ -12,8 +12,8 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""Time within which a standing mover may reach places that paths avoid [s]. So
-the robot can pass the mover at a higher speed."""
+"""Paths avoid all places that a standing mover could reach within this time
+[s]. So the robot can pass the mover at a higher speed."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -13,17 +13,18 @@ import scipy
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
 _NEIGHBOURS = 6
-"""Number of corners to which start and goals are connected."""
+"""The start and each goal are connected to this many corners."""
 
 _UNKNOWN = 4.0
-"""Factor of the cost of a new connection, compared with an edge of a path."""
+"""The cost of a new connection is its length times this factor; that of an edge
+of a path is its length."""
 
 _NO_WAY = 1e-9
-"""Additional cost of each edge, since SciPy treats a zero as no edge [rad,
-m]."""
+"""Additional cost of each edge, since SciPy treats a cost of zero as a missing
+edge [rad, m]."""
 
 _MOST = 400
-"""Largest number of stored corners; the oldest corners are removed."""
+"""At most this many corners are stored; the oldest corners are removed."""
 
 _TRIES = 12
 """Number of blocked paths after which the search ends."""
@@ -103,7 +104,7 @@ NO_ROADMAP = Roadmap()
 
 
 def _distance(q: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Returns distances of configurations (..., n_q) from one, shape (...)."""
+    """Returns the costs of edges from one configuration to others, (...)."""
     return np.abs(other - q).max(axis=-1) + _NO_WAY
 
 
@@ -128,7 +129,7 @@ def _shortest(cost: dict, count: int, goals: range) -> list[int] | None:
 def _first_blocked(
     space: FreeSpace, places: np.ndarray, way: list[int]
 ) -> tuple[int, int] | None:
-    """Returns the first step of a path that is not free; None if all are."""
+    """Returns a path's first edge that is not free; None if all are free."""
     for a, b in pairwise(way):
         if not space.is_free_between(places[a], places[b]):
             return a, b

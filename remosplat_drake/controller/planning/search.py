@@ -25,7 +25,7 @@ _CHUNK = 128
 """Number of motions between two checks for an interruption."""
 
 _SHORTCUTS = 20
-"""Number of tried shortcuts."""
+"""Number of shortcuts that are tried to shorten a path."""
 
 _TUCKED = 3
 """Of this number of random configurations, one has a tucked arm."""
@@ -40,7 +40,7 @@ class Search:
         q: Start of the paths, shape (n_q,) [rad, m].
         bounds: Bounds within which configurations are drawn, each of shape
             (n_q,) [rad, m].
-        checks: Largest number of motions that a search checks.
+        checks: A search checks at most this many motions.
         seed: Seed of the search.
         interrupted: Function that returns whether to abort the search.
     """

@@ -1,4 +1,4 @@
-"""Computes the greatest speeds along a path that limits and clearances permit.
+"""Computes the greatest speeds that limits and clearances permit along a path.
 
 The speed at a point of the path is the greatest speed from which the robot can
 keep, up to the path's end, its limits of velocity, acceleration and torque, and
@@ -27,7 +27,7 @@ from remosplat_drake.controller.program.path import Path
 from remosplat_drake.robot.robot_model import RobotModel
 
 _STEP = 0.06
-"""Largest distance between the points of a path at which speeds are computed.
+"""Speeds are computed at points of a path that are at most this distance apart.
 In this distance, a radian counts like a metre."""
 
 _SHARE = 0.9
@@ -35,8 +35,8 @@ _SHARE = 0.9
 is available for corrections."""
 
 _SHARP = 0.3
-"""Change of direction from which on a node is a corner, and not a part of a
-bend [rad]."""
+"""If the direction changes at a node by more than this angle, the node is a
+corner, and not a part of a bend [rad]."""
 
 
 @dc.dataclass(frozen=True)

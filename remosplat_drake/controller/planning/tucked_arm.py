@@ -40,7 +40,7 @@ def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
 
 
 def _stick_out(space: FreeSpace, q: np.ndarray) -> np.ndarray:
-    """Measures the largest extent from the base's vertical axis, (k,) [m]."""
+    """Measures the arm's largest distance from the base's axis, (k,) [m]."""
     robot = space.robot
     k, n = len(q), len(robot.spheres)
     spheres = robot.spheres_of_all(q)

@@ -18,7 +18,8 @@ WINDOW = 1.0
 the time that a robot needs to stop."""
 
 _SETTLED = 5.0
-"""Number of time constants after which a lag has settled."""
+"""After this many time constants, the response to a command counts as
+settled."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -109,7 +110,7 @@ class History:
     def with_measurement(
         self, q: np.ndarray, modelled: np.ndarray, n_base: int
     ) -> "History":
-        """Compares a measured configuration with the model.
+        """Stores a measured configuration and its difference from the model.
 
         Args:
             q: The measured configuration, shape (n_q,) [m, rad].

@@ -174,7 +174,7 @@ class MotionPredictor(LeafSystem):
         return context.get_time() - np.array(ages)
 
     def _measured(self, context: Context, port) -> np.ndarray:
-        """Returns a port's q with the base's pose at its measurement."""
+        """Returns a port's q, with the base's pose when it was measured."""
         q = np.array(port.Eval(context))
         age = self._status_input.Eval(context).base_age
         if age and self._base_input.HasValue(context):

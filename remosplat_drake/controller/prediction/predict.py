@@ -32,7 +32,7 @@ def predict(
         q: Measured configuration, shape (n_q,) [m, rad].
         stamp: Time at which each axis was measured, shape (n_u,) [s].
         now: Time at which the next command is sent [s].
-        slack: Largest additional delay of commands compared with the model [s].
+        slack: Commands act at most this much later than in the model [s].
     """
     # The arrays are copied, since kernels are compiled for writable arrays.
     start, q_start, v_start, q_planned, v_measured, way_measured = lead_forward(

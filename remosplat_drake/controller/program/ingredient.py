@@ -107,7 +107,7 @@ def added(
 
 
 class IngredientError(RemoSplatError):
-    """Raised if an ingredient raises an exception; has its file and line.
+    """Raised if an ingredient raises an exception; states the file and line.
 
     Args:
         ingredient: The ingredient.

@@ -1,26 +1,26 @@
-"""Computes distances from joint limits, for revolute and prismatic joints."""
+"""Computes influence and stopping distances of joints from their limits."""
 
 import numpy as np
 
 from remosplat_drake.robot.robot_model import RobotModel
 
 INFLUENCE_SHARE = 1 / 3
-"""Largest influence distance, as a fraction of a joint's range."""
+"""An influence distance is at most this fraction of a joint's range."""
 
 STOP_SHARE = 1 / 10
-"""Largest stopping distance, as a fraction of a joint's range."""
+"""A stopping distance is at most this fraction of a joint's range."""
 
 
 def joint_margins(
     robot: RobotModel, hinge: float, slide: float, share: float
 ) -> np.ndarray:
-    """Computes distances from the limits of the arm's joints, shape (n_arm,).
+    """Computes the arm's influence or stopping distances, shape (n_arm,).
 
     Args:
         robot: The robot, for the kinds and ranges of its joints.
         hinge: Distance of a revolute joint from its limits [rad].
         slide: Distance of a prismatic joint from its limits [m].
-        share: Largest distance, as a fraction of a joint's range.
+        share: The distance is at most this fraction of a joint's range.
 
     Returns:
         The distance of each joint, which is the same at both of its limits

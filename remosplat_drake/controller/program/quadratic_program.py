@@ -1,4 +1,4 @@
-"""`QuadraticProgram`: the program of a tick in the form for solvers."""
+"""`QuadraticProgram`: the program of a tick, as a solver takes it."""
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram
@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.slack_form import SlackForm
 
 
 class QuadraticProgram:
-    """The complete quadratic program of a tick in the form for solvers.
+    """The complete quadratic program of a tick, as a solver takes it.
 
     It minimises a quadratic cost of the command u and of the slack delta of the
     end effectors' twists, subject to linear rows and bounds.

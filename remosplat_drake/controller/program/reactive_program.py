@@ -1,4 +1,4 @@
-"""`ReactiveProgram`: the quadratic program to which a user's Python adds terms.
+"""`ReactiveProgram`: the program to which a user's Python code adds terms.
 
 The decision variables are the command u and the slack delta of the end
 effectors' twists (paper section III-A). All costs and constraints are added by
@@ -294,7 +294,7 @@ class ReactiveProgram:
         return Packed(OutsideArrays(bounds, costs, flags, self.more.values))
 
     def finished(self) -> QuadraticProgram:
-        """Returns the program of only these terms in the form for solvers."""
+        """Returns a program of these terms alone, as a solver takes it."""
         form = SlackForm(*slack_form_of_outside(self.arrays))
         return QuadraticProgram(form, self._drake)
 

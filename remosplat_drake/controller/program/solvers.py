@@ -179,8 +179,10 @@ def make_solver(name: str, where: str, field: str = "solver") -> Solver:
 
     Args:
         name: One of `SOLVERS`.
-        where: Source of the name, such as a scenario's file, which errors name.
-        field: The field of `controller` with the name, which errors name.
+        where: Source of the name, such as a scenario's file; errors name this
+            source.
+        field: The field of `controller` that contains the name; errors name
+            this field.
 
     Raises:
         FieldError: There is no such solver, or the solver cannot be used, for

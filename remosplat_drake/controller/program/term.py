@@ -10,7 +10,7 @@ from remosplat_drake.base.errors import RemoSplatError
 
 
 class TermError(RemoSplatError, ValueError):
-    """Raised if a term of the program is invalid, so that the robot brakes.
+    """Raised if a term of the program is invalid; the robot then brakes.
 
     A term is invalid if its shape is wrong, if a number is not finite, or if a
     cost is concave.
@@ -23,7 +23,7 @@ class NameTakenError(RemoSplatError, ValueError):
 
 @dc.dataclass(frozen=True)
 class Term:
-    """Kind and name of a term, which errors name.
+    """Kind and name of a term, for the texts of errors.
 
     Attributes:
         kind: Kind of the term, such as "linear cost".

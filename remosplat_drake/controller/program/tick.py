@@ -63,8 +63,8 @@ class Tick:
         Args:
             within: Pairs of a sphere and a mover at or beyond this distance are
                 omitted [m].
-            ahead: Time after which movers are considered, if their twists are
-                constant [s].
+            ahead: Movers are placed where they are after this time if their
+                twists are constant [s].
             by: Further time [s]. Distances are reduced by the greatest possible
                 deviation of movers from their prediction after this time.
         """

@@ -1,4 +1,4 @@
-"""`CompiledLaw`: a law's ingredients in the form for the kernels of a tick."""
+"""`CompiledLaw`: a law's ingredients, packed for the kernels of a tick."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -29,7 +29,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class CompiledLaw:
-    """The ingredients of a law, in the form for kernels.
+    """The ingredients of a law, packed for kernels.
 
     One kernel adds the terms of the library's ingredients, and calls the
     functions of a user's compiled ingredients. Then ingredients in Python add

@@ -122,7 +122,7 @@ def _cause(error: NumbaError) -> str:
 
 
 def _turn(robot: RobotModel) -> Packed[Turn]:
-    """Returns an example of a `Turn`, of which only the type is used."""
+    """Returns an example of a `Turn`; only its type is used."""
     index, values, vectors = np.zeros(0, int), np.zeros(0), np.zeros((0, 3))
     movers = NearMoverArrays(index, index, values, vectors, values)
     tick = TickArrays(

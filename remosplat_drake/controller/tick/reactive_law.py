@@ -43,8 +43,8 @@ T = TypeVar("T")
 
 
 LONGEST_VERIFIED = 0.1
-"""Longest control period with verification [s]. It is limited, since the robot
-is not supervised between two ticks."""
+"""With verification, the control period is at most this time [s], since the
+robot is not supervised between two ticks."""
 
 
 class LawConfig(Protocol):
@@ -290,7 +290,7 @@ class ReactiveLaw:
         return law
 
     def _distances(self, kind: type, name: str, given: T | None) -> T | None:
-        """Returns the settings of a damper in the ingredients, or `given`."""
+        """Returns the settings of a kind's damper; `given` if it has none."""
         dampers: list[Any] = [
             i for i in self.ingredients if isinstance(i, kind)
         ]

@@ -73,14 +73,15 @@ def run_tick(
         q: Configuration for which the command is computed, shape (n_q,) [rad,
             m]. It is measured, or for a robot with delay predicted after all
             commands that have been sent.
-        aim: The targets of the end effectors, as an `Aim`. A `Target`, or a
-            pose X_WT of shape (4, 4), is the target of the first end effector.
+        aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
+            X_WT of shape (4, 4) is also accepted; it is the target of the first
+            end effector.
         clearances: The distances and directions of the distance oracle at q.
         field: The map, which verification queries along the command's path.
         u_previous: The command that was sent last, shape (n_u,).
         guidance: The guidance selected by `GuidanceSelector`.
-        motion: Predicted motion that commands already sent cause; None for a
-            robot without delay.
+        motion: Predicted motion that is caused by commands sent so far; None
+            for a robot without delay.
         movers: The movers; None if none are known.
         periods: Number of control periods since `u_previous` was sent. It is
             more than one if the tick is late. After 1.5 periods, the station

@@ -24,7 +24,7 @@ class TickInputs:
         aim: The targets of the end effectors.
         field: The map, which verification queries along the command's path.
         guidance: The guidance.
-        motion: Predicted motion that commands already sent cause.
+        motion: Predicted motion that is caused by commands sent so far.
         movers: The movers; None if none are known.
     """
 

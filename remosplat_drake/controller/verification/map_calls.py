@@ -58,7 +58,7 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 
 
 class MapCalls:
-    """A context manager in which kernels can query a map by calls of Python.
+    """A context manager; within it, kernels can query a map by calls of Python.
 
     The `with` statement returns the number of the calls, which kernels take as
     an argument:

@@ -50,8 +50,8 @@ class SelfClearance:
         stopping: Stopping distance that the pairs keep [m].
         lever: The result of `relative_motion.levers` for each of l pairs of
             links, shape (l, n_u) [m].
-        rate: Bounds of the rate of the distance of each pair of links, per
-            entry of the command, shape (l, n_u).
+        rate: Bounds of the rate at which the distance of each pair of links
+            changes, per entry of the command, shape (l, n_u).
     """
 
     robot: RobotModel

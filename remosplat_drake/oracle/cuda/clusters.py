@@ -33,7 +33,7 @@ number."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Clusters:
-    """Splats sorted along a space-filling curve, and bounding boxes of them.
+    """Splats sorted along a space-filling curve, and boxes around clusters.
 
     Attributes:
         records: Data of each splat for kernels, shape (N, 16), float32.

@@ -41,7 +41,7 @@ LIGHT = 2.0**20
 Absorbed light is the negative log2 of the transmittance."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""Largest number of pixels that a thread block draws, unless one row has more.
+"""A thread block draws at most this many pixels, or one row if a row has more.
 The second number is used if there are too few views to occupy all blocks, and
 otherwise the first."""
 
@@ -143,7 +143,7 @@ class CudaDepthField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The field of exact distances to splats as solids (Lipschitz)."""
+        """A Lipschitz continuous field: exact distances to splats as solids."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )
@@ -190,7 +190,7 @@ class CudaDepthField(DistanceField):
     def clearances_batch(
         self, batch: SphereBatch, max_distance: float = np.inf
     ) -> ClearanceBatch:
-        """Measures a batch of configurations; see `DistanceField`.
+        """Measures clearances of many configurations; see `DistanceField`.
 
         There are six rows per sphere, one per view.
         """
@@ -303,9 +303,9 @@ class RulesArgument(ctypes.Structure):
             is_surfel: Whether the splats are discs.
             nearest_only: Whether only a sphere's nearest view is computed.
             uncertainty: The largest uncertainty of the splats [m].
-            band: Largest number of pixels that a thread block draws, unless one
+            band: A thread block draws at most this many pixels, or one row if a
                 row has more.
-            room: Largest number of splats in the list of a thread block.
+            room: Capacity of a thread block's list of splats.
         """
         r = sensor.resolution
         band_rows = math.ceil(r / math.ceil(r * r / band))

@@ -1,4 +1,4 @@
-"""Makes distances that torch differentiates with respect to sphere centres."""
+"""Makes distances that torch differentiates by sphere centres."""
 
 from functools import cache
 from typing import TYPE_CHECKING

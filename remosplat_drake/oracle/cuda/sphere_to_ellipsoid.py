@@ -127,7 +127,7 @@ class CudaSphereToEllipsoidField(DistanceField):
     def clearances_batch(
         self, batch: SphereBatch, max_distance: float = np.inf
     ) -> ClearanceBatch:
-        """Measures a batch of configurations; see `DistanceField`."""
+        """Measures clearances of many configurations; see `DistanceField`."""
         reach = on_host(batch.radius) + max_distance
         rows = batch_rows(batch, reach, self._scene.device)
         answer = self._answer(rows).view(*batch.p_WS.shape[:2], 1, 8)

@@ -12,8 +12,8 @@ from remosplat_drake.recording.mcap.messages import Message
 from remosplat_drake.recording.mcap.schemas import SCHEMAS
 
 HOST = "127.0.0.1"
-"""Address of the server, which only this computer can reach. For access from
-other computers, use an SSH tunnel."""
+"""Address of the server; only this computer can reach it. For access from other
+computers, use an SSH tunnel."""
 
 
 class LiveServer:

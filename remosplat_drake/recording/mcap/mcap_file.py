@@ -32,7 +32,7 @@ def partial_path(path: Path) -> Path:
 
 
 class McapFile:
-    """Writes messages up to a largest size of the file.
+    """Writes messages until the file has reached its size limit.
 
     The file is at `partial_path` until it has been closed without an error.
 

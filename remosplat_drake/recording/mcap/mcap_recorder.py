@@ -19,16 +19,16 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 LIMIT = 4 << 30
-"""Largest size of a file [bytes]."""
+"""Size of a file above which no messages are added [bytes]."""
 
 WAITING = 1000
-"""Largest number of queued ticks; further ticks are dropped."""
+"""At most this many ticks are queued; further ticks are dropped."""
 
 _NICENESS = 10
 _BUFFER = 1 << 22
 _START, _END = 120.0, 120.0
-"""Longest times to wait until the process has begun its file, and until it has
-finished the file [s]."""
+"""Two numbers: the recorder waits at most this time until the process has begun
+its file, and until it has finished the file [s]."""
 
 
 class McapRecorder:
@@ -62,7 +62,7 @@ class McapRecorder:
             robot: The robot that is recorded.
             camera: Source of the wrist camera's images; None if there is none.
             may_wait: Whether `append` waits instead of dropping a tick.
-            limit: Largest size of the file [bytes].
+            limit: Size of the file above which no messages are added [bytes].
             live: TCP port of the live server for Foxglove; None for none.
             rviz: Whether targets and clearances are published on ROS 2 for
                 RViz.

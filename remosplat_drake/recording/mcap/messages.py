@@ -28,8 +28,8 @@ _QUALITY = 80
 """Quality of JPEG images, 1 to 100."""
 
 _FARTHEST = 65.0
-"""Largest depth in the file [m]. Larger depths do not fit in 16 bits, and are
-stored as unknown."""
+"""Largest depth that the file can contain [m]. Larger depths do not fit in 16
+bits, and are stored as unknown."""
 
 
 @dc.dataclass(frozen=True)
@@ -142,7 +142,7 @@ def _clearances(record: TickRecord, robot: RobotModel) -> dict:
 
 
 def log(event: Event) -> Message:
-    """Returns an event as a message.
+    """Converts an event to a foxglove.Log message.
 
     Args:
         event: The event.

@@ -31,7 +31,7 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 LARGEST = 1 << 20
-"""Largest size of a packet with a tick [bytes]."""
+"""A packet with a tick has at most this size [bytes]."""
 
 _ROUND = 0.02
 """Time between two polls of the camera's channel [s]."""
@@ -43,7 +43,7 @@ between two images [s]."""
 
 @dc.dataclass(frozen=True)
 class RecordingJob:
-    """The settings of the process: the content of its file.
+    """The settings of the process: its file, and the file's content.
 
     Attributes:
         path: The file.

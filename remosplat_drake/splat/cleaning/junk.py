@@ -44,8 +44,8 @@ LEAST_OPACITY = 0.05
 distance oracle."""
 
 _GIANT = 0.3
-"""Largest standard deviation of a splat on a surface, as a fraction of a
-length. The length is the scene's radius or, if it is larger, the splat's
+"""A splat whose standard deviation exceeds this fraction of a length is not on
+a surface. The length is the scene's radius or, if it is larger, the splat's
 distance from the middle of the scene."""
 
 _LARGE = 0.1
@@ -57,22 +57,24 @@ _BESIDE = 12.0
 large as the median of its neighbours."""
 
 _NEEDLE, _LONGER = 15.0, 10.0
-"""Least ratio of a needle's length to its width, and to the median length of
-its neighbours."""
+"""A needle's length is at least this multiple of its width, and of the median
+length of its neighbours."""
 
 _ORDINARY = 20.0
-"""Largest size of a splat from which the scene's size is computed, as a
-multiple of the median size."""
+"""The scene's size is computed from splats that are at most this multiple of
+the median size."""
 
 _GAP = 2.0
-"""Multiple of the scene's radius beyond which splats are outside the scene."""
+"""A group is outside the scene if all its splats are farther from the middle
+than this multiple of the scene's radius."""
 
 FEW = 30
-"""Least number of splats of a separate group that is a part of the scene."""
+"""A separate group is a part of the scene only if it has at least this many
+splats."""
 
 _PART = 0.05
-"""Fraction of all splats below which a group that contradicts the cameras is
-removed."""
+"""A group that contradicts the cameras is removed if it has less than this
+fraction of all splats."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -246,7 +248,7 @@ def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
 def _contradicted(
     p_GK: np.ndarray, groups: Groups, asked: np.ndarray, views: Views
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns whether each splat's group is near a camera or unseen by all."""
+    """Masks the splats of groups in front of a camera, and of unseen groups."""
     n, label = len(p_GK), groups.label[asked]
     scene_G = p_GK[groups.label == groups.largest]
     is_seen, is_before = views.look(p_GK[asked], scene_G)

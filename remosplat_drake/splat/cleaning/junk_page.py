@@ -38,7 +38,8 @@ _COLORS = {
 _OTHER = "#c2255c"
 
 _MOST = 20_000
-"""Largest number of points of one colour in a view that browsers draw fast."""
+"""A view shows at most this many points of one colour, so that browsers draw it
+fast."""
 
 _SIDE = 620
 """Length of a view's side [px]."""

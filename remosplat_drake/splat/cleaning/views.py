@@ -46,7 +46,7 @@ class Views:
     def look(
         self, p_GK: np.ndarray, scene_G: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Finds points in the view of a camera, and points directly in front.
+        """Finds points in a camera's view, and points directly in front of one.
 
         A point is in view if its projection is inside an image, even if it is
         occluded.

@@ -162,7 +162,7 @@ def _packed(fractions: np.ndarray, fields: tuple) -> np.ndarray:
 def _between(
     path: Path, bounds: np.ndarray, names: tuple, fractions: np.ndarray
 ) -> np.ndarray:
-    """Returns values from fractions between the bounds of their chunks."""
+    """Converts fractions to values between the bounds of their chunks."""
     lower, upper = (
         _columns(path, bounds, [f"{end}_{name}" for name in names], "f4")
         .astype(float)

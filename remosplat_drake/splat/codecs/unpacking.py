@@ -25,7 +25,7 @@ ZIP_DAMAGES = (
 unsupported kind."""
 
 MAX_SPLATS = 2**24
-"""Largest number of splats of a file. A splat takes 50 to 350 bytes of
+"""A file may contain at most this many splats. A splat takes 50 to 350 bytes of
 memory."""
 
 _ALWAYS_ALLOWED = 2**26
