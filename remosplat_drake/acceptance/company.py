@@ -104,7 +104,7 @@ class Company:
 
 
 def _senders(listener: MulticastListener, duration: float) -> set[str]:
-    """Addresses of the senders of commands or statuses now."""
+    """Returns the addresses that send commands or statuses at present."""
     end, heard = time.monotonic() + duration, set()
     names = {
         channels.PANDA_COMMAND,

@@ -13,7 +13,7 @@ _AGAIN = 0.2
 
 
 class Consent:
-    """Arms the controllers on a network that wait for a release."""
+    """Arms those controllers on a network that wait for a release."""
 
     def __init__(self, url: str, *, again: bool = False):
         """Joins the LCM network of the controllers.

@@ -24,10 +24,10 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion import Motion
 
 _STEPS = 5
-"""Number of steps of the simulated robot in a tick."""
+"""The robot is simulated in this many steps per tick."""
 
 _REACHED = 0.01
-"""Largest distance from the target at which it is reached [m]."""
+"""The target counts as reached within this distance [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def run_delayed(
     model: ActuatorModel | None,
     seconds: float = 10.0,
 ) -> DelayedRun:
-    """Drives a robot to a target.
+    """Simulates a robot with actuator delays that moves to a target.
 
     Args:
         law: The control law.

@@ -37,7 +37,8 @@ from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import MissingExtraError
 
 _ATTEMPTS = 5
-"""Largest number of runs of a case, if runs fail before the fault begins."""
+"""A case is run at most this many times if its runs fail before the fault
+begins."""
 
 
 @dc.dataclass(frozen=True)

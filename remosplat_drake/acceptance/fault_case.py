@@ -12,9 +12,10 @@ class Part(Enum):
     """The part of the system in which a fault occurs."""
 
     ROBOT = "robot"
-    """A fault of `remosplat hardware-sim`, requested over the network."""
+    """`remosplat hardware-sim`, with a fault that is requested over the
+    network."""
     CONTROLLER = "controller"
-    """A fault of `fault_controller`, begun by a signal."""
+    """`fault_controller`, with a fault that begins at a signal."""
     NETWORK = "network"
     """The relay on the network, which delays and loses messages."""
     TARGET = "target"
@@ -24,7 +25,7 @@ class Part(Enum):
     ARM_DRIVER_STALLED = "arm driver stalled"
     """`remosplat panda-driver`, which is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
-    """The process of the arm's driver that runs the 1 kHz callback is stopped
+    """The arm driver's process for the 1 kHz callback, which is stopped
     (SIGSTOP)."""
     SECOND_ROBOT = "second robot"
     """A second `remosplat hardware-sim`, which joins the network."""
@@ -120,7 +121,7 @@ class FaultCase:
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
-    """Makes a case of `remosplat hardware-sim`.
+    """Makes a case with a fault of `remosplat hardware-sim`.
 
     The reason of the stop and the refusal of a release contain the same text.
 
@@ -136,7 +137,7 @@ def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
 
 
 def controller_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
-    """Makes a case of `fault_controller`.
+    """Makes a case with a fault of `fault_controller`.
 
     Args:
         name: Name of the case in tables.

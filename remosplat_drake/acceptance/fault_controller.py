@@ -46,11 +46,11 @@ FAULTS = {
 """Descriptions of the faults of the controller's process, keyed by name."""
 
 _CONTRADICTION = 1.2
-"""Time for which no command is feasible [s]."""
+"""The fault `infeasible` lasts for at most this time [s]."""
 
 _TOO_NEAR = 0.002
-"""Length by which the stopping distance exceeds the hand's distance from each
-of the two walls [m].
+"""In the fault `infeasible`, the hand's distance from each of the two walls is
+less than the stopping distance by this length [m].
 """
 
 
@@ -83,7 +83,7 @@ class FaultyField(DistanceField):
 
     @property
     def compiled(self) -> Packed | None:
-        """The correct field's compiled form, for ticks without a fault."""
+        """The correct field's compiled form; None during a fault."""
         return None if self.fault else self._field.compiled
 
     def clearances(

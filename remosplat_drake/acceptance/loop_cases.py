@@ -27,7 +27,7 @@ targets:
 """Targets of a tour of about 8 s: down to the table, up, and down again."""
 
 SEEN = "PersonSeen"
-"""The scenario with cameras."""
+"""Name of the scenario with cameras."""
 
 _DURATION = 12.0
 

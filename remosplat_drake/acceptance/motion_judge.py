@@ -12,7 +12,7 @@ STILL = 2e-3
 """Speed below which a robot counts as at rest [m/s, rad/s]."""
 
 CREEP = 1e-3
-"""Largest motion of a robot that still counts as rest [m]."""
+"""A robot that moves by less than this distance counts as at rest [m]."""
 
 _DWELL = 5
 """Number of consecutive slow samples after which a robot is at rest."""
@@ -25,8 +25,8 @@ class StopQuality:
     Attributes:
         time_to_zero: Time until the robot is at rest [s]; NaN if it does not
             come to rest.
-        moved_after: Largest distance that any sphere moved after the robot had
-            stopped [m].
+        moved_after: Largest distance that any of the robot's spheres moved
+            after the robot had stopped [m].
     """
 
     time_to_zero: float

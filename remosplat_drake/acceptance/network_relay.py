@@ -34,7 +34,7 @@ STATUSES = [
 ]
 
 READY = "ready"
-"""Line of output after the relay has joined both networks."""
+"""Line that the relay prints when it has joined both networks."""
 
 _PERIOD = 2e-4
 """Period at which both networks are polled [s]."""

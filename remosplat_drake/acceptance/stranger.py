@@ -63,7 +63,7 @@ _OFF = 0.6
 _AWAY = 0.3
 
 _SPEED = 0.2
-"""Command that this process sends [m/s, rad/s]."""
+"""Speed of base and joint 1 in the commands of this process [m/s, rad/s]."""
 
 
 def command(lcm: DrakeLcm) -> None:
@@ -98,7 +98,7 @@ def garbage(lcm: DrakeLcm, rng: np.random.Generator) -> None:
 
 
 def _first(lcm: DrakeLcm, channel: str) -> bytes:
-    """Waits for a message, which is then repeated."""
+    """Returns the first message on a channel, for repetition."""
     inbox = Inbox(lcm, [channel])
     while True:
         for _, data in inbox.fetch(0.1):

@@ -26,7 +26,8 @@ from remosplat_drake.capture.capture import Capture
 
 _FEWEST_CORNERS, _FEWEST_IMAGES = 6, 5
 _WORST = 2.0
-"""Largest accepted RMS distance of the corners of a board [pixels]."""
+"""A fit is rejected if the RMS distance between detected and projected corners
+exceeds this [pixels]."""
 
 
 @dc.dataclass(frozen=True)
@@ -105,12 +106,12 @@ class CharucoBoard:
 
 @dc.dataclass(frozen=True, eq=False)
 class BoardView:
-    """The corners of the board that one image shows.
+    """The board's corners in one image.
 
     Attributes:
         X_WF: Pose of the frame that carries the camera, shape (4, 4).
         K: Intrinsic matrix, shape (3, 3) [pixels].
-        p_KQ: The corners on the board, shape (n, 3) [m].
+        p_KQ: Positions of the corners in the board's frame, shape (n, 3) [m].
         z: Positions of the corners in the image, shape (n, 2) [pixels].
         X_CK: Pose of the board in the camera's frame, estimated from this image
             alone, shape (4, 4).

@@ -13,12 +13,13 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.frames import Frame, assemble
 
 APART = np.deg2rad(8.0)
-"""Least angle between the camera orientations of any two frames that are kept
-[rad].
+"""The camera's orientations differ by at least this angle between any two
+frames that are kept [rad].
 """
 
 _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
-"""Largest motion between two images of a robot that is at rest [rad, m]."""
+"""A robot counts as at rest if it moves by at most this between two images
+[rad, m]."""
 
 
 _SILENCE = 10.0
@@ -76,7 +77,7 @@ def collect_still_frames(
 
 
 def _turn(X_WA: np.ndarray, X_WB: np.ndarray) -> float:
-    """Angle between two poses [rad]."""
+    """Angle between the rotations of two poses [rad]."""
     R_AB = X_WA[:3, :3].T @ X_WB[:3, :3]
     return float(Rotation.from_matrix(R_AB).magnitude())
 

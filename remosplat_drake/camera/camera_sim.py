@@ -96,7 +96,8 @@ class CameraSim:
 
 
 _MOVED = 5e-3
-"""Least change of a position at which the robot has moved [m, rad]."""
+"""The robot has moved if any of its positions has changed by more than this [m,
+rad]."""
 
 
 class HeardConfiguration:

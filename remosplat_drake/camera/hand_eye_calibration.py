@@ -25,7 +25,8 @@ from remosplat_drake.capture.checks.overlap import (
 )
 
 _MIN_COSINE = np.cos(np.deg2rad(60))
-"""Least cosine between the viewing directions of images that are compared."""
+"""Images are compared if the cosine of the angle between their viewing
+directions exceeds this value."""
 
 _STEPS = 3
 """Number of Gauss-Newton steps in each round."""
@@ -40,22 +41,22 @@ _RIDGE = 1e-9
 damps directions that the images do not constrain."""
 
 _POINTS, _MIN_POINTS = 2000, 100
-"""Number of points of each image that are compared, and least total number of
-points with a match.
+"""Number of compared points of each image, and least number of points of all
+images that must have a match.
 """
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
-"""Relative difference of depths above which points belong to different
-surfaces, one value for each round."""
+"""Points belong to different surfaces if their depths differ by more than this
+fraction. There is one value for each round."""
 
 _SPREAD, _MIN_NOISE = 1.5, 1e-6
-"""Ratio of the scale of the robust weight to the median residual, and least
-value of this scale.
+"""The scale of the robust weight is the median residual times the first value,
+and at least the second value.
 """
 
 _MIN_TURN = np.deg2rad(3.0)
-"""Least standard deviation of the camera's rotations about each of two axes
-[rad]."""
+"""The camera's rotations about each of two axes must have at least this
+standard deviation [rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class HandEyeFit:
 def refine_hand_eye(
     capture: Capture, X_FC: np.ndarray, seed: int = 0
 ) -> HandEyeFit:
-    """Refines a hand-eye transform with an error of a few degrees.
+    """Refines a hand-eye transform whose error is at most a few degrees.
 
     The views should overlap well, for example a dozen images of one corner of a
     room. Check `measure_overlap` of the result before you use it. In a test,

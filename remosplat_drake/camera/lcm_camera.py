@@ -20,7 +20,7 @@ from remosplat_drake.scene.objects.placed_object import PlacedObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 PATIENCE = 2.0
-"""Time without an image after which the camera has stopped sending [s]."""
+"""A camera without an image for this time has stopped sending [s]."""
 
 
 class LcmCamera:

@@ -12,14 +12,17 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 _LENGTH = 1000
-"""Number of stored statuses of arm and base each, which cover some seconds."""
+"""For the arm and for the base, at most this many statuses are stored. They
+cover some seconds."""
 
 _MAX_GAP = 0.12
-"""Longest time between two statuses between which a motion is interpolated [s].
+"""A motion between two statuses is interpolated if the time between them is at
+most this [s].
 """
 
 _STANDING = 1e-3
-"""Largest change between two statuses of a robot at rest [rad, m]."""
+"""A robot was at rest between two statuses if its positions changed by at most
+this [rad, m]."""
 
 
 class MotionHistory:
@@ -96,7 +99,7 @@ class _Track:
         return self._stamps[-1] if self._stamps else -np.inf
 
     def append(self, stamp: float, positions: np.ndarray) -> None:
-        """Stores a position; ignores a position that is older than others."""
+        """Stores a position if it is newer than all stored ones."""
         if stamp > self.newest:
             self._stamps.append(stamp)
             self._positions.append(positions)

@@ -20,7 +20,7 @@ class CameraMount:
         X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
             (4, 4).
         margin: Distance by which the robot's spheres are inflated [m].
-        body: Index in the robot's tree of the body that carries the camera.
+        body: Index of the body that carries the camera, in the robot's tree.
     """
 
     def __init__(
@@ -38,8 +38,8 @@ class CameraMount:
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: Distance by which the robot's spheres are inflated [m].
-            field: Name of the scenario's field with the frame's name, which
-                errors contain.
+            field: Name of the scenario's field that contains the frame's name.
+                Errors contain the name of this field.
 
         Raises:
             FieldError: The robot has no frame with this name.

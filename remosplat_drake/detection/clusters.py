@@ -6,19 +6,19 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 _SHARE = 0.4
-"""Edge length of the cells in which points are collected, as a fraction of
-`link`. Points in one cell are always connected. There are fewer cells than
-points, so the search is faster.
+"""Edge length of the cells into which points are sorted, as a fraction of
+`link`. All points in a cell are in one cluster. The search is faster, since
+there are fewer cells than points.
 """
 
 
 def clustered(p_W: np.ndarray, link: float) -> np.ndarray:
-    """Finds clusters of points whose neighbours are near each other.
+    """Divides points into clusters, with near points in one cluster.
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        link: Largest distance between neighbouring points of a cluster [m],
-            accurate to the size of a cell.
+        link: Points within this distance of each other are in one cluster [m].
+            The distance is accurate to the size of a cell.
 
     Returns:
         Index of each point's cluster, from 0, shape (n,).

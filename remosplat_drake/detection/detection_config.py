@@ -82,7 +82,7 @@ class DetectionConfig(Config):
         return self.pose_error + self.sigmas * self.deviation(z)
 
     def beside(self, error: float) -> float:
-        """Returns the distance within which points belong to the robot.
+        """Returns the distance from the robot within which points belong to it.
 
         Args:
             error: Bound on the points' position errors, from `margin` [m]. Its

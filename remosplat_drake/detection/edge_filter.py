@@ -16,17 +16,17 @@ import dataclasses as dc
 import numpy as np
 
 SIGMAS = 3.5
-"""Number of standard deviations in the bound of a velocity error."""
+"""The bound on a velocity error is this many standard deviations."""
 
 _GATE = 5.0
-"""Number of standard deviations from the prediction beyond which a face has
-jumped.
+"""A face has jumped if its observed position differs from the prediction by
+more than this many standard deviations.
 """
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Edges:
-    """Positions and rates of an object's faces at least and greatest x, y, z.
+    """Positions and rates of the six faces of an object's axis-aligned box.
 
     Attributes:
         place: Positions of the faces, shape (2, 3) [m].
@@ -52,7 +52,7 @@ class Edges:
         return Edges(place, np.zeros((2, 3)), P, time)
 
     def after(self, time: float, max_acceleration: float) -> "Edges":
-        """Returns the faces predicted at a later time."""
+        """Predicts the faces at a later time."""
         t = time - self.time
         a, c, d = self.P
         noise = max_acceleration**2 * t**2

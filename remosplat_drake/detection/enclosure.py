@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.detection.kernels.fit_box import fit_box, rounded_volume
 
 MOST_PARTS = 6
-"""Largest number of boxes around the points of one object."""
+"""At most this many boxes enclose the points of one object."""
 
 _GAIN = 0.75
 """Two boxes replace a single box if their total volume is at most this fraction
@@ -16,17 +16,19 @@ of its volume.
 """
 
 _FEW = 8
-"""Least number of points that are divided between two boxes."""
+"""At least this many segments are divided between two boxes."""
 
 _SHORT = 0.35
-"""Largest extent from its centre of a box that is not divided [m]."""
+"""A box is not divided if each of its faces is closer to its centre than this
+[m]."""
 
 _LOOKS = 100
-"""Approximate number of sampled points that determine a division."""
+"""A division is chosen by the volumes of boxes around at most this many
+segments."""
 
 _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
-"""Candidate divisions: index of the main axis that is divided, and the fraction
-of points on the lower side.
+"""Candidate divisions of the segments: index of the main axis along which they
+are divided, and the fraction of segments on the lower side.
 """
 
 
@@ -126,6 +128,6 @@ def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
 
 
 def _one(pairs: np.ndarray, padding: float) -> RoundedBox:
-    """Returns the box or the capsule along the main axes, the smaller one."""
+    """Returns the smaller of a box and a capsule, along the main axes."""
     R_WM, p_WM, half_extents, radius = fit_box(pairs.reshape(-1, 3), padding)
     return RoundedBox(R_WM, p_WM, half_extents, radius)

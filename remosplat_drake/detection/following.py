@@ -16,30 +16,30 @@ from remosplat_drake.detection.view import View
 from remosplat_drake.robot.sphere_model import Spheres
 
 _LEFT = 0.05
-"""The hidden points of an object are outliers if they are less than this
-fraction of all its points.
+"""If fewer than this fraction of an object's points may still be hidden, these
+points are outliers.
 """
 
 _NEAR = 0.05
-"""Largest distance between a detected object and the region that a matching
-track can have reached [m].
+"""A detected object matches a track if it is within this distance of the region
+that the track's object can have reached [m].
 """
 
 _NEVER = 1e6
 """Cost of an impossible match."""
 
 _STILL = 0.03
-"""Largest displacement of an object at rest, in addition to position errors
-[m].
+"""An object counts as at rest while its displacement is at most this distance,
+in addition to position errors [m].
 """
 
 _AGAIN = 0.06
-"""Distance from a visible point within which a hidden point counts as visible
-again, and largest distance of a hidden point from its prediction [m].
+"""A hidden point may be this far from its prediction [m]. It counts as visible
+again if a visible point is within this distance of the prediction.
 """
 
 _MOST_HIDDEN = 100
-"""Largest number of hidden points of an object."""
+"""At most this many hidden points of an object are stored."""
 
 
 def follow(

@@ -13,10 +13,10 @@ NODE = 0.02
 """Distance between neighbouring nodes of the grid [m]."""
 
 _PORTION = 2000
-"""Number of nodes whose distances are computed at a time."""
+"""The distances of this many nodes are computed at a time."""
 
 _SHOWN = 1500
-"""Largest number of surface points that are used to check a camera's pose."""
+"""At most this many surface points are used to check a camera's pose."""
 
 
 class KnownScene:

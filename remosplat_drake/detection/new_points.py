@@ -36,7 +36,7 @@ class NewPoints:
 
     @staticmethod
     def none(image: DepthImage) -> "NewPoints":
-        """Makes an object without points for an image."""
+        """Makes an empty set of points for an image."""
         return NewPoints(
             np.zeros((0, 3)), np.zeros(0), 0.0, image.p_WC, image.time
         )

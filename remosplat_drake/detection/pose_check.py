@@ -13,11 +13,11 @@ from remosplat_drake.detection.detection_config import DetectionConfig
 from remosplat_drake.detection.known_scene import KnownScene
 
 _FEWEST = 30
-"""Least number of visible surface points from which a pose is judged."""
+"""A pose is checked if at least this many surface points are visible."""
 
 _MOST_THROUGH = 0.5
-"""Largest fraction of visible surface points behind which a camera may measure
-depths.
+"""A camera's pose is wrong if the camera measures depths behind more than this
+fraction of the visible surface points.
 """
 
 

@@ -10,8 +10,9 @@ from remosplat_drake.detection.unseen_space import UNSEEN
 from remosplat_drake.scene.mover import Mover, Movers
 
 _STILL = 0.1
-"""Largest change of the centre and the extent of an object at rest [m]. It is
-not zero, since boxes around the visible part vary from image to image.
+"""An object is at rest while the least and greatest coordinates of its boxes
+change by at most this distance [m]. It is not zero, since boxes around the
+visible part vary from image to image.
 """
 
 _AGAIN = 10.0

@@ -11,18 +11,19 @@ from remosplat_drake.detection.enclosure import RoundedBox, enclose
 from remosplat_drake.scene.mover import Mover
 
 TRUSTED = 2
-"""Number of images that must show a small object before it is reported."""
+"""A small object is reported when this many images have shown it."""
 
 _PLAIN = 40
-"""Number of points from which an object is reported after its first image."""
+"""An object with at least this many points is reported after its first image.
+"""
 
 _HIDDEN_PARTS = 2
-"""Largest number of boxes around the hidden part of an object."""
+"""At most this many boxes enclose the hidden part of an object."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Stretches:
-    """Segments from seen points of an object to its possible extent behind.
+    """Segments from an object's seen points to its possible extent behind them.
 
     Attributes:
         face_W: Points that were seen, in W, shape (n, 3) [m].
@@ -59,7 +60,7 @@ class Stretches:
 
     @staticmethod
     def none() -> "Stretches":
-        """Makes an object without segments."""
+        """Makes an empty set of segments."""
         return Stretches(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
@@ -193,7 +194,7 @@ class Track:
 
     @staticmethod
     def nearness(p_W: np.ndarray, q_W: np.ndarray) -> float:
-        """Returns an approximate least distance from other points [m]."""
+        """Returns the approximate distance between two sets of points [m]."""
         p_W = p_W[:: max(1, len(p_W) // 40)]
         q_W = q_W[:: max(1, len(q_W) // 200)]
         apart = p_W[:, None] - q_W[None]

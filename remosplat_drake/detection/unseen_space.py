@@ -36,32 +36,32 @@ UNSEEN = "unseen space"
 """Name of hypothetical movers in unseen space."""
 
 VOXEL, RADIUS = 0.08, 0.1
-"""Edge of the voxels, and radius r of hidden balls [m]."""
+"""Edge length of the voxels, and radius r of the hidden balls of which a hidden
+object consists (see the module) [m]."""
 
 START = 0.3
-"""Distance from the robot within which no object is hidden at the start, since
-an operator checks this space [m].
+"""At the start, no object is hidden within this distance of the robot, since an
+operator has checked this space [m].
 """
 
 NEAR = 1.0
-"""Distance from the robot's spheres beyond which hidden objects are not
-reported [m].
+"""Hidden objects are reported within this distance of the robot's spheres [m].
 """
 
 _LOOKED_AT = 1.2
-"""Distance from the robot beyond which space is not checked, so may always
+"""Space farther than this from the robot is not checked, so it may always
 contain hidden objects [m].
 """
 
 MOST_BOXES = 100
-"""Largest number of boxes around the possible positions; boxes are merged if
-there are more.
+"""At most this many boxes cover the possible positions; if more are needed,
+boxes are merged.
 """
 
 _REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
 _LATEST = 0.75
-"""Distance, as a fraction of a voxel's edge, that hidden objects may have moved
-when the set of their positions expands by one voxel.
+"""The set of possible positions is expanded as soon as hidden objects may have
+moved by this fraction of a voxel's edge.
 """
 
 

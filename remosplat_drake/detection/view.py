@@ -13,8 +13,8 @@ from remosplat_drake.detection.track import Track
 from remosplat_drake.robot.sphere_model import Spheres
 
 _STEPS = 3
-"""Number of samples on the ray behind a visible point that are compared with
-the images of other cameras.
+"""On the ray behind a visible point, this many samples are compared with the
+images of other cameras.
 """
 
 
@@ -58,7 +58,8 @@ class View:
             config: Errors and margins.
 
         Returns:
-            True where it does, shape (n,) bool.
+            True for points behind which the image shows a surface, shape (n,)
+            bool.
         """
         return _is_behind(*self.image.depths_at(p_W), config)
 
@@ -124,7 +125,7 @@ class View:
 def _is_behind(
     p_C: np.ndarray, measured: np.ndarray, config: DetectionConfig
 ) -> np.ndarray:
-    """Returns a mask of depths that exceed points' depths beyond noise."""
+    """Returns a mask of points with surfaces measured behind them."""
     z = p_C[:, 2]
     return measured > z + 2 * config.margin(z)
 

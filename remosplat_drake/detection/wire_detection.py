@@ -33,13 +33,13 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 
 _AHEAD = 0.12
-"""Largest time between the robot's latest status and an image [s]. It is
-sufficient for bases that send ten statuses per second.
+"""An image may be newer than the robot's latest status by at most this time
+[s]. This is sufficient for bases that send ten statuses per second.
 """
 
 _OLDEST = 0.5
-"""Largest age of an image, and largest time by which its stamp may be in the
-future [s].
+"""An image is rejected if it is older than this time, or if its stamp is in the
+future by more than this time [s].
 """
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class ArmDriverMaker(Protocol):
-    """Protocol of the settings of an arm driver, of this or another package."""
+    """Protocol of an arm driver's settings; any package may implement it."""
 
     def connect_arm(
         self, description: RobotDescription, tell: Tell
@@ -42,7 +42,7 @@ class ArmDriverMaker(Protocol):
 
 
 class BaseDriverMaker(Protocol):
-    """Protocol of the settings of a base driver, of this or another package."""
+    """Protocol of a base driver's settings; any package may implement it."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
         """Connects to the base, without sending commands.
@@ -54,7 +54,7 @@ class BaseDriverMaker(Protocol):
 
 
 class HandDriverMaker(Protocol):
-    """Protocol of a gripper driver's settings, of any package."""
+    """Protocol of a gripper driver's settings; any package may implement it."""
 
     def connect_hand(
         self, description: RobotDescription, tell: Tell

@@ -178,7 +178,7 @@ class RosBase(Config):
 
     @property
     def flags(self) -> dict[str, str]:
-        """Names of the fields of the topics with flags, keyed by topic."""
+        """Maps the topics that report flags to their fields' names."""
         fields = ("emergency_stop", "protective_stop", "motors_on")
         return {getattr(self, f): f for f in fields if getattr(self, f)}
 

@@ -11,12 +11,12 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""Largest distance of a point from a disc of the earlier splat at which the
-point's surface is not new [m].
+"""A point's surface is not new if a disc of the earlier splat is within this
+distance of the point [m].
 """
 
 _SAMPLES = 400
-"""Number of points of a frame that are compared with the earlier splat."""
+"""This many points of a frame are compared with the earlier splat."""
 
 
 def updated(

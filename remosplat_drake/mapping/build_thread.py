@@ -22,7 +22,7 @@ class BuildThread(Generic[Result]):
 
     @property
     def is_busy(self) -> bool:
-        """Whether a job was started whose result was not fetched yet."""
+        """Whether there is a job whose result has not been fetched yet."""
         return self._thread is not None
 
     def start(self, job: Callable[[Report], Result]) -> None:

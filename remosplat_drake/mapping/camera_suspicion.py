@@ -32,12 +32,13 @@ from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
 
 LEAST_FRAMES = 5
-"""Least number of frames for an estimate. With fewer frames, errors of the
+"""An estimate needs at least this many frames. With fewer frames, errors of the
 camera cannot be distinguished from errors of single poses.
 """
 
 _MOST_FRAMES = 16
-"""Largest number of frames for an estimate. More frames add little information.
+"""At most this many frames are used for an estimate. More frames would add
+little information.
 """
 
 _PRIOR = CameraPrior(

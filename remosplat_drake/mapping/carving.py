@@ -13,8 +13,8 @@ least this far from all remaining discs [m]. Other discs in free space may be
 edges about which views slightly disagree."""
 
 _AROUND = 0.1
-"""Distance from the discs of a vanished object in free space within which other
-discs of the same object are searched for [m].
+"""Other discs of a vanished object are searched for within this distance of
+those of its discs that are in free space [m].
 """
 
 _PAST = 0.01

@@ -37,8 +37,8 @@ _BORDER = 2
 and its background [pixels]."""
 
 _STRIDE = 2
-"""Step between the rows, and between the columns, that are compared. It is
-smaller than the width of a region that counts.
+"""Step between the rows, and between the columns, of the pixels that are
+compared. It is smaller than the width of a region that counts.
 """
 
 
@@ -97,7 +97,7 @@ def find_changes(
 
 
 def without(capture: Capture, pixels: np.ndarray) -> Capture:
-    """Masks more pixels of a capture.
+    """Returns a capture in which more pixels are masked.
 
     Args:
         capture: n views.

@@ -16,13 +16,13 @@ from remosplat_drake.mapping.base_splat import shares_of
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SAME_POSITION = 0.01
-"""Distance of two camera positions below which their frames may show the same
-surfaces [m].
+"""Two frames are from nearly the same pose if the distance between their
+cameras is below this value [m], and the angle is below `SAME_ROTATION`.
 """
 
 SAME_ROTATION = np.deg2rad(2.0)
-"""Angle between two cameras below which their frames may show the same surfaces
-[rad].
+"""Two frames are from nearly the same pose if the angle between their cameras
+is below this value [rad], and the distance is below `SAME_POSITION`.
 """
 
 _HIDDEN_SHARE = 0.01

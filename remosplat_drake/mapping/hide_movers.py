@@ -11,7 +11,7 @@ from remosplat_drake.scene.kernels.mover_reach import reach
 from remosplat_drake.scene.mover import Movers
 
 _MARGIN = 0.05
-"""Largest distance from a mover of measured points that belong to it [m]."""
+"""Measured points within this distance of a mover belong to it [m]."""
 
 _W_IS_O = np.zeros(3)
 

@@ -15,8 +15,8 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 
 _MARGIN = 0.015
-"""Largest distance from an object's surface at which measured points show the
-object [m]. It exceeds the pose error of an object that the robot has placed.
+"""Measured points within this distance of an object's surface show the object
+[m]. The distance exceeds the pose error of an object that the robot has placed.
 """
 
 Placed = Sequence[Sequence[PlacedObject]]

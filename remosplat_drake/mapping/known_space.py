@@ -33,7 +33,8 @@ from remosplat_drake.signals.coverage import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
-"""Assumed largest size of objects on tables, along a camera's ray [m]."""
+"""Objects on tables are assumed to have at most this size along a camera's ray
+[m]."""
 
 
 def known_space(

@@ -45,15 +45,14 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.task_surroundings import TaskSurroundings
 
 _AHEAD = 1.0
-"""Largest accepted time by which a camera's clock is ahead of the control clock
-[s].
+"""A camera's clock may be ahead of the control clock by at most this time [s].
 """
 
 _TRACKING_PERIOD = 0.2
 """Time between two localisations of the base [s]."""
 
 _ROUNDING = 1e-9
-"""Upper limit of the rounding error of a tick's time [s]."""
+"""The rounding error of a tick's time is below this limit [s]."""
 
 
 class LiveMap(LeafSystem):

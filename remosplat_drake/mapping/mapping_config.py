@@ -11,7 +11,8 @@ from remosplat_drake.base.ranges import Config, OneOf, Position
 from remosplat_drake.reconstruction.devices import DEVICES
 
 MOST_VOXELS = 2e7
-"""Largest number of voxels. With more voxels, each map would take many seconds.
+"""The mapped box has at most this many voxels. With more voxels, each map would
+take many seconds.
 """
 
 

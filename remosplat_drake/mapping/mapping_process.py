@@ -23,12 +23,12 @@ DIED = "the mapping process has died; the next request starts it again"
 BUSY = "the mapping process is busy: a request was dropped; repeat it later"
 
 MOST_UNANSWERED = 100
-"""Largest number of unanswered requests. More requests could fill the pipe, and
-the sender would then have to wait.
+"""At most this many requests may be unanswered. More requests could fill the
+pipe, and the sender would then have to wait.
 """
 
 PATIENCE = 600.0
-"""Longest time that `wait` waits [s]."""
+"""`wait` waits for at most this time [s]."""
 
 _NICENESS = 5
 """Niceness of the process. Control has priority, and if two cores are busy, the
@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 
 
 class MappingProcess:
-    """A process with lower priority (nice 5) that builds maps of pictures.
+    """A process with lower priority (nice 5) that builds maps from pictures.
 
     The control process waits neither for the start of this process nor for its
     answers. The state of the process is in the session's folder. If the process

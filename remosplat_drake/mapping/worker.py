@@ -76,7 +76,7 @@ the map under construction [s].
 """
 
 _NEWS = 0.2
-"""Time between two progress reports of a map [s]."""
+"""The progress of a map is reported once in this time [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -384,7 +384,7 @@ class _Worker:
         Frames with wrong poses are rejected.
 
         Raises:
-            RemoSplatError: They contradict each other.
+            RemoSplatError: The frames contradict each other.
         """
         names, map_frames = frames.names, self._session.map_frames
         if judgement := self._judgement:

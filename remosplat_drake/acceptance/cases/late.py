@@ -20,7 +20,8 @@ from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 
 _LEAST = 0.015
-"""Least true clearance with a stopping distance of 21 mm [m]."""
+"""With a stopping distance of 21 mm, the true clearance must be at least this
+distance [m]."""
 
 _BASE = Actuator(tube=0.01, noise=0.02)
 _ARM = Actuator(delay=0.005, tube=0.01, noise=0.003)
@@ -43,7 +44,8 @@ def _identified(
 ) -> Iterator[FaultCase]:
     """Makes cases of a robot with identified delays.
 
-    One is a stop, and one is a target inside an obstacle.
+    In one case, an operator stops the robot. In the other one, the target is
+    below the table top.
     """
     known = {
         "robot": tuple(x for fault in faults for x in ("--fault", fault)),

@@ -18,8 +18,8 @@ _TOUR = "time_limit: 600\ntargets:" + 20 * (
     "\n- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}"
     "\n- {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}"
 )
-"""Two targets, one high and one low. The motion to them takes longer than
-another process needs to start.
+"""A low and a high target, repeated twenty times. The motion to them takes
+longer than another process needs to start.
 """
 
 

@@ -7,7 +7,7 @@ from remosplat_drake.acceptance.fault_case import (
 )
 
 _SLOW = "{hardware: {arm_status_rate: 20}}"
-"""Statuses as rare as those of the slowest drivers."""
+"""Settings for statuses that are as rare as those of the slowest drivers."""
 
 CASES = (
     robot_fault("status stops", "status-stops", "nothing came for"),

@@ -32,10 +32,10 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 NOISE = "realsense_d435"
-"""Noise model of simulated cameras."""
+"""Name of the noise model of simulated cameras."""
 
 COLUMNS = 80
-"""Largest number of pixels in a row of a simulated image, which limits the
+"""A row of a simulated image has at most this many pixels, which limits the
 computing time.
 """
 

@@ -25,7 +25,7 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
 
 _EARLY = 1e-9
-"""Upper limit of rounding errors of times [s]."""
+"""Rounding errors of times are below this limit [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -44,29 +44,31 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 GATE = 40.0
-"""Squared Mahalanobis distance beyond which a fix counts as a jump. One of a
-hundred million correct fixes exceeds it by chance (chi-squared distribution, 3
-degrees of freedom).
+"""A fix counts as a jump if its squared Mahalanobis distance from an estimate
+exceeds this value. By chance, one of a hundred million correct fixes does so
+(chi-squared distribution, 3 degrees of freedom).
 """
 
 MEMORY = 2.0
-"""Age of the oldest stored odometry [s]; fixes that arrive later are
-ignored."""
+"""Odometry is stored for this time [s]. A fix that was measured before the
+oldest stored odometry is ignored."""
 
 _ANCHOR_PERIOD = 2.0
-"""Time between two estimates that are stored for comparison with later fixes
+"""Least time between two stored estimates, with which later fixes are compared
 [s]."""
 
 _ANCHORS = 2
-"""Number of stored estimates that later fixes are compared with."""
+"""At most this many estimates are stored for comparison with later fixes."""
 
 _AHEAD = 0.1
-"""Time by which the stamp of a fix may be later than that of the odometry [s],
-since some programs stamp /tf in the future on purpose.
+"""If a fix is stamped later than the latest odometry, the odometry is
+extrapolated by at most this time [s]. Some programs stamp /tf in the future on
+purpose.
 """
 
 _WAITING = np.array([1e-3, 1e-3, 5e-4])
-"""Standard deviations of the odometry's error after 1 s at rest [m, rad]."""
+"""Standard deviations of the error in x, y and yaw that odometry accumulates in
+1 s, even at rest [m, m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -87,7 +89,7 @@ class Anchor:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFilter:
-    """State of the filter with k odometry messages, which is immutable.
+    """Immutable state of the filter, with k stored odometry messages.
 
     Attributes:
         config: Accuracies of localisation and odometry.
@@ -95,13 +97,13 @@ class BaseFilter:
         X_OB: Poses of the base in these messages, shape (k, 3) [m, m, rad].
         P: Covariance of the base's x, y, yaw in W at each message, without the
             errors that all fixes share, shape (k, 3, 3).
-        X_WO: The estimate; None before the first fix, shape (3,) [m, m, rad].
+        X_WO: The estimate, shape (3,) [m, m, rad]; None before the first fix.
         in_effect: The X_WO that the controller uses, which approaches the
-            estimate slowly; None before the first fix, shape (3,) [m, m, rad].
+            estimate slowly, shape (3,) [m, m, rad]; None before the first fix.
         R: Covariance of the latest fix, propagated to the base's present pose,
             shape (3, 3).
         fixed: Stamp of the latest fix that was used [s].
-        anchors: Earlier estimates that fixes are also compared with.
+        anchors: Earlier estimates, with which fixes are also compared.
         refusal: Reason why the latest fix was not used; empty if it was used.
     """
 
@@ -127,7 +129,7 @@ class BaseFilter:
 
     @property
     def uncertainty(self) -> np.ndarray:
-        """Bound on the base's error: shift and turn, (2,) [m, rad]."""
+        """Bounds on errors of the base's position and yaw, (2,) [m, rad]."""
         if self.X_WO is None or self.in_effect is None:
             return np.full(2, np.inf)
         X_OB = self.X_OB[-1]
@@ -151,8 +153,8 @@ def with_odometry(
 
     Args:
         known: The previous filter.
-        stamp: Time of its measurement [s]. A message that is not newer than the
-            previous one is ignored.
+        stamp: Time at which the odometry was measured [s]. A message that is
+            not newer than the previous one is ignored.
         X_OB: x, y, yaw of the base by its wheel odometry, shape (3,) [m, m,
             rad].
     """
@@ -185,7 +187,7 @@ def with_odometry(
 
 
 def doubted(known: BaseFilter, shift: float, turn: float) -> BaseFilter:
-    """Returns the filter with a larger P, after a jump of the odometry.
+    """Returns the filter after a jump of the odometry, with a larger P.
 
     Args:
         known: The filter after the odometry message that jumped.

@@ -29,28 +29,28 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.planar_pose import relative
 
 WINDOWS = np.array([0.4, 2.0])
-"""Durations of the compared motions [s]: the short one detects a stop quickly,
-the long one a slow drift."""
+"""Measured motions of these durations are compared with expected ones [s]. The
+short one detects a stop quickly, the long one a slow drift."""
 
 SLACK = np.array([0.008, 0.012])
-"""Permitted difference between a motion and the commanded motion [m, rad]."""
+"""Permitted difference between the two compared motions [m, rad]."""
 
 SHARE = 0.06
-"""Additional permitted difference, as a fraction of the distance, because
-wheels slip and calibrations have errors.
+"""Permitted difference in addition to `SLACK`, as a fraction of the distance.
+Wheels slip, and calibrations have errors.
 """
 
 OWN_DELAY = 0.15
-"""Longest delay of a base's reported speeds [s]."""
+"""A base may report its speeds late by up to this time [s]."""
 
 _OWN_HELD = 0.25
-"""Longest time for which a measured speed is assumed to last [s]."""
+"""A measured speed is assumed to last for at most this time [s]."""
 
 _DELAYS = 6
-"""Number of delays that are tried, from zero to the longest."""
+"""This many delays are tried, from zero to the longest one."""
 
 _CAPACITY = 4096
-"""Number of stored commands: 4 s at 1 kHz."""
+"""At least this many of the latest commands are stored: 4 s at 1 kHz."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class ArcPath:
     held: float
 
     def motions(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Returns motions along the path between pairs of times.
+        """Returns the motions along the path from n start times to n end times.
 
         Args:
             start: Times at which the motions begin, shape (n,) [s].
@@ -88,14 +88,14 @@ class ArcPath:
         delay: float,
         share: float = SHARE,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Compares n motions with those along this path, after a delay.
+        """Compares n motions with delayed motions along this path.
 
         Args:
             start: Times at which the motions began, shape (n,) [s].
             end: Times at which they ended, shape (n,) [s].
             moved: The motions, relative to their starts, shape (n, 3) [m, m,
                 rad].
-            delay: Longest delay of this path [s].
+            delay: Longest delay that is tried [s].
             share: Permitted difference, as a fraction of the distance.
 
         Returns:
@@ -193,7 +193,7 @@ class BaseSamples:
         )
 
     def with_sample(self, sample: BaseSample) -> "BaseSamples":
-        """Adds a sample."""
+        """Returns the samples with a newer one at the end."""
         row = (
             sample.stamp,
             *sample.pose,
@@ -204,7 +204,7 @@ class BaseSamples:
         return BaseSamples(np.vstack([self.rows, row]))
 
     def where(self, chosen: np.ndarray | slice) -> "BaseSamples":
-        """Keeps some of the samples.
+        """Returns the chosen samples.
 
         Args:
             chosen: Mask of the samples to keep, shape (k,), bool; or a slice.
@@ -230,7 +230,7 @@ class CommandedPath:
         """Adds a command.
 
         Args:
-            time: Time at which it was sent, by our wall clock [s].
+            time: Time at which the command was sent, by our wall clock [s].
             velocity: Speeds forward and to the left, and turning rate, shape
                 (3,) [m/s, m/s, rad/s].
         """
@@ -250,7 +250,7 @@ class CommandedPath:
 
     @property
     def arcs(self) -> ArcPath:
-        """The path; each command ends at the latest when it expires."""
+        """The path, on which commands end at the latest when they expire."""
         return ArcPath(self._rows[: self._n], COMMAND_EXPIRY)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 def path_motions(
     rows: np.ndarray, held: float, start: np.ndarray, end: np.ndarray
 ) -> np.ndarray:
-    """Motions between times along a path of arcs, shape (..., 3).
+    """Returns motions along a path of arcs, between given times, (..., 3).
 
     Args:
         rows: Time, x, y, yaw, speeds forward and to the left and turning rate
@@ -32,7 +32,7 @@ def path_residuals(
     slack: np.ndarray,
     share: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compares n motions with those along a path, after a delay.
+    """Compares n motions with delayed motions along a path.
 
     Args:
         rows: The path, as `path_motions` takes it.

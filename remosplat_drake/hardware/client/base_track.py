@@ -38,14 +38,14 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 _KEPT = WINDOWS.max() + 0.5
-"""Age at which samples are removed [s]."""
+"""Samples older than this are removed [s]."""
 
 _SPACING = 0.015
 """Least time between two samples that are kept [s]."""
 
 _LATENCY_SPAN = 0.2
-"""Duration over which the least delay of the base's statuses is determined
-[s]."""
+"""The base's latency is the least delay among the statuses that arrived within
+this time [s]."""
 
 _STEP = np.array([0.015, 0.03])
 """Permitted difference between a measured pose and its prediction from the
@@ -56,14 +56,14 @@ _STEP_RATE = np.array([0.15, 0.4])
 are reported late [m/s, rad/s]."""
 
 CERTAIN = np.zeros(2)
-"""Error bounds of a pose without localisation [m, rad], which is assumed to be
-exact.
+"""Error bounds of the pose if there is no localisation [m, rad]: odometry is
+then assumed to be exact.
 """
 
 
 _CLOCK_STEP = 0.1
-"""Change of the delay between two messages [s] beyond which a clock was set or
-the network stalled.
+"""If the delays of two consecutive statuses differ by more than this time [s],
+a clock was set, or the network stalled.
 """
 
 
@@ -124,7 +124,7 @@ class BaseTrack:
 
 
 def compile_kernels(config: HardwareConfig) -> None:
-    """Compiles the kernels for statuses of a base, before the first tick.
+    """Compiles the kernels that process a base's statuses.
 
     Args:
         config: Configuration of the track.
@@ -223,7 +223,7 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
     """Returns the reason why the base's pose is unreliable, or "".
 
     Args:
-        track: The base's track, which has a sample.
+        track: The base's track.
         config: Limits of age and uncertainty.
     """
     status, fixes = config.channels.base_status, config.channels.localization
@@ -277,7 +277,7 @@ def _doubt(track: BaseTrack) -> str:
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
-    """Removes old samples, and the last one if it is too close to another.
+    """Removes old samples, and the last one if it soon follows another.
 
     Args:
         samples: The samples before.

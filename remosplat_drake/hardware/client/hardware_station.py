@@ -83,7 +83,7 @@ class HardwareStation(Diagram):
         self.set_name("station")
 
     def newest_image(self, context: Context) -> float:
-        """Returns the time of the newest camera image for movers [s].
+        """Returns the time of the newest image used for mover detection [s].
 
         Args:
             context: The station's own context.
@@ -109,7 +109,7 @@ class HardwareStation(Diagram):
         """Updates the ports with the packets that the link has received.
 
         Args:
-            root: Context of the whole diagram, between two steps of it.
+            root: Context of the whole diagram, which must not be in a step.
         """
         self._robot.receive(self._robot.GetMyMutableContextFromRoot(root))
         if self.camera is not None:

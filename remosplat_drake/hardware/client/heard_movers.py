@@ -39,7 +39,7 @@ class HeardMovers:
 def with_movers(
     heard: HeardMovers, data: bytes, received: float, config: MoverSensingConfig
 ) -> HeardMovers:
-    """Adds a message to the known movers.
+    """Returns the state after a message with movers.
 
     Args:
         heard: The state so far.

@@ -54,7 +54,7 @@ class Operator:
         ]
 
     def listen_for(self, duration: float) -> list[Lease]:
-        """Receives leases for some time [s]; returns the present sessions."""
+        """Receives leases for a duration [s]; returns the present sessions."""
         end = time.monotonic() + duration
         while time.monotonic() < end:
             self.leases()

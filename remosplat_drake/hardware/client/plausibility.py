@@ -5,12 +5,12 @@ import numpy as np
 from remosplat_drake.hardware.wire.panda import PandaState
 
 _SLACK = 0.02
-"""Permitted motion of a joint beyond the motion at its speed limit [rad], since
+"""A joint may move farther than at its speed limit by this angle [rad], because
 stamps and times of arrival differ slightly from the times of measurement.
 """
 
 _FASTER = 1.2
-"""Factor by which a measured rate may exceed the joint's limit, since limits
+"""A measured rate may exceed the joint's limit by this factor, because limits
 apply to commands, and measurements have noise."""
 
 

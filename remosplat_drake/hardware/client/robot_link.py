@@ -147,7 +147,7 @@ class RobotLink:
         for the next status.
 
         Args:
-            timeout: Longest wait for the arm [s].
+            timeout: Longest wait for a status of the arm [s].
 
         Returns:
             Whether a status of the arm arrived within the timeout.
@@ -255,7 +255,7 @@ class RobotLink:
         )
 
     def send(self, u: np.ndarray) -> None:
-        """Sends a velocity command to base and arm, stamped now.
+        """Sends a velocity command to base and arm, with the present time.
 
         Args:
             u: Velocities, shape (n_u,) [m/s, rad/s]. If they exceed the base's

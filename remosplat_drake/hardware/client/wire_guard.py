@@ -36,10 +36,10 @@ PRESENT = 0.5
 """A sender counts as present for this time after its last message [s]."""
 
 _FORGOTTEN = 60.0
-"""Time without messages of a sender after which it is removed [s]."""
+"""A sender is removed after this time without messages from it [s]."""
 
 _MOST_NAMES = 100
-"""Largest number of known addresses."""
+"""The latest leases or reports of at most this many addresses are stored."""
 
 
 @dc.dataclass
@@ -67,7 +67,7 @@ class Senders:
         return sorted(there, key=lambda sender: sender != self.first)
 
     def forget(self, now: float) -> None:
-        """Forgets senders that have been silent for long."""
+        """Removes senders that have been silent for long."""
         for sender, heard in list(self.heard.items()):
             if now - heard > _FORGOTTEN:
                 del self.heard[sender]
@@ -81,12 +81,13 @@ class Watch:
 
     Attributes:
         identity: Identity of this process.
-        own: This process's address, which it learns when it receives its own
-            lease; empty before.
-        requested_by: Operator that requested motion since `take_request`.
+        own: This process's address, from its own lease; empty before this lease
+            has been received.
+        requested_by: Operator that requested motion since the last call of
+            `take_request`; None if there is none.
         broken: Number of malformed leases, reports and requests.
-        strange: Number of messages of unexpected senders on channels of
-            commands and statuses, and channel and address of the latest such
+        strange: Number of messages that unexpected senders sent on channels of
+            commands or statuses, and the channel and address of the latest such
             message.
     """
 
@@ -191,7 +192,7 @@ class Watch:
         return f"{sender} ({known.identity})" if known else sender
 
     def tidy(self, now: float) -> None:
-        """Forgets senders that have been silent for long."""
+        """Removes senders that have been silent for long."""
         for senders in (
             *self._commands.values(),
             *self._statuses.values(),
@@ -205,7 +206,7 @@ class Watch:
                     known.pop(sender, None)
 
     def _keep(self, known: dict, sender: str, what, now: float) -> None:
-        """Stores the identity of an address; at most 100 are kept."""
+        """Stores the latest lease or report of an address, for at most 100."""
         if sender in known or len(known) < _MOST_NAMES:
             known[sender], self._told[sender] = what, now
 

@@ -26,10 +26,10 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.robot.actuators import Actuator
 
 SHARE = 0.8
-"""Least permitted rate of statuses, as a fraction of the configured rate."""
+"""Statuses must have at least this fraction of the configured rate."""
 
 _AHEAD = 0.002
-"""Largest time by which a stamp may be ahead of our clock [s]."""
+"""A stamp may be ahead of our clock by at most this time [s]."""
 
 _SAME = 0.15
 """Permitted deviation of an axis' gain from 1. The gain is the axis' motion per
@@ -37,14 +37,15 @@ commanded motion.
 """
 
 _OTHER = 0.1
-"""Greatest permitted motion of an axis per commanded motion of another axis."""
+"""If one axis is commanded to move, another axis may move by at most this
+fraction of the commanded motion."""
 
 _VELOCITY = 0.3
-"""Permitted deviation from 1 of the ratio of the reported velocity to the
-change of position per time."""
+"""The ratio of the reported velocity to the change of position per time may
+deviate from 1 by at most this value."""
 
 _RESOLUTION = 0.005
-"""Resolution of delays [s]."""
+"""Measured delays are multiples of this time [s]."""
 
 _MODE_WORDS = (
     "a mode in which the part moves, and another mode while it is stopped"
@@ -54,7 +55,7 @@ _MODE_WORDS = (
 def judge(
     record: RobotRecord, config: HardwareConfig, actuators: Sequence[Actuator]
 ) -> list[Finding]:
-    """Evaluates a record, whose required content `Seen` checks.
+    """Evaluates a robot's messages; `Seen` checks that they suffice.
 
     Args:
         record: The received messages.
@@ -131,7 +132,7 @@ class _Range:
     high: float = 0.0
 
     def add(self, piece: np.ndarray) -> None:
-        """Adds positions relative to the end of the previous piece, (c,)."""
+        """Adds c positions, relative to the last one of the previous call."""
         if len(piece):
             self.low = min(self.low, self.end + piece.min())
             self.high = max(self.high, self.end + piece.max())

@@ -14,22 +14,23 @@ from remosplat_drake.hardware.conformance.robot_record import PartRecord
 from remosplat_drake.robot.actuators import Actuator
 
 _GRID = 0.002
-"""Time between two states of the model [s]."""
+"""The actuator models are simulated in steps of this length [s]."""
 
 _DELAYS = np.arange(-0.1, 0.4, 0.005)
-"""Delays with which motions are compared, in addition to the model's delay [s].
+"""Measured and modelled motions are compared with each of these delays, in
+addition to the model's own delay [s].
 """
 
 _WINDOW = 0.1
-"""Duration of each of the motions that are compared [s]. It is short, since
-drift and times at rest contain no information.
+"""Motions of this duration are compared [s]. It is short, since drift and times
+at rest contain no information.
 """
 
 MOVED = 0.02
-"""Least commanded motion of an axis that is evaluated [rad, m]."""
+"""An axis is evaluated if its commanded motion is larger than this [rad, m]."""
 
 _HELD = 0.1
-"""Longest time for which a command is valid, as in the drivers [s]."""
+"""A command is valid for at most this time, as in the drivers [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -114,7 +115,7 @@ def commanded_ways(part: PartRecord) -> np.ndarray:
 def _model(
     part: PartRecord, actuators: Sequence[Actuator]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Predicts the motion from the commands by the actuator models.
+    """Predicts a part's motion from its commands, by the actuator models.
 
     Returns:
         Times, shape (m,) [s], and positions relative to the first, shape (m,

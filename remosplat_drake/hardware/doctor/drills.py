@@ -150,7 +150,8 @@ def base_step(robot: RobotModel, period: float) -> np.ndarray:
     """Makes the commands for the step, one row per control period, (k, n_u).
 
     Args:
-        robot: The robot, for the acceleration of its base.
+        robot: The robot; the acceleration limit of its base determines the
+            duration of the step's ramps.
         period: Control period [s].
     """
     rise = max(STEP_SPEED / robot.acceleration_limit[0], period)
@@ -258,7 +259,7 @@ def _wait(robot: WatchedRobot, done: Callable[[], str], patience: float) -> str:
 
 
 def _watch_rest(robot: WatchedRobot) -> float:
-    """Largest measured speed within a second without commands."""
+    """Measures for a second without commands; returns the largest speed."""
     fastest, end = 0.0, time.monotonic() + 1.0
     while time.monotonic() < end:
         robot.listen()

@@ -18,8 +18,8 @@ CLOCK_ERROR = 1e-3
 """Largest permitted error of a clock [s]."""
 
 BUFFER = 1 << 21
-"""Receive buffer of a socket for images [bytes]: three images, since their
-fragments may arrive faster than they are read."""
+"""Size of the receive buffer of a socket for images [bytes]. It has space for
+three images, since their fragments may arrive faster than they are read."""
 
 _TIMEX = 512
 """Buffer size that exceeds a `struct timex` on every platform [bytes]."""

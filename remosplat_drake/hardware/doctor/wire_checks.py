@@ -36,14 +36,16 @@ LISTENING = 2.0
 _LISTENING_PERIOD = 1e-3
 
 ARM_RATE, BASE_RATE = 200.0, 9.0
-"""Least rates of statuses [Hz]; a real Panda sends at 1 kHz."""
+"""Arm and base must send statuses at least at these rates [Hz]. A real Panda
+sends at 1 kHz."""
 
 ARM_SHARE = 0.8
-"""Least fraction of an arm's statuses that must arrive, if the configured rate
-is less than `ARM_RATE`."""
+"""If the configured rate is less than `ARM_RATE`, at least this fraction of the
+arm's statuses must arrive."""
 
 STAMP_ERROR = 0.02
-"""Largest difference between a driver's stamp and our clock at arrival [s]."""
+"""When a status arrives, its stamp may differ from our clock by at most this
+time [s]."""
 
 _COMMANDED = {"arm": ("idle", "move"), "base": ("ready", "moving")}
 """Modes in which the parts of a robot follow commands."""

@@ -28,7 +28,7 @@ _PERIOD = 0.1
 """Time between two queries about the motors [s]."""
 
 _STATUS_EVERY = 20
-"""Number of queries about the motors per query about the state of charge."""
+"""The state of charge is queried after this many queries about the motors."""
 
 _LOGIN = 5.0
 """Longest wait for the password prompt, and for the reply to a password [s]."""
@@ -75,7 +75,7 @@ class ArclMonitor:
         self._thread.start()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns the base's stops; unknown without a recent answer."""
+        """Returns the base's stops, which expire without a new answer."""
         return self._state.stops_at(t, EXPIRY)
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ class ArmLink(Protocol):
         ...
 
     def close(self) -> None:
-        """Disconnects from the arm, which is at rest."""
+        """Disconnects from the arm, which must be at rest."""
         ...
 
 

@@ -37,8 +37,8 @@ class BaseMaxima:
 
     Attributes:
         forward: Greatest speed forward [m/s].
-        reverse: Greatest speed backwards [m/s]; no sensor observes the space
-            behind the base.
+        reverse: Greatest speed backwards [m/s]; it is low, since no sensor
+            observes the space behind the base.
         sideways: Greatest speed to either side [m/s]. It is 0 for a base that
             cannot move sideways; a command with a sideways speed then becomes a
             stop.
@@ -52,7 +52,7 @@ class BaseMaxima:
 
 
 def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
-    """Scales a command by one factor to the maxima; its arc stays the same.
+    """Scales down a command that exceeds the maxima; its arc stays the same.
 
     A command that is not finite becomes a stop.
 

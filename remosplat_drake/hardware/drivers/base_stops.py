@@ -43,7 +43,7 @@ class StopSource(Protocol):
 
 
 def merged(stops: Iterable[BaseStops]) -> BaseStops:
-    """Combines the stops of several sources, each of which stops the base."""
+    """Combines the stops of several sources; any of them can stop the base."""
     every = [FREE, *stops]
     return BaseStops(
         emergency=any(s.emergency for s in every),

@@ -25,8 +25,8 @@ class _Thing:
 
     Attributes:
         X_WO: Pose of the object's frame O in W.
-        shapes: The object's shapes, as pairs of the pose X_OS and the fields in
-            a scenario.
+        shapes: The object's shapes, as pairs of a shape's pose X_OS and its
+            fields in a scenario.
     """
 
     X_WO: RigidTransform
@@ -34,7 +34,7 @@ class _Thing:
 
 
 class CollisionObjects:
-    """The objects of a planning scene so far."""
+    """The objects of a planning scene, after all messages so far."""
 
     def __init__(self, frame: str):
         """Starts without an object.

@@ -17,7 +17,7 @@ drake-franka-driver and libfranka's examples.
 """
 
 NO_LOW_PASS = 1000.0
-"""Cutoff frequency with which libfranka's low-pass filter is off [Hz]."""
+"""With this cutoff frequency, libfranka's low-pass filter is off [Hz]."""
 
 
 @dc.dataclass(frozen=True)
@@ -88,7 +88,7 @@ class FrankaArm:
             raise self._error(error) from error
 
     def state(self) -> Any:
-        """Waits for the next `RobotState`; not to be called during `move`.
+        """Waits for the next `RobotState`; must not be called during `move`.
 
         Raises:
             RemoSplatError: The connection is lost.

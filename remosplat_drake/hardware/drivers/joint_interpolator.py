@@ -12,14 +12,14 @@ from remosplat_drake.base.errors import MissingExtraError
 from remosplat_drake.hardware.drivers.panda_limits import LIMITER, TICK
 
 SMOOTHING = 0.015
-"""Least duration of a plan from one command to the next [s]: one and a half
-periods of 100 Hz, so that each plan is replaced before its acceleration ends.
-The motion lags by the same time. A longer duration would give a smoother motion
-with more lag."""
+"""Least duration of a plan, the motion from the present rates to those of a new
+command [s]. It is one and a half periods of 100 Hz, so that each plan is
+replaced before its acceleration ends. The motion lags by the same time. A
+longer duration would give a smoother motion with more lag."""
 
 _SHARE = 0.99
-"""Fraction of the bound on jerk that plans use, so that rounding does not
-exceed the bound.
+"""Plans use this fraction of the bound on jerk, so that rounding errors do not
+violate the bound.
 """
 
 

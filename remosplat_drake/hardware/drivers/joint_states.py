@@ -10,7 +10,7 @@ from remosplat_drake.hardware.drivers.ros_conversion import stamp_utime
 from remosplat_drake.hardware.wire.packets import BrokenMessage, from_utime
 
 _LONGEST_STEP = 0.5
-"""Time between two positions beyond which no rate is computed [s]."""
+"""No rate is computed from two positions with more time between them [s]."""
 
 
 class JointStates:

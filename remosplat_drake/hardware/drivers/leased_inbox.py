@@ -29,7 +29,7 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 _YIELD = 5e-4
-"""Time between two polls of a waiting inbox [s]."""
+"""An inbox that waits for messages polls once in this time [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Hold:
 
 
 class LeasedInbox:
-    """Returns the messages for a driver that are accepted.
+    """Receives the messages for a driver, and returns the accepted ones.
 
     It replaces an `Inbox`. A driver must call `fetch` continuously, since
     `fetch` also sends the reports.

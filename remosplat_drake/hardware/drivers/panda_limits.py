@@ -47,7 +47,8 @@ PANDA = RateLimits(
     acceleration=np.array([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0]),
     jerk=np.array([7500.0, 3750, 5000, 6250, 7500, 10000, 10000]),
 )
-"""The Panda's own limits. After a command beyond them it aborts the motion."""
+"""The Panda's own limits. The robot aborts its motion after a command that
+exceeds them."""
 
 _MARGIN = 1e-3
 _LOST_PACKETS = 3
@@ -139,7 +140,7 @@ def limit_rate(
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].
-        last: The command of the previous tick, within the limits.
+        last: The command of the previous tick, which must be within the limits.
         limits: Bounds on velocity, acceleration and jerk.
     """
     slope = limits.jerk / limits.acceleration
@@ -163,6 +164,6 @@ def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].
-        last: The command of the previous tick, within the limits.
+        last: The command of the previous tick, which must be within the limits.
     """
     return limit_rate(low_pass(target, last.velocity), last)

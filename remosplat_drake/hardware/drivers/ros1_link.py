@@ -126,7 +126,7 @@ class Ros1Link:
             )
 
     def publish(self, velocity: np.ndarray) -> None:
-        """Sends a Twist: forward, left, turn, shape (3,) [m/s, rad/s]."""
+        """Sends a velocity, shape (3,) [m/s, m/s, rad/s], as a Twist."""
         self._publisher.publish(write_twist(self._twist(), velocity))
 
     def fetch(self) -> list[Odometry]:

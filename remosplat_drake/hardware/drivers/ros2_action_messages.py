@@ -19,10 +19,11 @@ from remosplat_drake.hardware.drivers.ros2_messages import (
 )
 
 _ENCAPSULATION = 4
-"""Length of the prefix that states how a message is encoded."""
+"""Length of the prefix that states how a message is encoded [bytes]."""
 
 _HEADER = 16
-"""Length of a client's identity in the messages of a service."""
+"""Length of the identity of client and request in a service's messages [bytes].
+"""
 
 
 def client_header(client: bytes, number: int) -> bytes:

@@ -13,13 +13,13 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.robot_description import RobotDescription
 
 HORIZON = COMMAND_EXPIRY
-"""Time for which a trajectory continues at the commanded rates before it brakes
+"""A trajectory continues at the commanded rates for this time, and then brakes
 [s]. If no newer trajectory comes, the arm comes to rest.
 """
 
 _LEAD = 0.2
-"""Time that limits the lead of a trajectory [s]: it may be ahead of the
-measured joints by at most their motion in this time at their greatest rates.
+"""A trajectory may be ahead of the measured joints by at most the distance that
+they cover in this time at their greatest rates [s].
 """
 
 
@@ -121,7 +121,7 @@ class TrajectoryStretch:
 
         Args:
             description: The robot.
-            rows: Indices of the joints in the arm.
+            rows: Indices of the trajectory's joints among the arm's joints.
             clock: A monotonic clock [s].
         """
         n, clock_now = description.n_base, clock()
@@ -135,7 +135,7 @@ class TrajectoryStretch:
         self._rates = np.zeros(len(rows))
 
     def message(self, rates: np.ndarray, q: np.ndarray):
-        """Returns a trajectory with some joint rates, starting now.
+        """Returns a trajectory that starts now at the commanded joint rates.
 
         It starts at the end of the previous trajectories, not at the measured
         positions, since measurements are late.

@@ -41,7 +41,7 @@ class GripperAction:
 
         Args:
             node: The participant of the robot's domain.
-            name: Name of the action, as /gripper_controller/gripper_cmd.
+            name: Name of the action, such as /gripper_controller/gripper_cmd.
 
         Raises:
             RemoSplatError: A topic cannot be opened.

@@ -23,10 +23,11 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage, is_expired
 from remosplat_drake.robot.robot_description import RobotDescription
 
 _CUTOFF = 10.0
-"""Cutoff frequency for the fingers' rates [Hz]; these rates are not used."""
+"""Cutoff frequency of the filter for the fingers' rates [Hz]. These rates are
+not used."""
 
 _STILL = 5e-4
-"""Change of the opening below which the fingers count as stopped [m]."""
+"""The fingers count as stopped if the opening changes by less than this [m]."""
 
 _SETTLED = 0.5
 """Time at standstill after which a motion counts as ended [s]."""

@@ -56,7 +56,7 @@ class Ros2Link:
         ]
 
     def publish(self, velocity: np.ndarray) -> None:
-        """Sends a Twist: forward, left, turn, shape (3,) [m/s, rad/s]."""
+        """Sends a velocity, shape (3,) [m/s, m/s, rad/s], as a Twist."""
         twist = write_twist(self._ros.Twist(), velocity)
         if not self._topics.stamped:
             self._writer.write(twist)

@@ -12,10 +12,10 @@ from remosplat_drake.base.errors import (
 )
 
 _MOST = 100
-"""Largest number of samples that are read at once."""
+"""At most this many samples are read at once."""
 
 _MOST_ENDPOINTS = 10_000
-"""Largest number of readers in a domain that are examined."""
+"""At most this many readers of a domain are examined."""
 
 _LAST_DOMAIN = 232
 """Largest ROS_DOMAIN_ID; for larger numbers, DDS has no UDP ports."""
@@ -47,8 +47,8 @@ class Ros2Node:
         Args:
             domain: The robot's ROS_DOMAIN_ID; None takes the value of the
                 environment variable, or 0.
-            what: Name of the feature that needs CycloneDDS, which errors
-                contain.
+            what: Name of the feature that needs CycloneDDS; errors contain this
+                name.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed or finds no network, or

@@ -52,7 +52,7 @@ class Ros2Target:
             topic: Topic of the messages.
             frame: Name of the frame that is the world W; messages in other
                 frames are ignored.
-            kind: Whether they are poses or velocities.
+            kind: Kind of the messages: poses or velocities.
             domain: A ROS_DOMAIN_ID; None takes the value of the environment
                 variable, or 0.
             tell: Called with a message when messages are unusable.

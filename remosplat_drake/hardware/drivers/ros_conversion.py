@@ -96,7 +96,8 @@ def read_transforms(
 
     Args:
         message: The message, with any number of transforms.
-        frames: Names of a frame and of its child, whose pose is returned.
+        frames: Names of a frame and of its child. The pose of the child in the
+            frame is returned.
         deviation: Standard deviations of x, y and yaw, which the message does
             not contain, shape (3,) [m, m, rad].
     """

@@ -48,7 +48,7 @@ class TopicValues(Generic[Value]):
         }
 
     def silence(self, name: str, t: float) -> float:
-        """Returns the time since a topic's latest message [s]; inf if none.
+        """Returns the time since a topic's latest message [s]; inf without one.
 
         Args:
             name: Name of the topic.

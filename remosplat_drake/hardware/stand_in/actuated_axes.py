@@ -9,7 +9,7 @@ from remosplat_drake.robot.actuators import Actuator
 
 
 class ActuatedAxes:
-    """Delay lines and first-order actuators of some axes, in equal steps.
+    """Simulates delays and first-order actuators of axes, in equal steps.
 
     Attributes:
         v: Velocities of the axes, shape (n,) [m/s, rad/s].

@@ -9,7 +9,7 @@ import struct
 from enum import IntEnum
 
 LARGEST = 1024
-"""Largest packet [bytes]."""
+"""Greatest length of a packet [bytes]."""
 
 _STATE = struct.Struct("=qqd57s56d")
 _REQUEST = struct.Struct("=qq13d")
@@ -19,17 +19,17 @@ class Kind(IntEnum):
     """Requests of a client to the robot."""
 
     READ = 0
-    """A state."""
+    """Requests a state."""
     BEGIN = 1
-    """Start of a motion: then the robot sends a state every millisecond, and
-    each needs an answer."""
+    """Starts a motion: the robot then sends a state every millisecond, and the
+    client must answer each state."""
     COMMAND = 2
-    """The answer to a state, with seven joint rates."""
+    """Answers a state with seven joint rates."""
     LAST = 3
-    """The answer to a state that ends the motion."""
+    """Answers a state, and ends the motion."""
     COLLISION = 4
-    """Collision limits, seven torques and six forces; the robot answers by a
-    state."""
+    """Sets the collision limits, seven torques and six forces; the robot
+    answers with a state."""
 
 
 @dc.dataclass(frozen=True)
@@ -38,7 +38,8 @@ class Request:
 
     Attributes:
         kind: The kind of request.
-        number: Number of the state that it answers; 0 if it answers none.
+        number: Number of the state that the request answers; 0 if it answers
+            none.
         values: Thirteen numbers, padded with zeros.
     """
 
@@ -70,10 +71,10 @@ class State:
     """A message of the robot.
 
     Attributes:
-        number: Number of the robot's control cycle of a millisecond.
+        number: Number of the robot's control cycle; a cycle lasts 1 ms.
         mode: The arm's mode, as libfranka numbers it.
         success_rate: Fraction of the latest 100 packets that arrived.
-        error: Why the latest motion was aborted; empty if it was not.
+        error: Reason why the latest motion was aborted; empty if it was not.
         vectors: q, q_d, dq, dq_d, ddq_d, tau_J, tau_J_d and
             tau_ext_hat_filtered, seven numbers each.
     """

@@ -27,7 +27,7 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 )
 
 LOST_LIMIT = 20
-"""Number of packets lost in a row after which the arm aborts."""
+"""The arm aborts its motion after this many lost packets in a row."""
 
 _WINDOW = 100
 

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from remosplat_drake.hardware.drivers.ros2_messages import GripperCommand
 
 _TOLERANCE = 0.01
-"""Largest distance from the goal at which the goal counts as reached."""
+"""The goal counts as reached within this distance, in the action's unit."""
 
 _STILL = 1e-3
 """Speed below which the fingers count as stalled, in positions per second."""
 
 _STALLED = 1.0
-"""Time for which the fingers are stalled before the goal is aborted [s]."""
+"""The goal is aborted when the fingers have been stalled for this time [s]."""
 
 
 class GripperServer:

@@ -59,8 +59,8 @@ _PANDA = "panda"
 """Name of the arms that libfranka drives."""
 
 _SPARSE = 4
-"""While the simulated robot catches up after a delay, it sends only one of this
-number of statuses of the arm.
+"""While the simulated robot catches up after a delay, it sends only every n-th
+status of the arm, where n is this value.
 """
 
 

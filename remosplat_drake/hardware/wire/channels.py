@@ -22,7 +22,7 @@ PANDA_HAND_COMMAND = "PANDA_HAND_COMMAND"
 PANDA_HAND_STATUS = "PANDA_HAND_STATUS"
 """lcmt_schunk_wsg_status: measured width of the Franka hand, at 10 Hz."""
 BASE_COMMAND = "BASE_COMMAND"
-"""base_command: forward speed and yaw rate."""
+"""base_command: speeds forward and to the left, and yaw rate."""
 BASE_STATUS = "BASE_STATUS"
 """base_status: odometry and stops of the base, at 10 Hz or more."""
 BASE_LOCALIZATION = "BASE_LOCALIZATION"
@@ -36,8 +36,8 @@ WRIST_CAMERA = "WRIST_CAMERA"
 """lcmt_image_array: an RGB and a depth image of the wrist camera."""
 
 COMMAND_EXPIRY = 0.1
-"""Difference between a command's stamp and the driver's clock, in the past or
-the future, at which the driver drops the command [s]."""
+"""A driver drops a command whose stamp differs from the driver's clock by more
+than this time, in the past or the future [s]."""
 STATUS_EXPIRY = 0.05
 """Age at which the arm's status is stale [s]."""
 BASE_STATUS_EXPIRY = 0.25

@@ -23,8 +23,8 @@ _MOST_MILLIMETRES = 65_535
 """Greatest depth that two bytes can represent [mm]."""
 
 _SAVED = 1
-"""Compression level of zlib. Higher levels take longer than the period of
-images.
+"""Compression level of zlib. Higher levels take longer than the time between
+two images.
 """
 
 _COLOR_CHANNELS = {lcmt_image.PIXEL_FORMAT_RGBA: 4}
@@ -34,7 +34,7 @@ _DEPTH_TYPES = {
     lcmt_image.CHANNEL_TYPE_FLOAT32: (np.dtype("<f4"), 1.0),
     lcmt_image.CHANNEL_TYPE_UINT16: (np.dtype("<u2"), 1e-3),
 }
-"""NumPy's types of depths, and their units [m]."""
+"""NumPy's type of depths and their unit [m], keyed by LCM's type of channel."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -32,8 +32,8 @@ allocate less.
 """
 
 _MOST = 1000
-"""Greatest number of packets per call, so that a flood does not block the
-listener."""
+"""At most this many packets are returned per call, so that a flood does not
+block the listener."""
 
 _UDP_HEADER = 8
 _ATTACH_FILTER = getattr(socket, "SO_ATTACH_FILTER", 26)

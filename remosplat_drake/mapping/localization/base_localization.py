@@ -20,7 +20,7 @@ from remosplat_drake.robot.planar_pose import (
 from remosplat_drake.signals.base_correction import BaseCorrection
 
 SIGMAS = 3.0
-"""Number of standard deviations in the bound of the base's error."""
+"""The bound on the base's error is this many standard deviations."""
 
 
 class BaseLocalization(LeafSystem):

@@ -34,7 +34,7 @@ from remosplat_drake.signals.base_estimate import (
 )
 
 _SAMPLES = 300
-"""Number of points of a frame that are compared with other frames."""
+"""This many points of a frame are compared with other frames."""
 
 _MOST_DEVIATIONS = 4.0
 """Poses that differ from the prediction by more than this number of standard
@@ -42,34 +42,35 @@ deviations are rejected.
 """
 
 _TRUSTED, _USEFUL = 0.004, 0.015
-"""Largest standard deviations of the base's position [m]: first for frames in a
-map, then for frames to which other frames are aligned.
+"""The base's position may have at most these standard deviations [m]. The first
+applies to frames in a map, the second to frames to which other frames are
+aligned.
 """
 
 _LEAST_SIDES = 6.0
-"""Least number of points on upright surfaces that must constrain each
-horizontal direction in the first frame.
+"""In the first frame, at least this many points on upright surfaces must
+constrain each horizontal direction.
 """
 
 _BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
-"""Largest median distance of a frame's surfaces from those of other frames at
-which the frame fits [m]. Noise alone causes smaller distances.
+"""A frame fits if the median distance of its surfaces from those of other
+frames is at most this [m]. Noise alone causes smaller distances.
 """
 
 _LEAST_SHARED = 0.1
-"""Least fraction of a frame's points that other frames must show, too, so that
-the frame can be aligned to them.
+"""A frame can be aligned to other frames if they also show at least this
+fraction of its points.
 """
 
 _NEW = 0.7
-"""Fraction of points that other keyframes also show, below which a frame
-becomes a keyframe.
+"""A frame becomes a keyframe if keyframes show less than this fraction of its
+points.
 """
 
 _MOST_KEYFRAMES = 120
-"""Largest number of stored keyframes that are not part of a map."""
+"""At most this many keyframes that are not part of a map are stored."""
 
 Key = tuple[str, float]
 """Key of a frame: its name and its time, since names may be reused."""
@@ -230,7 +231,7 @@ class FrameAligner:
 
     @property
     def correction(self) -> BaseCorrection:
-        """The correction of the base from the newest frame."""
+        """The correction of the base's odometry, from the newest frame."""
         return BaseCorrection(self._latest, self._drift)
 
     def knows(self, key: Key) -> bool:

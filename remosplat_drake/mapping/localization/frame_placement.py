@@ -26,7 +26,7 @@ from remosplat_drake.reconstruction.alignment.solver import (
 from remosplat_drake.signals.base_estimate import BaseEstimate
 
 _POINTS = 40
-"""Number of points of a frame that are compared with other views."""
+"""This many points of a frame are compared with other views."""
 
 _DEVIATIONS = 3.0
 """In the search for overlapping views, images are extended beyond their edges
@@ -34,18 +34,18 @@ by this number of standard deviations of the base's position.
 """
 
 _LEAST_OVERLAP = 0.15
-"""Least fraction of a frame's points that a view must show to be compared with
-the frame.
+"""A frame is compared with a view if the view shows at least this fraction of
+the frame's points.
 """
 
 _NEAR, _OLD = 5, 3
-"""Numbers of views with which a frame is compared: first of the views that show
-most of its points, then of the oldest views.
+"""A frame is compared with the views that show most of its points, up to the
+first number, and with the oldest views, up to the second number.
 """
 
 _CLOSE = 0.012
-"""Standard deviation of the prediction up to which the refinement starts from
-the prediction, without a search for a start [m].
+"""If the predicted position has at most this standard deviation, the refinement
+starts from the prediction, without a search for a start [m].
 """
 
 _SEARCH = Level(0.03, 0.01, 0.8, 1)
@@ -58,18 +58,18 @@ tested points, and radius around the prediction [m].
 """
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
-"""Largest cosine of the angle between an upright surface's normal and the
-vertical, and least number of points on upright surfaces from which their fit is
-measured.
+"""A surface is upright if the cosine of the angle between its normal and the
+vertical is below the first value. The fit of upright surfaces is measured from
+at least as many points as the second value.
 """
 
 _WIDE = LEVELS[0]
-"""Limits within which points of two frames belong to the same surface, when a
-frame's fit is computed."""
+"""When a frame's fit is computed, points of two frames belong to the same
+surface if they are within these limits."""
 
 _SLIPPERY = 0.03
-"""Ratio of the information on the two horizontal directions below which the
-information on the weaker direction is ignored.
+"""The information on one horizontal direction is ignored if it is at most this
+fraction of the information on the other one.
 """
 
 _CONVERGED = 1e-5
@@ -98,7 +98,7 @@ def candidates(
     frame: Keyframes,
     expected: BaseEstimate,
 ) -> np.ndarray:
-    """Selects the keyframes that a frame is compared with.
+    """Selects the keyframes with which a frame is compared.
 
     Args:
         keyframes: The keyframes.

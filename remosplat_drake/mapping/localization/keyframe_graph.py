@@ -39,7 +39,7 @@ REFINING = LEVELS[3:]
 """Stages of the refinement for frames with errors below a centimetre."""
 
 _PARTNERS = 12
-"""Approximate number of views that each view is compared with."""
+"""Each view is compared with approximately this many other views."""
 
 _CORRELATION = 10.0
 """Number of residuals that have as much information as one independent
@@ -48,7 +48,7 @@ residual, since neighbouring residuals are correlated; see
 """
 
 _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2
-"""Least covariance of tracked motions [m^2, rad^2]."""
+"""Covariance that is added to that of each tracked motion [m^2, rad^2]."""
 
 _CONVERGED = 1e-5
 """A stage of the refinement ends when its steps are below this [m, rad]."""
@@ -233,7 +233,8 @@ def residuals(
         pairs: Indices of the keyframes that are compared, shape (m, 2).
 
     Returns:
-        Shape (n,) [m]; NaN for views that share no surface.
+        The median distances, shape (n,) [m]; NaN for views that share no
+        surface.
     """
     residual = np.full(len(X_WB), np.nan)
     if not len(pairs):

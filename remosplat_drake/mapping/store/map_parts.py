@@ -54,12 +54,12 @@ _OfSplat = (
 )
 
 _MOST_PARTS = 8
-"""Largest number of parts of a composite field. A part is not itself composite.
+"""A composite field has at most this many parts, and none of them is composite.
 """
 
 _LARGEST = 1e6
-"""Largest valid absolute value of a number in a splat, such as a size or a
-coordinate in W [m].
+"""Numbers in a splat, such as sizes and coordinates in W, have at most this
+absolute value [m].
 """
 
 

@@ -29,7 +29,7 @@ _HALF_WRITTEN = (
     f"frames/.{TRANSFORMS}.*",
     f"maps/.map_*{SUFFIX}.*",
 )
-"""Pattern of files that `atomic_write` leaves behind if its process is
+"""Patterns of the files that `atomic_write` leaves behind if its process is
 killed."""
 
 
@@ -233,7 +233,7 @@ class Session:
     def _write(
         self, head: int, active: tuple[str, ...], versions: dict[int, Version]
     ) -> None:
-        """Changes the file and then this object, or none of them."""
+        """Changes the file and then this object, or neither of them."""
         document = {
             "format": FORMAT,
             "head": head,
