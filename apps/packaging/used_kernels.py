@@ -19,7 +19,7 @@ def used(text: str) -> Iterator[Variant]:
     """Yields the kernels on disk that a run needs.
 
     Args:
-        text: Values that override the scenario's.
+        text: YAML that overrides fields of the scenario.
     """
     flags = ["--headless", "--scenario-text", text]
     with redirect_stdout(sys.stderr):

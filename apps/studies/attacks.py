@@ -20,20 +20,23 @@ from remosplat_drake.benchmark.metrics import between_ticks
 from remosplat_drake.robot.robot_model import RobotModel
 
 METHOD, SECONDS = "ellipsoid-tuned", 10.0
-"""The benchmark's method, and its time limit [s]. It has no guidance, which
-would not move towards unreachable targets."""
+"""Method of the benchmark that drives the robot, and the time limit of a run
+[s]. The method has no guidance, since guidance does not move the robot towards
+unreachable targets."""
 
 QUERIES = 5_000
 """Number of random points among which the worst places are searched."""
 
 _APART = 0.1
-"""Distance of the places of one map from each other [m]."""
+"""The chosen places of a map are farther than this from each other [m]."""
 
 _REACH = 0.5
-"""Largest distance of reachable places from the middle of the workspace [m]."""
+"""Places count as reachable only if they are nearer than this to the middle of
+the workspace [m]."""
 
 _PARTS = 3
-"""Number of parts of a tick at whose ends distances are measured."""
+"""Each tick is divided into this many parts. Distances are measured at the end
+of each part."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -43,8 +46,8 @@ class Places:
     Attributes:
         p_W: The points, shape (n, 3) [m].
         inward_W: Directions in which they are approached, shape (n, 3).
-        excess: Excess of the robot's distance over the true one before each,
-            shape (n,) [m].
+        excess: In front of each point, the robot's distance minus the true
+            distance, shape (n,) [m].
         over: The excess without subtraction of the discs' uncertainty.
     """
 
@@ -66,10 +69,10 @@ class Places:
         return self._selected(near & (is_before | (self.inward_W[:, 2] < 0)))
 
     def worst(self, count: int) -> list[int]:
-        """Returns the indices of the worst places with enough distance.
+        """Returns the indices of the worst places that are far enough apart.
 
         Args:
-            count: Largest number of places.
+            count: At most this many places are returned.
         """
         chosen: list[int] = []
         for i in np.argsort(-self.excess, kind="stable").tolist():
@@ -116,7 +119,7 @@ class Attack:
 
     Attributes:
         map: Name of the method that made the map; empty if there is one only.
-        excess: Excess of the robot's distance over the true one at the place.
+        excess: The robot's distance minus the true distance at the place.
         over: The excess without subtraction of the discs' uncertainty.
         clearance: Smallest true distance of the robot in the run.
         depth: Largest penetration of seen surfaces; 0 for none.

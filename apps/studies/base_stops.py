@@ -35,16 +35,16 @@ SPEED_PERIOD = 10
 """Number of command periods between two measurements of the speed."""
 
 LIMIT = np.array([1.0, 3.0])
-"""Greatest acceleration of commands [m/s^2, rad/s^2]."""
+"""Commands accelerate at most this much [m/s^2, rad/s^2]."""
 
 NOISE = np.array([4e-4, 4e-4, 1e-3])
 """Standard deviations of the odometry from one message to the next [m, rad]."""
 
 JITTER = 0.004
-"""Greatest error of a stamp, either way [s]."""
+"""A stamp is early or late by at most this time [s]."""
 
 LOSS = 0.02
-"""Share of the odometry that is lost."""
+"""Fraction of the odometry messages that are lost."""
 
 SESSION = 60.0
 """Time for which a base is driven [s]."""

@@ -47,9 +47,9 @@ CLEARANCES = (0.021, 0.010)
 """Required clearances at the goal, in descending order [m]."""
 
 _MARGIN = 0.95
-"""Fraction of the goal's tolerances that a configuration may use. A controller
-stops once it is within them, and some goals are feasible at their limit
-only."""
+"""Configurations must be within this fraction of the goal's tolerances. A
+controller stops once it is within the tolerances, and some goals are feasible
+only at the limit of the tolerances."""
 
 _SAVE_EVERY = 20  # Verdicts.
 

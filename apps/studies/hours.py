@@ -58,7 +58,7 @@ robot."""
 _SCENARIO = "to_and_fro.yaml"
 
 _LEG = 1.5
-"""Least time between two targets [s]."""
+"""At least this much time passes between two targets [s]."""
 
 _FAULT, _FAULT_TIME = "user-stop", 1.0
 """Fault that stops the robot periodically, and its duration [s]."""
@@ -67,13 +67,14 @@ _SAMPLE = 5.0
 """Time between two samples of the memory [s]."""
 
 _START = 300.0
-"""Longest time until the robot moves: kernels may have to compile [s]."""
+"""The robot must move within this time [s], in which kernels may be
+compiled."""
 
 _END = 600.0
-"""Longest time for the run to write its files [s]."""
+"""The run must write its files within this time [s]."""
 
 _LINES = 12
-"""Number of the program's last output lines in an error."""
+"""An error contains this many of the last lines that the program printed."""
 
 MINUTE = 60.0
 
@@ -86,14 +87,15 @@ class LongRun:
         minutes: Duration of the run [min].
         growth: Growth of the memory of the controller and its processes after
             the first third of the time [MB/h].
-        memory: That memory, once a minute [MB].
+        memory: Memory of the controller and its processes, once a minute [MB].
         caused: Number of caused stops.
         stops: Reasons of all stops, in their order.
         ticks: Number of control ticks.
         missed: Number of omitted ticks.
         periods_first: Periods of the first tenth of the ticks, median and
             99th percentile [s].
-        periods_last: The same of the last tenth.
+        periods_last: Periods of the last tenth of the ticks, median and 99th
+            percentile [s].
         targets: Number of reached targets.
         exit_code: The program's exit code.
     """

@@ -44,8 +44,8 @@ from remosplat_drake.signals.near_movers import mover_at
 from remosplat_drake.signals.optional_input import value_or_none
 
 STATUS_TIMEOUT = 0.003
-"""Longest time for which a tick waits for the arm's next status [s]. The arm
-sends a status every millisecond."""
+"""A tick waits at most this long for the arm's next status [s]. The arm sends a
+status every millisecond."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
 """Modules that scipy imports at first use. They are imported at the start,

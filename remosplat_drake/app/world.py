@@ -47,7 +47,7 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.03
-"""Largest permitted depth of the robot inside the scene at its start [m]. A map
+"""At its start, the robot may be at most this deep inside the scene [m]. A map
 contains only surfaces, so deeper inside an object the direction out of the
 object is uncertain."""
 

@@ -8,7 +8,7 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.base.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
-"""Longest time to wait for a cluster's answer [s]."""
+"""A cluster must answer within this time [s]."""
 
 
 def on_ray(jobs: Iterable[Job], address: str) -> Results:

@@ -37,7 +37,8 @@ class ReachingTask:
             known solids.
         arm_start: Joint positions at which the arm starts [rad]; None means its
             home posture.
-        start_field: Name of the start in the scene's file, for errors.
+        start_field: Name of the field of the scene's file that contains the
+            start, for errors.
         arm_goal: Joint positions of an arm on a fixed base at the target [rad];
             None if they are not given.
         grasped: Solids of the object that the hand encloses at the target. Only

@@ -22,7 +22,8 @@ from remosplat_drake.cockpit.messages import (
 )
 
 START_TIME = 120.0
-"""Longest time from the start of the process until its page is served [s]."""
+"""The page must be served within this time after the start of the process
+[s]."""
 
 PATIENCE = 3.0
 """STOP counts as broken if the process has sent no message for this time

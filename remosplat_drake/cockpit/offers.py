@@ -46,9 +46,9 @@ _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
 _SHARES = (0.9, 0.75, 0.5, 0.25, 0.1, 0.0, -0.2)
-"""Fractions of the straight way to the target from the position of the hand in
-the home posture. The negative fraction moves the hand away from the target, as
-is necessary beside a wall."""
+"""Positions on the straight line from the hand in the home posture (0) to the
+target (1). The negative position moves the hand away from the target, as is
+necessary beside a wall."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
 """Distances by which the camera is moved up and back, to see a point [m]."""

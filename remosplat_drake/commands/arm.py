@@ -12,7 +12,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 
 _STAYS = 1
 _PATIENCE = 1.0
-"""Longest time for which `arm` waits for the controller's answer [s]."""
+"""`arm` waits at most this long for the answers of controllers [s]."""
 
 EXAMPLES = """
 remosplat arm

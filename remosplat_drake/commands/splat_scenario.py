@@ -41,8 +41,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import Suggestion, suggest_task
 
 _BELOW, _MOST_BELOW = -0.1, 0.05
-"""The height below which splats count as below the floor [m], and the largest
-fraction of a splat's opacity below it that counts as noise."""
+"""Gaussians below this height count as below the floor [m]. They count as noise
+if they have at most this fraction of the splat's opacity."""
 
 _OUTSIDE = 0.02
 """Fraction of the splats, at each end of an axis, that counts as outliers and

@@ -26,8 +26,8 @@ _TESTED = 40
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 _SPACING, _ACROSS = 0.004, 60
-"""Spacing of the points of a small object [m], and the least number of points
-across a large object."""
+"""Points on a small object have this spacing [m]. Across a large object, there
+are this many points."""
 
 Reaches = Callable[[np.ndarray], bool]
 """Function that returns whether the robot reaches a grasp, a pose X_OE of the

@@ -71,7 +71,8 @@ class HandPlaces:
 
         Args:
             p_W: A point in W, shape (3,) [m].
-            radius: Distance from it beyond which places may be omitted [m].
+            radius: Places that are farther than this from the point may be
+                omitted [m].
 
         Yields:
             The next places in W, shape (k, 3) [m]; k may be 0.

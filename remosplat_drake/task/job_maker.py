@@ -66,7 +66,7 @@ class JobMaker:
         plans: Whether the controller plans paths.
         where: File and name of the scenario, for errors.
         written: The steps in the scenario. If they contain a `!Pick` of an
-            object, its grasps and contacts replace the search of grasps.
+            object, its grasps and contacts replace the search for grasps.
 
     Attributes:
         spheres: Spheres around the objects that the robot may carry, keyed by

@@ -21,8 +21,8 @@ _HEIGHTS = np.arange(0.35, 1.2, 0.05)
 """Heights of targets above the floor [m]."""
 
 _ON_A_TABLE = 0.25
-"""Amount by which the heights of targets are lower for an arm on a fixed base,
-which stands on its work surface [m]."""
+"""For an arm on a fixed base, which stands on its work surface, the heights of
+targets are lower by this amount [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order in which they are tried

@@ -27,8 +27,8 @@ _PATIENCE = 8.0
 """Time that a stopped robot waits for its release [s]."""
 
 SLOW, ARM = 0.01, 0.3
-"""Distance within which a hand counts as resting [m], and the length that
-weights its angle [m]."""
+"""A hand counts as resting while its pose changes by less than `SLOW` [m];
+`ARM` times its angle [rad] is added to its displacement [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

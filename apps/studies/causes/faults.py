@@ -48,7 +48,7 @@ CLASSES = {
     SCANNER: ("scanner",),
     LOST: ("silence", "doubt", "frame"),
 }
-"""Faults by their class."""
+"""Names of the faults, keyed by their class."""
 
 LASTS = 2.5
 """Duration of a fault [s]."""
@@ -60,7 +60,8 @@ STATUSES = {
     "lossy": StationStatus(success_rate=0.3),
     "scanner": StationStatus(protective_stop=True),
 }
-"""Statuses of all faults except those of the localisation."""
+"""The station's status during each fault, except for faults of the
+localisation."""
 
 _PERIOD = 0.03
 """Time between two fixes [s]."""

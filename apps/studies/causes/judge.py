@@ -26,18 +26,19 @@ from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.thing import UNSEEN_SPACE
 
 SLACK = 0.01
-"""Distance beyond a stopping distance at which a constraint is active [m]."""
+"""A constraint counts as active if a distance exceeds its stopping distance by
+at most this [m]."""
 
 _BRAKING = 0.1
-"""Distance beyond a stopping distance at which the verification of stopping
-paths stops a link [m]."""
+"""The verification of stopping paths can stop a link whose distance exceeds the
+stopping distance by at most this [m]."""
 
 _ANGLE = 0.05
-"""Angle beyond the stopping angle of a joint limit at which the limit is active
-[rad]."""
+"""A joint limit counts as active if the joint's angle from it exceeds the
+stopping angle by less than this [rad]."""
 
 _MOVERS_REACH = 0.5
-"""Distance below which a mover limits the robot's speed [m]."""
+"""A mover can limit the robot's speed only if it is nearer than this [m]."""
 
 
 def is_true(

@@ -29,7 +29,8 @@ RELEASE, WAIT = "release", "wait"
 """Actions other than offered targets."""
 
 _SOON = 1.1
-"""Longest permitted delay [s]: one second, plus the time between two checks."""
+"""A cause must be stated within this time [s]: one second, plus the time
+between two checks."""
 
 _LONGER = 0.3
 """Time for which a run continues after a cause was stated [s]."""

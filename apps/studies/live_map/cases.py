@@ -31,7 +31,7 @@ QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
 _REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
 
 _PATIENCE = 300.0
-"""Longest time that a map may take [s]."""
+"""A map must be made within this time [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Swap:
         latency: Time from the entry in the session's file, just before the map
             is announced, to the end of the tick that changed to it [s].
         tick: Duration of this tick [s].
-        next_tick: Duration of the following tick, the first that is all on the
-            new map [s].
+        next_tick: Duration of the following tick, which is the first to use
+            only the new map [s].
     """
 
     effort: str

@@ -20,7 +20,7 @@ _LOOKS = 1.0
 """Period at which memory is sampled [s]."""
 
 _EVERY = 15.0
-"""Period of requests to the map meanwhile [s]."""
+"""Time between two requests to the map while memory is sampled [s]."""
 
 _USE = (
     *[MapRequests(frames=1)] * 2,

@@ -13,28 +13,30 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 NEAREST, FARTHEST = 0.03, 0.5
-"""Range of the true distances that are judged [m]: no robot sphere has its
-centre nearer to a surface, and the controller looks no farther."""
+"""Range of the true distances that are judged [m]. The centres of the robot's
+spheres are not nearer to surfaces, and the controller ignores larger
+distances."""
 
 SEEN_BY = 2
-"""Least number of views that must see a surface well for it to count as
-seen."""
+"""A surface counts as seen if at least this many views see it well."""
 
 _STEEPEST = 0.2
-"""Cosine of the angle of incidence at which a view sees a surface well."""
+"""A view sees a surface well only if the cosine of the angle of incidence is at
+least this."""
 
 _NOISIEST = 0.01
-"""Standard deviation of a depth that is measured well [m]."""
+"""A depth is measured well only if its standard deviation is at most this
+[m]."""
 
 _WORST = 300
 """Number of surface points with the largest gaps, around which queries are
 made."""
 
 _OWN = 0.005
-"""Tolerance of depth with which a view sees a surface point [m]."""
+"""A view sees a surface point if the depths agree within this tolerance [m]."""
 
 NOTHING = 1.0
-"""Distance of a field without a surface in range [m]."""
+"""Distance that is used if a field has no surface in range [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -22,8 +22,7 @@ from remosplat_drake.reconstruction.pipeline import reconstruct
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 20_000
-"""Number of random points at which a map is judged, of which a part can be
-used."""
+"""A map is judged at the usable ones of this many random points."""
 
 
 @dc.dataclass(frozen=True)

@@ -17,13 +17,16 @@ from remosplat_drake.scene.primitive_scene import (
 )
 
 _ON = 0.005
-"""Distance up to which a measured point lies on a solid [m]."""
+"""A measured point lies on a solid if it is at most this far from the solid
+[m]."""
 
 _SPACING = 0.004
-"""Grid size at which a frame's points are thinned out to one each [m]."""
+"""Of a frame's points, one is kept in each grid cell with edges of this length
+[m]."""
 
 _SEEN = 50
-"""Least number of a frame's points on a solid that the frame shows."""
+"""A frame shows a solid if at least this many of its points lie on the
+solid."""
 
 
 @dc.dataclass(frozen=True, eq=False)

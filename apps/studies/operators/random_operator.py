@@ -39,13 +39,14 @@ _TILT = 50.0
 """Spread of roll and pitch about a gripper that points down [deg]."""
 
 _ROOM = 0.05
-"""Smallest distance from the robot at which an object is placed [m]."""
+"""Objects are placed at least this far from the robot [m]."""
 
 _PATIENCE = 30.0
-"""Time to wait for the first map before another scan [s]."""
+"""If there is no first map after this time, the operator starts another scan
+[s]."""
 
 _HELPLESS = 4.0
-"""Time for which the robot is stopped before the operator acts [s]."""
+"""If the robot is stopped for this time, the operator acts [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -27,17 +27,18 @@ from remosplat_drake.task.object_spheres import fit_object
 from remosplat_drake.task.step_configs import GraspConfig, Pick, Place
 
 TIME_LIMIT = 150.0
-"""Duration after which a problem has failed [s]."""
+"""A problem has failed if it takes longer than this [s]."""
 
 ARRIVED = 0.004
-"""Distance at which the hand has arrived around the target [m]."""
+"""The hand has arrived around the target if its position error is at most this
+[m]."""
 
 PUT_DOWN = 0.008
 """Distance from its place at which the target is released [m], since an object
 that has turned in the hand touches earlier."""
 
 PATIENCE = 25.0
-"""Duration after which a step has failed [s]."""
+"""A step has failed if it takes longer than this [s]."""
 
 LOWER = 0.06
 """Distance of the straight motion down to the place [m]; it is short, since

@@ -60,7 +60,7 @@ _DRIFT = 0.001
 """Rate at which the odometry drifts [m/s]."""
 
 _FAR = 5.0
-"""Largest coordinate of the odometry's origin in W [m]."""
+"""The odometry's origin has coordinates in W of at most this magnitude [m]."""
 
 _NO_MODE, _ALL_CAME = 2, 1.0
 """Mode and success rate of an arm that follows commands."""

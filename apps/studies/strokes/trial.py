@@ -35,9 +35,9 @@ CLEARANCE = {
     "RidgebackReach": 0.1,
     "TwoPandasReach": 0.1,
 }
-"""The distance from the scene that `identify` requires [m], by scenarios of all
-shipped robots. It is its default, but for the UR5e, whose shoulder is 61 mm
-from the scene in every pose."""
+"""The distance from the scene that `identify` requires [m], keyed by the
+scenarios of all shipped robots. It is the default of `identify`, except for the
+UR5e, whose shoulder is 61 mm from the scene in every pose."""
 
 STROKE, BASE_STEP = "stroke", "base step"
 MOTIONS = (STROKE, BASE_STEP)
@@ -47,7 +47,7 @@ _REACH = 1.0
 """Base poses lie within this distance of the scenario's start [m]."""
 
 _TRIES = 1000
-"""Largest number of random configurations for a pose."""
+"""For each pose, at most this many random configurations are tried."""
 
 _PAUSE = 20
 """Number of ticks to which each pause is shortened."""
@@ -95,7 +95,8 @@ class Result:
 
     Attributes:
         key: Name of the start.
-        no_room: Why no motion was possible; empty if one was.
+        no_room: Reason why no motion was possible; empty if a motion was
+            possible.
         was_slowed: Whether verification slowed the motion down.
         stopped: Reason of a stop by the supervisor; empty without a stop.
         own: Smallest distance between two of the robot's parts [m]; None

@@ -20,7 +20,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 8_000
-"""Number of pixels before which random points are drawn."""
+"""Random points are drawn in front of this many pixels."""
 
 SURFACE = 60_000
 """Number of pixels among which the worst places are sought."""
@@ -29,12 +29,12 @@ _WORST, _WORST_OF_LABEL = 200, 30
 """Number of surface points with the largest gaps, of all and of each label."""
 
 _AROUND = 12
-"""Number of query points around each of these."""
+"""Number of query points around each of the points with the largest gaps."""
 
 _ICP_STEPS = 8
 
 _ICP_GATE = 3.0
-"""Largest error of a disc that is used, as a multiple of the median."""
+"""A disc is used if its error is at most this multiple of the median error."""
 
 _ICP_LEAST = 0.002
 """Discs nearer to the truth than this are always used [m]."""
@@ -77,9 +77,10 @@ class Judgement:
     """Errors of a map, relative to the truth.
 
     Attributes:
-        all: At points whose nearest surface two views saw, a pixel wide.
-        thin: At points whose nearest surface two views saw, but less than a
+        all: Errors at points whose nearest surface two views saw at least a
             pixel wide.
+        thin: Errors at points whose nearest surface two views saw, but less
+            than a pixel wide.
         by_label: Those of `all`, by the label of the nearest surface.
     """
 

@@ -10,7 +10,8 @@ from apps.studies.true_maps.case import Taken
 from apps.studies.true_maps.ray_casting import Nearest
 
 _STEEPEST = np.cos(np.deg2rad(78))
-"""Cosine of the largest angle of incidence at which a view sees a surface."""
+"""A view sees a surface only if the cosine of the angle of incidence is at
+least this."""
 
 _BORDER = 1
 """Pixels at the border of an image in which a surface does not count as seen: a
@@ -18,17 +19,17 @@ pixel's ray through its centre may miss it there, and no ray beyond the border
 meets it."""
 
 _OWN = 0.001
-"""Tolerance with which a ray must reach a point [m]."""
+"""A ray reaches a point if it ends less than this in front of the point [m]."""
 
 _LOOKS = 6
-"""Number of nearest views with which a surface's width is measured."""
+"""The width of a surface is measured with this many of the nearest views."""
 
 _STEPS = 3
 """Number of samples per pixel for widths."""
 
 _SLOPE = 6.0
-"""Largest change of depth on one surface, relative to the distance across: up
-to 80 degrees of incidence."""
+"""On one surface, the depth changes by at most this multiple of the distance
+across, which permits angles of incidence up to 80 degrees."""
 
 _ACROSS = np.deg2rad([0, 45, 90, 135])
 """Directions in the image in which widths are measured [rad]."""

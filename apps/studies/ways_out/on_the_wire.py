@@ -39,7 +39,7 @@ from remosplat_drake.recording.trajectory import load_trajectory
 from remosplat_drake.safety.gates import START_BEYOND_LIMITS, START_TOO_NEAR
 
 TIME = 10.0
-"""Time in which a robot must get out, from its first motion on [s]."""
+"""A robot must get out within this time after its first motion [s]."""
 
 ACCURACY = 1e-3
 """Tolerance of stopping distances at the end [m], since a robot does not follow
@@ -56,7 +56,8 @@ DEEPEST = 0.008
 cannot be armed."""
 
 _START, _END = 120.0, 60.0
-"""Longest times until the robot moves, and to write the run's files [s]."""
+"""The robot must move within the first of these times, and the run must write
+its files within the second [s]."""
 
 _LATE_HARDWARE = {
     "arm_status_expiry": 0.5,

@@ -15,10 +15,11 @@ _STEPS = 3000
 """Number of steps of each climb."""
 
 _LONGEST, _SHORTEST = 0.1, 1e-4
-"""Least and largest length of a step [rad, m]."""
+"""Largest and smallest length of a step [rad, m]."""
 
 _ROUNDING = 1e-6
-"""Largest decrease of a distance that is too small [m]."""
+"""A step may decrease a distance that is too small by at most this [m], because
+of rounding."""
 
 
 def finds_a_way(

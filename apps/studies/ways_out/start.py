@@ -43,7 +43,8 @@ DEEPEST = 0.03
 """Largest violation of a stopping distance at a start [m]."""
 
 _AROUND = 0.8
-"""Largest offset of the base from the scenario's start, along each axis [m]."""
+"""The base is at most this far from the scenario's start, along each axis
+[m]."""
 
 _DRAWS = 20_000
 """Number of random configurations after which a start fails."""
@@ -124,7 +125,8 @@ class Place:
             q: Configuration, shape (n_q,) [rad, m].
 
         Returns:
-            The margins, shape (n_arm,) [rad, m]; zero if it is large enough.
+            The margins, shape (n_arm,) [rad, m]; zero if a distance is large
+            enough.
         """
         robot, stop = self.world.robot, self.joint_stops
         inside = np.minimum(q - robot.position_lower, robot.position_upper - q)

@@ -22,7 +22,7 @@ from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 
 TIME = 10.0
-"""Time in which a robot must get out [s]."""
+"""A robot must get out within this time [s]."""
 
 ROUNDING = 1e-6
 """Tolerance of stopping distances at the end [m], which a damper approaches

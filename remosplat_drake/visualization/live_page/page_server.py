@@ -24,8 +24,7 @@ NEWEST = "/newest"
 """Path of the websocket that sends changes to a page."""
 
 KEEP_ALIVE = 0.25
-"""Longest time for which the server waits for a change before it answers
-[s]."""
+"""The server answers a page after this time even if there is no change [s]."""
 
 _MESHES = "/cas-v1/"
 """Path below which Meshcat's server serves the files of shapes."""
