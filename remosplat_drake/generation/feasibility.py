@@ -57,8 +57,9 @@ class FeasibilityFilter:
 
     Attributes:
         spheres: Name of the robot's sphere set.
-        clearance: Smallest clearance of all spheres at the goal [m].
-        start_clearance: Smallest clearance of all spheres at the start [m].
+        clearance: Least clearance that all spheres must keep at the goal [m].
+        start_clearance: Least clearance that all spheres must keep at the start
+            [m].
         position: Position tolerance at the goal [m].
         angle: Angle tolerance at the goal [rad].
         restarts: Number of random initial guesses.
@@ -85,7 +86,7 @@ class FeasibilityFilter:
 def passes(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
-    """Whether the start keeps its clearance and the goal is feasible."""
+    """Returns whether a scene meets the criteria at the start and goal."""
     field = SignedDistanceField(scene)
     start = np.array([*(scene.X_WB_start or (0, 0, 0)), *robot.home])
     clearance = field.clearances(robot.spheres_at(start)).minimum()

@@ -120,7 +120,7 @@ def pick_and_place(
         seed: Any non-negative integer; with the family and the hulls it
             determines the result.
         gripper: The gripper of the family's robot.
-        hulls: Vertices of further objects, as of a `MeshLibrary`.
+        hulls: Vertices of further objects, as in `MeshLibrary.hulls`.
 
     Raises:
         RemoSplatError: There is no such family, or no place for the target.
@@ -243,11 +243,11 @@ def _grasps(
 
 
 def points_near(solids: Sequence[Solid], X_WO: RigidTransform) -> np.ndarray:
-    """Returns points of solids near a pose, in its frame O, shape (n, 3) [m].
+    """Returns points on solids near an object, in its frame O, (n, 3) [m].
 
     Args:
         solids: The solids, placed in W.
-        X_WO: The pose.
+        X_WO: Pose of the object.
     """
     p_WO, found = X_WO.translation(), [np.zeros((0, 3))]
     for solid in solids:

@@ -195,7 +195,7 @@ class ParallelGripper:
         lever: float = 0.0,
         factor: float = 2.5,
     ) -> float:
-        """Returns the force with which each finger shall press [N].
+        """Returns the force with which each finger must press [N].
 
         Two fingers carry the weight by friction. If the centre of mass is
         beside the closing axis, they also prevent the object from rotating

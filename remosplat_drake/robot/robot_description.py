@@ -102,7 +102,7 @@ class RobotDescription(Config):
     locked: dict[str, JointPosition] = dc.field(default_factory=dict)
     # Names of links that stand on the floor: their spheres ignore it.
     floor_links: list[str] = dc.field(default_factory=list)
-    # Pairs of links that may touch or overlap; their distances are not checked.
+    # Pairs of links that may touch or overlap: their distances are not checked.
     # Pairs with fewer than two moving joints between them are never checked.
     allowed_collisions: list[Annotated[list[str], Len(2, 2)]] = dc.field(
         default_factory=list

@@ -320,7 +320,7 @@ class RobotModel:
 
     @cached_property
     def hands(self) -> np.ndarray:
-        """Whether each sphere moves with each arm's last joint, (e, n), bool.
+        """Mask of the spheres that each arm's last joint moves, (e, n), bool.
 
         The last joint of a single arm is the robot's last joint, with or
         without a hand.
@@ -356,12 +356,12 @@ class RobotModel:
 
     @property
     def leading_spheres(self) -> np.ndarray:
-        """Whether each sphere moves with an arm's last joint, (n,), bool."""
+        """Mask of the spheres that any arm's last joint moves, (n,), bool."""
         return np.logical_or.reduce(self.hands)
 
     @cached_property
     def moved_by_arm(self) -> np.ndarray:
-        """Whether a joint of the arm moves each sphere, shape (n,), bool."""
+        """Mask of the spheres that any joint of an arm moves, (n,), bool."""
         moving = [
             any(self.tree.position[link] >= self._base_q for link in chain)
             for chain in map(self.tree.chain, range(len(self.tree.names)))
@@ -370,7 +370,7 @@ class RobotModel:
 
     @cached_property
     def arm_turns(self) -> np.ndarray:
-        """Whether each of the arm's joints is revolute, (n_arm,), bool."""
+        """Mask of the arm's joints that are revolute, (n_arm,), bool."""
         kinds = dict(zip(self.tree.position, self.tree.kind, strict=True))
         arm = range(self._base_q, self.n_q)
         return np.array([kinds[i] == kin.REVOLUTE for i in arm], bool)
@@ -402,7 +402,7 @@ class RobotModel:
 
     @cached_property
     def most_beyond(self) -> np.ndarray:
-        """Largest excess of each joint at the start, (n_q,) [rad, m]."""
+        """Permitted excess of each joint at the start, (n_q,) [rad, m]."""
         turns = np.ones(self.n_q, bool)
         turns[self._base_q :] = self.arm_turns
         return np.where(turns, _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND)

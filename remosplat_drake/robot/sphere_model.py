@@ -40,7 +40,7 @@ class SphereModel:
         return self
 
     def on_links(self, links: set[str]) -> np.ndarray:
-        """Returns which spheres are fixed to one of `links`, (n,), bool."""
+        """Returns a mask of the spheres that are fixed to `links`, (n,)."""
         return np.array([link in links for link in self.links], bool)
 
     def with_link(self, link: str, spheres: LinkSpheres) -> "SphereModel":

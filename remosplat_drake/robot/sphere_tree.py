@@ -29,8 +29,8 @@ class SphereTree(NamedTuple):
         ignore_below: Height below which each ignores the map, shape (m,) [m].
         index: Index of the sphere; -1 for a ball, shape (m,).
         hessian_bound: Bounds on |d2p_WS / dq_j dq_k|, shape (m, n_u, n_u).
-        first: Index in `member` of each ball's first sphere, and the end, shape
-            (g + 1,).
+        first: Index in `member` of each ball's first sphere; the last entry is
+            n, shape (g + 1,).
         member: The spheres sorted by ball, as indices among the m, shape (n,).
     """
 

@@ -46,10 +46,10 @@ class Overlap:
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Number of points of both views that agree with the depth of
-            the pair's other view, shape (m,).
-        contradicting: Number of points of both views in front of the surface of
-            the pair's other view, shape (m,).
+        agreeing: Number of points, of both views of a pair, whose depth agrees
+            with the other view, shape (m,).
+        contradicting: Number of points, of both views of a pair, that are in
+            front of the other view's surface, shape (m,).
         differences: Absolute differences between the depth of a point and that
             of the other view's surface, for all compared points of all pairs
             [m].

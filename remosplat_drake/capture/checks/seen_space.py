@@ -97,7 +97,7 @@ def look_round(
     upper: np.ndarray,
     around: np.ndarray | None = None,
 ) -> SeenSpaceField:
-    """Makes the field of a scene from depth images from outside and inside.
+    """Makes the field of a scene from images taken outside and inside it.
 
     Args:
         solids: The solids of the scene.

@@ -79,10 +79,10 @@ class WideBaselines:
         frames: Number of views n.
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
         baseline: Distance between the cameras, shape (m,) [m].
-        offset: Root mean square displacement, along the normals, of shared
-            points by the fitted motion, shape (m,) [m]; NaN if the views share
-            too few points.
-        noise: Displacement that noise alone would have caused, shape (m,) [m].
+        offset: The rigid motion that best aligns the views' surfaces moves the
+            shared points; root mean square of these displacements along the
+            normals, shape (m,) [m]. NaN if the views share too few points.
+        noise: The offset that noise alone would have caused, shape (m,) [m].
         scale: Fraction by which depths are too large relative to the poses.
         unscaled: Offsets that remain after a correction of the scale, shape
             (m,) [m].

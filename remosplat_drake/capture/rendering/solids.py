@@ -51,7 +51,7 @@ def painted(rgba: Iterable[float]) -> PerceptionProperties:
 
 
 def primitive_solids(scene: PrimitiveScene) -> tuple[Solid, ...]:
-    """Makes solids of primitives: boxes look like wood, others have hues."""
+    """Makes solids of primitives: wooden boxes, and coloured other shapes."""
     return tuple(
         Solid(primitive.X_WP, drake_shape(primitive), _look(primitive, i))
         for i, primitive in enumerate(scene.primitives)

@@ -18,7 +18,7 @@ _MOST_DIGITS = 4
 
 @dc.dataclass
 class ResidualRow(Config):
-    """Residuals of the pairs of views in one range of distances."""
+    """Residuals of the pairs of views whose baselines are in one range."""
 
     # Lower limit of the distance between the two cameras of a pair [m].
     nearest: _SIZE = 0.0

@@ -27,7 +27,7 @@ class Camera(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """A measured point of one view, and the plane of another view that it hits.
+    """A measured point of one view, and another view's plane at this point.
 
     Attributes:
         point: The measured point in the camera axes of the first view, shape
@@ -84,7 +84,7 @@ def compare(
 def residual(
     found: Comparison, X_WA: np.ndarray, X_WB: np.ndarray, errors: np.ndarray
 ) -> float:
-    """Returns the residual of a point on a plane, divided by the scale [m]."""
+    """Returns a point's distance from the plane, divided by the scale [m]."""
     p_B = _in_other_view(_true_point(found, errors), X_WA, X_WB)
     on_plane = displaced(found.cameras[1], errors, _plane_point(found, p_B))
     return float(found.normal @ (p_B - on_plane)) / _scale(errors)

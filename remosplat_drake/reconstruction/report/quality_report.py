@@ -125,7 +125,7 @@ class QualityReport(Config):
     splats: Count = 0
     # Number of views of the capture.
     views: Count = 0
-    # Thickness of the surfaces that the capture measured: its noise [m].
+    # Thickness of the measured surfaces: the noise of the capture [m].
     scatter: Length = 0.0
     # Distance errors of each oracle against each reference.
     distances: list[DistanceErrors] = dc.field(default_factory=list)
@@ -153,7 +153,7 @@ class QualityReport(Config):
 
 
 def report_path(splat: Path) -> Path:
-    """Returns the path of the report of a splat file."""
+    """Returns the path of a splat file's report."""
     return splat.with_suffix(".quality.json")
 
 
@@ -173,7 +173,7 @@ def pose_path(splat: Path) -> Path:
 def write_report(
     splat: Path, report: QualityReport, folder: Path | None = None
 ):
-    """Writes the report of a splat file.
+    """Writes a splat file's report.
 
     Args:
         splat: The splat file.
@@ -191,7 +191,7 @@ def write_report(
 
 @reads_file
 def read_report(splat: Path) -> QualityReport:
-    """Reads the report of a splat file.
+    """Reads a splat file's report.
 
     Raises:
         FileError: The report is missing, the file is not a report, or it

@@ -135,7 +135,7 @@ class Cameras(nn.Module):
         )
 
     def prior(self, index: Tensor) -> Tensor:
-        """Computes the mean negative log prior of the errors of some views.
+        """Computes the errors' negative log prior, as a mean over some views.
 
         The prior of the shared lens and depth errors has the weight of one of
         the v views.

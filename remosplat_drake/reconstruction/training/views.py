@@ -40,7 +40,7 @@ class Views:
         return len(self.X_CW)
 
     def __getitem__(self, indices: Tensor) -> "Views":
-        """Returns the views of some indices."""
+        """Returns the views with the given indices."""
         return Views(*(getattr(self, f.name)[indices] for f in dc.fields(self)))
 
     @property

@@ -96,8 +96,8 @@ class Pieces:
     Attributes:
         planes: Outward normals and offsets of the faces of all pieces, with
             normal . x + offset as the height above the face, shape (k, 4) [m].
-        first: Index of the first plane of each piece, and the end, shape (n +
-            1,).
+        first: Index of each piece's first plane; the last entry is the number
+            of planes, shape (n + 1,).
     """
 
     def __init__(self, pieces: list[ConvexPiece]):

@@ -70,13 +70,13 @@ number of generations; the size halves with each generation."""
 
 @dc.dataclass(frozen=True, eq=False)
 class PairError:
-    """Two links whose pieces are nearer to each other than their meshes.
+    """An error: two links' pieces are nearer to each other than the meshes.
 
     Attributes:
         links: Names of the links.
         error: Distance of the meshes minus distance of the pieces [m].
         distance: Distance of their meshes [m].
-        shapes: Indices of the two nearest shapes among those given.
+        shapes: Indices of the two nearest shapes among the given shapes.
         points: The nearest point of each shape, in its link's frame, shape (3,)
             [m].
         blame: Distance by which each point protrudes from the surface of its
@@ -93,7 +93,7 @@ class PairError:
 
 @dc.dataclass(frozen=True, eq=False)
 class PairErrors:
-    """The errors of two links' distances.
+    """The errors of the distance between two links, in all postures.
 
     Attributes:
         worst: The largest errors, the largest first.

@@ -32,7 +32,7 @@ class Srdf:
     """The relevant content of an SRDF.
 
     Attributes:
-        tips: Last links of the chains of its groups.
+        tips: Last link of each chain in the groups of the SRDF.
         tools: Links of each end effector's group, keyed by the link that
             carries them; empty if the group is the arm.
         is_planar: Whether the robot moves in the plane, also sideways.

@@ -45,7 +45,7 @@ class Tool:
 
     Attributes:
         link: Name of the link whose frame it is.
-        why: How it was found.
+        why: Reason why this frame was chosen.
         is_said: Whether a file states it; otherwise it was guessed.
     """
 

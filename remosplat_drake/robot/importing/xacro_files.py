@@ -39,7 +39,8 @@ class XacroArgument:
     Attributes:
         name: Name of the argument.
         default: Default value; None if the argument is required.
-        choices: The values that the files distinguish; empty for any.
+        choices: Values of the argument that the files distinguish; empty if
+            they distinguish none.
     """
 
     name: str

@@ -31,7 +31,8 @@ class ShapeArrays(NamedTuple):
     Attributes:
         blocks: Vertices of all shapes, each in its link, in `vertex_blocks`,
             shape (v, 3, 8) [m].
-        first: Index of each shape's first block, and the end, shape (s + 1,).
+        first: Index of each shape's first block; the last entry is the number
+            of blocks, shape (s + 1,).
         radius: Rounding radius of each shape, shape (s,) [m].
         center: Centres of the shapes in their links, shape (s, 3) [m].
         half: Half edges of the boxes around them, along the axes of their
@@ -56,7 +57,7 @@ class PairArrays(NamedTuple):
         first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
         start: For each pair of links, the index of its first pair of shapes;
-            then the end, shape (l + 1,).
+            the last entry is k, shape (l + 1,).
         allowance: Length that is added to each pair's distance, shape (k,) [m].
         boxes: For each pair of links, the indices in `link_boxes` of the boxes
             around their shapes, shape (l, 2).

@@ -31,7 +31,8 @@ class NearPoints:
     """m pairs of points at which links of the robot are near each other.
 
     Attributes:
-        pair: The pair of shapes of each, shape (m,).
+        pair: Index of the pair of shapes that each pair of points is on, shape
+            (m,).
         distance: Distance along the normal plus the pair's allowance, shape
             (m,) [m].
         normal_W: Unit vectors from the first link to the second, in W, shape

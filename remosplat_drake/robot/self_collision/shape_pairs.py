@@ -30,7 +30,7 @@ class ShapePairs:
         first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
         start: For each pair of links, the index of its first pair of shapes;
-            then the end, shape (l + 1,).
+            the last entry is k, shape (l + 1,).
         boxes: For each pair of links, the indices in `link_boxes` of the boxes
             around their shapes, shape (l, 2).
         shapes: The shapes packed for kernels.
