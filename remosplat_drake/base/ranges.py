@@ -90,9 +90,9 @@ class Config:
     Attributes:
         PRESET: Name of the field that selects a preset, a set of defaults for
             the other fields; empty if there are no presets.
-        MODULES: Name of the field with the folder of extensions, as a path
-            relative to the file; empty if extensions are in the folder of the
-            file.
+        MODULES: Name of the field that contains the folder of extensions, as a
+            path relative to the file; empty if extensions are in the folder of
+            the file.
 
     Example:
         >>> import remosplat_drake as rs

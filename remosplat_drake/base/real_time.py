@@ -96,7 +96,7 @@ class LoopQuality:
         ticks: Number of ticks.
         missed: Number of ticks that were skipped because an earlier tick took
             too long.
-        unheard: Number of ticks for which the robot sent no new status in time.
+        unheard: Number of ticks without a new status of the robot.
         age: Time from the stamp of the robot's status to the stamp of the
             command that was computed from this status [s].
         jitter: Absolute difference between the period and the time between two

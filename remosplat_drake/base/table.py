@@ -14,8 +14,8 @@ class Table:
             none.
         rows: Rows of cells. Each row has one cell for each heading.
         notes: Paragraph below the table; empty for none.
-        texts: Number of columns with text, which is aligned left. They precede
-            the columns with numbers.
+        texts: Number of columns with text. They precede the columns with
+            numbers, and are aligned left.
         quoted: Indices of rows with results that are quoted from publications.
     """
 

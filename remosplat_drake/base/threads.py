@@ -40,8 +40,8 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     Args:
         function: The function. A call must not change data that other calls
             use.
-        items: The arguments. Put first the ones for which the function takes
-            longest.
+        items: The arguments. Those for which the function takes longest should
+            be first.
 
     Returns:
         The results, in the order of the items.

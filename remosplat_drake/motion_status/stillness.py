@@ -9,20 +9,21 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 STILL = 0.01
-"""Change of a configuration variable up to which it does not count as motion
-[m, rad], since a command may oscillate between two constraints."""
+"""A change of a configuration variable by at most this value does not count as
+motion [m, rad], since a command may oscillate between two constraints."""
 
 PAUSE = 0.6
 """Time of standstill after which the sentence states a cause [s]. A robot that
 takes longer than this time to move by `STILL` counts as being at rest, too."""
 
 _NEARER = 0.01
-"""Least decrease of the distance that counts as progress [m]."""
+"""A decrease of the distance counts as progress if it is at least this value
+[m]."""
 
 
 _ARM = 0.3
-"""Length by which an angle is multiplied to get a distance [m]. It is used for
-targets that constrain only the orientation."""
+"""For targets that constrain only the orientation, the distance to the target
+is the angle times this length [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -47,8 +47,8 @@ class DepthRasterizationField(DistanceField):
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and the definition of a surface.
-        nearest_only: Whether only the nearest view of each sphere is returned,
-            which takes less time.
+        nearest_only: Whether only the nearest view of each sphere is returned.
+            This takes less time.
         num_threads: Number of threads that share the spheres of a query. The
             result does not depend on this number.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from

@@ -72,8 +72,8 @@ class DepthSensor:
     Attributes:
         resolution: Number of pixels along each side of a view, whose field of
             view is 90 degrees. The authors' code has 80 pixels.
-        alpha_cutoff: Least accumulated alpha with which a pixel counts as a
-            surface (0.7).
+        alpha_cutoff: A pixel counts as a surface if its accumulated alpha is at
+            least this value (0.7).
         transmittance: Threshold of the median depth (0.5).
         near: Fragments nearer than this depth z are ignored [m].
         far: Fragments beyond this depth z are ignored [m].

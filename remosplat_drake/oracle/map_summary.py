@@ -52,8 +52,8 @@ class MapSummary:
         faint: Number of splats that the oracle ignores because their opacity is
             too low.
         cropped: Number of splats that were cropped away.
-        reach: Distance up to which a splat or solid is within reach of a place
-            [m].
+        reach: A splat or solid is within reach of a place if it is at most this
+            far away [m].
         places: The start and each target, with their numbers.
         ignored: Fraction, from 0 to 1, of the splats within reach of a place
             that the oracle ignores or that were cropped away. Splats of the
@@ -105,7 +105,8 @@ def summarize_solids(
         scene: The scene.
         places: Points p_WP near which the robot will work, shape (3,), keyed by
             name [m].
-        reach: Distance up to which solids are within reach of a place [m].
+        reach: Solids are within reach of a place if they are at most this far
+            away [m].
     """
     field = SignedDistanceField(scene, rows="per_primitive")
     return MapSummary(
@@ -138,7 +139,8 @@ def summarize_splat(
         oracle: The oracle, which determines the splats that are too faint.
         places: Points p_WP near which the robot will work, shape (3,), keyed by
             name [m].
-        reach: Distance up to which splats are within reach of a place [m].
+        reach: Splats are within reach of a place if they are at most this far
+            away [m].
         floor_height: Height below which splats belong to the floor [m].
     """
     p_WP = np.array(list(places.values()), np.float32).reshape(-1, 3)

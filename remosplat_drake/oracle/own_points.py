@@ -18,7 +18,7 @@ def own_points(
     Args:
         p_W: Points on surfaces in W, shape (n, 3) [m].
         thing: The object, at its present pose.
-        margin: Largest distance of the points from the object's surface [m].
+        margin: Points on the object are at most this far from its surface [m].
         stands: Whether the object stands on a support.
 
     Returns:

@@ -23,8 +23,8 @@ def nearest_splats(
         splat_W: Discs or ellipsoids in W.
         p_WQ: Query points, shape (n, 3) [m].
         n_sigma: Length of a splat's semi-axes in standard deviations.
-        chunk: Number of query points that are processed together, which limits
-            the use of memory.
+        chunk: Number of query points that are processed together. A small
+            number takes less memory.
 
     Returns:
         Three arrays: the signed distance minus the uncertainty, shape (n,) [m];

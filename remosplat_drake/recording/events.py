@@ -34,8 +34,8 @@ class Event:
         text: Description of the event, for display.
         version: Version of the map, in events about a map.
         link: Name of the link that cannot move on; empty if there is none.
-        place: Point in W at which the link first could not move on [m]; None if
-            there is none.
+        place: Point in W at which the link was first held up [m]; None if there
+            is none.
     """
 
     time: float

@@ -56,9 +56,9 @@ class RunMetrics:
             cause.
         waited: Total time in which no part of the robot moved [s]; None if
             there are no movers.
-        separation_margin_min: Smallest difference, over all ticks, of the
-            distance to known movers and the protective separation distance S_p
-            [m]; None if there are no movers.
+        separation_margin_min: Smallest value over all ticks of the distance to
+            known movers minus the protective separation distance S_p [m]; None
+            if there are no movers.
     """
 
     duration: float

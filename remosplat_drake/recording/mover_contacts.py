@@ -29,7 +29,7 @@ LEAST_SPEED = 1e-3
 """A sphere counts as at rest if its speed is at most this value [m/s]."""
 
 WAITING_SPEED = 0.01
-"""Speed of the robot's fastest sphere below which the robot counts as waiting
+"""The robot counts as waiting if its fastest sphere is slower than this
 [m/s]."""
 
 SHORTEST = 5e-4

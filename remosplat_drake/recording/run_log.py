@@ -45,10 +45,10 @@ NO_MAP = -1
 """Version of the map in the rows of a run whose map does not change."""
 
 _HELD = 1.0
-"""Duration of a block of rows, which are written together [s]."""
+"""Rows are written in blocks; a block contains the rows of this time [s]."""
 
 _HEADER_LIMIT = 4096
-"""Greatest length of a header [bytes]."""
+"""Greatest accepted length of a header [bytes]."""
 
 _MAX_JOINTS = 1000
 

@@ -27,8 +27,7 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
 _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
-"""Kinds of `MotionStatus` for which there are separate events of the
-supervisor."""
+"""Kinds of `MotionStatus` that events of the supervisor also report."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -39,7 +39,8 @@ _DAMAGES = (
 """Exceptions that NumPy and zipfile raise for a damaged archive."""
 
 _ALWAYS_ALLOWED = 2**24
-"""Size up to which arrays are not checked [bytes]."""
+"""The declared size of an array is checked only if it exceeds this size
+[bytes]."""
 
 _MAX_RATIO = 1000
 """Greatest compression ratio of deflate."""

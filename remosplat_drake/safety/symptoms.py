@@ -35,7 +35,8 @@ _ROUNDING = 1e-6
 delays without an error bound (tube)."""
 
 _TOUCH = 1e-6
-"""Clearance below which the robot counts as touching the scene [m]."""
+"""The robot counts as touching the scene if a clearance is below this value
+[m]."""
 
 
 @dc.dataclass(frozen=True)

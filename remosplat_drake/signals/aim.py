@@ -122,7 +122,7 @@ class Aim:
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
             arrived: Function that returns whether a pose error counts as
-                arrival at a target at which the end effector stops.
+                arrival. It is used for targets at which the end effector stops.
         """
 
         def left(item: tuple[int, Target]) -> tuple[bool, float]:
@@ -139,7 +139,7 @@ class Aim:
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
             arrived: Function that returns whether a pose error counts as
-                arrival at a target at which the end effector stops.
+                arrival. It is used for targets at which the end effector stops.
         """
         return self.is_reached_by(self.errors(X_WEs), arrived)
 
@@ -153,7 +153,7 @@ class Aim:
         Args:
             errors: The error of each target, which the method `errors` returns.
             arrived: Function that returns whether a pose error counts as
-                arrival at a target at which the end effector stops.
+                arrival. It is used for targets at which the end effector stops.
         """
         return all(
             target.is_reached(error, arrived)

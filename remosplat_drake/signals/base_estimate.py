@@ -18,8 +18,8 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of the errors of x, y and yaw at each camera image, which
-are independent of the drift and of each other [m, m, rad]."""
+"""Standard deviations of the errors of x, y and yaw at each camera image [m, m,
+rad]. These errors are independent of the drift and of each other."""
 
 OTHER_RUN = 30.0
 """Assumed time between two runs, during which the odometry drifts [s]. The real

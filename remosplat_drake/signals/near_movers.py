@@ -74,7 +74,7 @@ class NearMovers:
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are omitted [m].
             by: Look-ahead time [s]. Distances are reduced by the greatest
-                possible deviation of the movers from their predicted motion
+                deviation from their predicted motion that the movers may have
                 after this time.
         """
         return NearMovers(

@@ -5,7 +5,7 @@ import dataclasses as dc
 
 @dc.dataclass(frozen=True)
 class Separation:
-    """The link and the mover whose distance has the least margin.
+    """The link and the mover with the least margin, and their distance.
 
     Attributes:
         link: Name of the link.

@@ -30,7 +30,7 @@ CLEARANCE, JUMP = "clearance", "target"
 target has jumped."""
 
 UNARMED = "waiting for an operator to arm"
-"""Reason of the stop in which a real robot begins a run."""
+"""Reason of the stop with which every run of a real robot begins."""
 
 LATCHED = (STOPPING, STOPPED)
 """Modes that only a release ends."""

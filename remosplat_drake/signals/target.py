@@ -209,7 +209,8 @@ class Target:
         Args:
             error: The target's error.
             arrived: Function that returns whether a pose error counts as
-                arrival at a target at which the end effector stops.
+                arrival. It is used for a target at which the end effector
+                stops.
         """
         if self.passed_within is None:
             return arrived(error)

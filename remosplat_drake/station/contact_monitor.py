@@ -51,7 +51,8 @@ _FIELDS = {
     (_OBJECT, _SCENE): "others",
     (_MOVER, _OBJECT): "others",
 }
-"""Attribute of `ContactReport` for each pair of kinds of bodies in contact."""
+"""For each pair of kinds of bodies: the attribute of `ContactReport` that
+contains their contacts."""
 
 
 class ContactMonitor(LeafSystem):

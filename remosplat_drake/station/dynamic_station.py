@@ -63,7 +63,7 @@ def make_dynamic_station(
         scene: The solids in the scene; None for an empty scene.
         q0: Configuration at the start, shape (n_q,).
         wrist_camera: The wrist camera; None if there is none.
-        movers: The movers (moving objects) at the start, which can touch the
+        movers: The movers (moving objects) at the start. They can touch the
             robot.
         objects: Objects that a gripper may grasp, at their initial poses. Only
             gravity and contact forces move them.

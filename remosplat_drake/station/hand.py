@@ -108,7 +108,7 @@ def width_rate(
         width: Present width [m].
         target: Commanded width [m], which is clamped to the gripper's range.
         hand: Geometry of the gripper.
-        speed: Greatest rate [m/s].
+        speed: Greatest rate of the width [m/s].
     """
     target = min(max(target, 0.0), hand.max_width)
     return min(max((target - width) / SETTLING_TIME, -speed), speed)

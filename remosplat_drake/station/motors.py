@@ -32,9 +32,9 @@ _OVER_FRICTION = 100.0
 With it, a joint without load is slower than commanded by at most 1 %."""
 
 DRIVE_SHARE = 0.8
-"""Fraction of the base's effort limit that drives the base forward. The rest of
-the effort prevents sideways motion, which the wheels of a differential base
-prevent in reality."""
+"""This fraction of the base's effort limit may drive the base forward. The rest
+prevents sideways motion, which the wheels of a real differential base
+prevent."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -46,7 +46,7 @@ class MoverSensing(Protocol):
         """Makes the sensor of a run; None if the robot detects no movers.
 
         Args:
-            robot: The robot, which a camera sees, too.
+            robot: The robot, which may appear in the images of a camera.
             scene: The true static solids; None if they are unknown.
         """
         ...

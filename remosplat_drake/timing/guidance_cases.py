@@ -59,7 +59,7 @@ class _Task:
 
 
 def guidance_cases() -> list[Case]:
-    """Makes benchmarks of steps of rollouts, and of closed loops' periods."""
+    """Makes benchmarks of rollout steps, and of periods of control loops."""
     task = _make_task()
     budget = task.scenario.controller.guidance.budget
     for _ in islice(_rollouts(task, budget), _WARM_UP):

@@ -48,7 +48,7 @@ def measure(case: Case, min_calls: int = 2) -> Timing:
 
     Args:
         case: The function to time.
-        min_calls: Smallest number of timed calls.
+        min_calls: The function is called at least this many times.
     """
     case.function()
     durations: list[float] = []

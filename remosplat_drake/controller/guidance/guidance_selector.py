@@ -201,7 +201,7 @@ def updated(
     now: PresentState,
     field: DistanceField,
 ) -> Selection:
-    """Updates a selection by the decision of the look-ahead process.
+    """Updates a selection by the latest response of the look-ahead process.
 
     If the process does not respond, the function selects the candidates in
     turn, and writes the reason to `missing`.

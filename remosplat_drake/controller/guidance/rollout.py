@@ -63,10 +63,10 @@ class Rollout:
         time: Simulated time since the start [s].
         still: Simulated time for which the robot has stood still [s].
         status: One of RUNNING, REACHED, STALLED, HORIZON and OUTRUN.
-        position_error: Largest distance from an end effector to its target at q
-            [m].
-        angle_error: Largest angle between an end effector and its target at q
-            [rad].
+        position_error: Distance from an end effector to its target at q; the
+            largest one if there are several targets [m].
+        angle_error: Angle between an end effector and its target at q; the
+            largest one if there are several targets [rad].
         path: Positions in W, so far, of the first end effector that has a
             target, each of shape (3,) [m].
         movers: The movers around the robot at the start of the rollout; None if

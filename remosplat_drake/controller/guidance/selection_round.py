@@ -52,7 +52,8 @@ IDLE = 1.0
 again [s]."""
 
 IDLE_AMONG_MOVERS = 0.3
-"""The same time if there are movers, since their motion may change [s]."""
+"""Time after which a guidance whose rollout reached the target is simulated
+again if there are movers, since their motion may change [s]."""
 
 PATIENCE = 1.0
 """Pause after a round in which no candidate reached the target [s]. It ends

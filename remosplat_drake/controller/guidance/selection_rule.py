@@ -59,7 +59,7 @@ class SelectionRule:
     motions: MotionPlanner | None = None
 
     def kept_tier(self, q: np.ndarray, field: DistanceField) -> int:
-        """Returns the index of the largest stopping distance that q keeps.
+        """Returns the index of the largest stopping distance that holds at q.
 
         A robot that is nearer to an obstacle than its stopping distance must
         first retreat, away from a line or a path that keeps a smaller one.
@@ -69,7 +69,7 @@ class SelectionRule:
             field: The map.
 
         Returns:
-            The index in `tiers`; that of the smallest if q keeps none.
+            The index in `tiers`; that of the smallest if none holds at q.
         """
         if len(self.tiers) == 1:
             return 0

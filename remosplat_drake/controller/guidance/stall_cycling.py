@@ -18,11 +18,12 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
-"""Speed below which an end effector that has not reached its target counts as
-stopped [m/s]."""
+"""An end effector that has not reached its target counts as stopped if its
+speed is below this value [m/s]."""
 
 STALL_TIME = 0.2
-"""Time after which a stopped end effector counts as stalled [s]."""
+"""An end effector counts as stalled if it has been stopped for this time
+[s]."""
 
 
 def cycle_when_stalled(

@@ -12,10 +12,10 @@ from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLOW = 0.1
-"""Speed below which a mover counts as standing [m/s]."""
+"""A mover counts as standing if its speed is below this value [m/s]."""
 
 _GONE = 0.2
-"""Displacement beyond which a mover counts as having left [m]."""
+"""A mover counts as having left if it has moved farther than this [m]."""
 
 NOTHING = Movers(0.0)
 """The value if there are no standing movers."""

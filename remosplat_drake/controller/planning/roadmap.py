@@ -36,7 +36,7 @@ class Roadmap:
 
     Attributes:
         q: The corners, shape (m, n_q) [rad, m]; None if there are no corners.
-        edges: Pairs of consecutive corners, shape (e, 2).
+        edges: Indices of the two corners of each edge, shape (e, 2).
     """
 
     q: np.ndarray | None = None

@@ -1,4 +1,4 @@
-"""`Guidance`: a modification of the control law, which the selector selects."""
+"""`Guidance`: the modification of the control law that guidance selects."""
 
 import dataclasses as dc
 import math

@@ -25,8 +25,8 @@ class Tick:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
         aim: The targets of the end effectors.
-        clearances: The distances of the robot's spheres from the map, as far as
-            they are within the influence distance.
+        clearances: The distances of the robot's spheres from the map; distances
+            beyond the influence distance are omitted.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         guidance: The guidance selected by `GuidanceSelector`.

@@ -71,8 +71,8 @@ def run_tick(
         law: The control law.
         time: Time of the tick [s].
         q: Configuration for which the command is computed, shape (n_q,) [rad,
-            m]. It is measured, or for a robot with delay predicted after all
-            commands that have been sent.
+            m]. For a robot with delay, it is predicted for the time after all
+            commands sent so far have acted; otherwise, it is measured.
         aim: The targets of the end effectors, as an `Aim`. A `Target` or a pose
             X_WT of shape (4, 4) is also accepted; it is the target of the first
             end effector.

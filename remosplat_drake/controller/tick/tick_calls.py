@@ -28,7 +28,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
-    """Returns whether ticks call Python functions, which need one thread.
+    """Returns whether ticks call Python functions; such ticks need one thread.
 
     They do if the map, an ingredient or the solver is not compiled.
 

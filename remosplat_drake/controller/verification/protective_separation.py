@@ -90,8 +90,8 @@ class ProtectiveSeparation:
         braking_way: S_s, the distance by which the sphere approaches while it
             brakes, shape (m,) [m].
         separation: C, the additional distance [m].
-        mover_error: Z_d, the bound of the error of the mover's position at the
-            time at which the robot rests, shape (m,) [m].
+        mover_error: Z_d, the bound of the mover's position error when the robot
+            has come to rest, shape (m,) [m].
         robot_error: Z_r, the bound of the error of the sphere's position, shape
             (m,) [m].
     """

@@ -46,7 +46,7 @@ class SelfClearance:
 
     Attributes:
         robot: The robot, with its kinematics.
-        pairs: The k pairs of shapes that may meet.
+        pairs: The k pairs of shapes that may collide.
         stopping: Stopping distance that the pairs keep [m].
         lever: The result of `relative_motion.levers` for each of l pairs of
             links, shape (l, n_u) [m].

@@ -37,8 +37,8 @@ SOURCE = "depth_views.cu"
 """File name of the kernels' CUDA source."""
 
 LIGHT = 2.0**20
-"""Number of counts in which kernels express one unit of absorbed light.
-Absorbed light is the negative log2 of the transmittance."""
+"""Kernels count absorbed light in integers; one unit of absorbed light is this
+number of counts. Absorbed light is the negative log2 of the transmittance."""
 
 _BAND, _SMALL_BAND = 6400, 2240
 """A thread block draws at most this many pixels, or one row if a row has more.
@@ -64,8 +64,8 @@ class CudaDepthField(DistanceField):
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and the definition of a surface.
-        nearest_only: Whether only the nearest view of each sphere is returned,
-            which takes less time.
+        nearest_only: Whether only the nearest view of each sphere is returned.
+            This takes less time.
         subtract_uncertainty: Whether the splats' uncertainty is subtracted from
             distances.
         prepared: The attribute `prepared` of an equal field, so that the splats

@@ -37,8 +37,8 @@ _ROUND = 0.02
 """Time between two polls of the camera's channel [s]."""
 
 _TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
-"""Two numbers: the least time between two transforms in a file, and that
-between two images [s]."""
+"""Two numbers: the least time between two transforms in a file, and the least
+time between two images [s]."""
 
 
 @dc.dataclass(frozen=True)

@@ -49,8 +49,8 @@ a surface. The length is the scene's radius or, if it is larger, the splat's
 distance from the middle of the scene."""
 
 _LARGE = 0.1
-"""Standard deviation above which a splat is compared with its neighbours, as a
-fraction of the same length as for `_GIANT`."""
+"""A splat is compared with its neighbours if its standard deviation exceeds
+this fraction of a length. The length is that of `_GIANT`."""
 
 _BESIDE = 12.0
 """A splat larger than `_LARGE` is a giant if it is at least this many times as

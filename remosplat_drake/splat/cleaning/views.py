@@ -17,8 +17,8 @@ TRANSFORMS = "transforms.json"
 """Name of the file with the cameras, in the folder of a splat."""
 
 _BEFORE = 0.1
-"""Depth below which a point is directly in front of a camera, as a fraction of
-the scene's median depth."""
+"""A point is directly in front of a camera if its depth is below this fraction
+of the scene's median depth."""
 
 _MOST, _SKEW = 1e7, 1e-3
 """Two limits: the largest valid intrinsic parameter of a camera [pixels], and

@@ -29,8 +29,8 @@ MAX_SPLATS = 2**24
 memory."""
 
 _ALWAYS_ALLOWED = 2**26
-"""Unpacked size up to which any compression ratio is accepted [bytes], since
-uniform pictures have very large ratios."""
+"""For unpacked sizes up to this one, any compression ratio is accepted [bytes],
+since uniform pictures have very large ratios."""
 
 _MAX_RATIO = 1000
 """Largest compression ratio that is accepted for unpacked sizes above
