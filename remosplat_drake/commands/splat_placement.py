@@ -108,7 +108,7 @@ def check_placement(arguments: argparse.Namespace) -> None:
     if arguments.up is not None:
         if arguments.align is None:
             problem = "has an effect only with --align floor; add --align floor"
-            raise FieldError("convert", "--up", f"{problem}; give both")
+            raise FieldError("convert", "--up", problem)
         if np.linalg.norm(arguments.up) < 1 / _FARTHEST:
             raise FieldError("convert", "--up", "must have a length > 0")
     _scale(arguments)

@@ -146,7 +146,7 @@ def test_scenes_get_splats_and_a_stopped_run_goes_on(
     train += ("--recipe", recipe)
     assert benchmark(scenes, *train, "--stop-after", "1e-9") == 3
     stopped = capsys.readouterr().err.split()
-    assert "2 trials and 2 splats are left" in " ".join(stopped)
+    assert "2 trials and 2 splats remain" in " ".join(stopped)
     assert benchmark(scenes, *train) == 0
     report = (scenes / "out" / "report.md").read_text()
     assert "8 views 64 x 48" in report

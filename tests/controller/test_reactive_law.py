@@ -86,7 +86,7 @@ def test_without_dampers_its_distances_may_be_given(three_link):
     ],
 )
 def test_distances_have_one_source(three_link, name, config):
-    with pytest.raises(FieldError, match=f"{name}: is given by .*Damper"):
+    with pytest.raises(FieldError, match=f"{name}: the ingredient .*Damper"):
         ReactiveLaw(
             three_link, default_ingredients(three_link), **{name: config}
         )
