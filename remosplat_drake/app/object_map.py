@@ -30,7 +30,8 @@ def own_splats(
     Args:
         splat_W: The scene's splat, in W.
         thing: The object.
-        margin: Largest distance of the splats from the object's surface [m].
+        margin: Splats farther than this from the object's surface do not
+            represent the object [m].
 
     Returns:
         Whether each splat represents the object, shape (N,).

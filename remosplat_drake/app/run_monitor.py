@@ -84,8 +84,8 @@ class RunMonitor:
                 True if the run ends.
             patience: Time for which a stopped robot waits until a person
                 releases it [s]; then the run ends.
-            progress_period: Least time between two calls of `on_progress`
-                [s].
+            progress_period: At least this much time passes between two calls of
+                `on_progress` [s].
         """
         self._application = application
         self._on_progress = on_progress

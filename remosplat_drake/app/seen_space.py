@@ -114,8 +114,8 @@ def seen_file(scenario: Scenario) -> Path | None:
     """Returns the file of a scenario's seen space; None if there is no file.
 
     Args:
-        scenario: The scenario. If its `scene.seen` is empty, the file is
-            searched beside its splat.
+        scenario: The scenario. If its `scene.seen` is empty, the function looks
+            for the file beside the splat.
 
     Raises:
         FieldError: The scenario names a file that does not exist, or names a

@@ -4,7 +4,7 @@ The robot reaches the target as in other trials; only the hand may touch the
 object. Then the hand grasps the object, which from then on is part of the
 robot. The robot lifts it off its support, and carries it to the end effector's
 pose at the start. In some problems, the object is sunk into its support by up
-to 10 mm; it is raised.
+to 10 mm; it is then raised onto the support.
 """
 
 import dataclasses as dc
@@ -67,7 +67,8 @@ def carrying_steps(
         task: The task, with an object and its support.
         robot: The robot.
         q0: Configuration at the start, shape (n_q,).
-        scenario: The arrival tolerances, and the longest time of each step.
+        scenario: The scenario, with the arrival tolerances, and with the time
+            limit of each step.
     """
     (thing,), support = task.grasped, task.support
     assert support is not None

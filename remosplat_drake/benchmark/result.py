@@ -140,8 +140,8 @@ class WallTimes:
         tick_p50: Median duration of a whole control tick [s].
         tick_p99: 99th percentile of the duration of a whole control tick [s].
         trial: Duration of the whole trial [s].
-        first_path: Search time until the first path was found [s]; None if no
-            path was searched or found.
+        first_path: Search time until the first path was found [s]; None if
+            there was no search, or if it found no path.
     """
 
     solve_mean: float

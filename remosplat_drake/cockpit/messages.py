@@ -31,7 +31,8 @@ class CockpitJob:
         host: Network interface that the page is served on.
         port: TCP port of the page; None means the first free port.
         robot: The robot.
-        planner: The planner, which searches configurations that reach a target.
+        planner: The planner, which searches for configurations that reach a
+            target.
         stopping: Distance that the robot keeps from the scene [m].
         influence: Influence distance of the controller, beyond which it ignores
             obstacles [m].

@@ -111,7 +111,7 @@ class Trouble:
 
 
 class OfferSearch:
-    """Searches alternative targets (offers); each step tests one target.
+    """Searches for alternative targets (offers); a step tests one target.
 
     The search pauses between two tests for as long as the last test took, so
     that the process has time for its other work.
@@ -191,7 +191,7 @@ class OfferSearch:
 
 
 def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
-    """Returns targets to test, with labels; begins with the smallest changes.
+    """Returns targets to test, with labels; the smallest changes come first.
 
     Args:
         trouble: The situation.

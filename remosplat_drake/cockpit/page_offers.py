@@ -45,7 +45,7 @@ Works = Callable[[np.ndarray], bool]
 
 
 class OfferThread:
-    """Searches alternative targets in a thread beside the control loop.
+    """Searches for alternative targets in a thread beside the control loop.
 
     Attributes:
         offers: The offers so far.

@@ -54,7 +54,7 @@ def find_reach(
     q: np.ndarray,
     aim: Aim | Target,
 ) -> Reach:
-    """Searches a configuration that reaches a target, deterministically.
+    """Searches for a configuration that reaches a target; deterministic.
 
     A path to this configuration may not exist; see `is_within_reach`.
 

@@ -326,7 +326,7 @@ class Page:
         operator.answer(self._answered, X_WT)
 
     def _offer(self) -> None:
-        """Searches alternative targets if the robot cannot reach its target."""
+        """Searches for other targets if the robot cannot reach its target."""
         with self._lock:
             operator, field = self._operator, self._field()
         if operator is None:

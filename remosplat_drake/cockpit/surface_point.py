@@ -11,7 +11,7 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.distance_field import DistanceField
 
 FARTHEST = 20.0
-"""Length of the ray on which a surface is searched [m]."""
+"""A surface is found only if it is within this distance along the ray [m]."""
 
 _CLOSE = 1e-3
 """The ray has reached a surface if the surface is nearer than this [m]."""

@@ -46,7 +46,7 @@ _SELF_ROOM = 0.02
 
 _MARGIN = 0.2
 """At the targets, joint positions must keep this distance from the joint
-limits, as a fraction of the joint's range."""
+limits, expressed as a fraction of the joint's range."""
 
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
@@ -84,7 +84,7 @@ def write_first_scenario(
         robot: The robot, whose description is in `folder`.
         folder: The folder.
         on_try: Function that is called with the number of scenes tried so far,
-            and the largest number of scenes to try.
+            and the number of scenes that are tried at most.
 
     Raises:
         RemoSplatError: The robot reaches no target in any of the scenes, or its

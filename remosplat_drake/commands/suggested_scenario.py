@@ -48,7 +48,7 @@ def write_scenario(
         splat: Path of the splat's file; the scenario is written beside it.
         splat_W: The splat, expressed in W, with the floor at z = 0.
         capture: The capture that the splat was made of, in the same frame.
-        workspace: Space in which the target is searched.
+        workspace: Space in which the target must be.
         map_error: Largest amount by which a distance to the splat exceeds the
             true distance [m].
         warnings: Descriptions of the capture's defects.

@@ -56,7 +56,7 @@ class JobMaker:
 
     Args:
         law: The control law for the robot without a payload.
-        planner: The planner, for the robot without a payload. It searches
+        planner: The planner, for the robot without a payload. It searches for
             configurations.
         scene: The map without the objects.
         stopping: Distance that the robot keeps from the map [m].

@@ -1,4 +1,4 @@
-"""`JobProcess`: searches the steps of jobs in a separate process."""
+"""`JobProcess`: searches for the steps of jobs in a separate process."""
 
 import logging
 import weakref
@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 
 
 class JobProcess:
-    """A process that searches the steps of jobs; a `JobSearch`.
+    """A process that searches for the steps of jobs; a `JobSearch`.
 
     A search takes seconds, so a real robot's ticks must not wait for it. The
     process receives each version of the map once. If the process dies, the

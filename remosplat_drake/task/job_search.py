@@ -1,4 +1,4 @@
-"""Searches the steps of a requested job: a grasp or a place, for example."""
+"""Searches for the steps of a requested job, such as a grasp or a place."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -29,8 +29,8 @@ class FoundJob:
 
 
 JobSearch = Callable[[JobRequest, DistanceField], FoundJob | None]
-"""Function that returns the steps of a job, or None while it searches them. Its
-arguments are the request and the map without objects. It is called with the
+"""Function that returns the steps of a job, or None while it searches for them.
+Its arguments are the request and the map without objects. It is called with the
 same request until it returns a result. A call with another request cancels the
 search for the previous request."""
 
@@ -38,7 +38,7 @@ search for the previous request."""
 def search_job(
     maker: JobMaker, request: JobRequest, scene: DistanceField
 ) -> FoundJob:
-    """Searches the steps of a job, which takes up to some seconds.
+    """Searches for the steps of a job; the search may take some seconds.
 
     Args:
         maker: The `JobMaker`, which makes the steps.

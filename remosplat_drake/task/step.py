@@ -60,7 +60,7 @@ class Step:
         object: The object that is attached or released.
         grip: Opening of the hand around an object that is attached [m]; None if
             it is not checked.
-        patience: Longest duration of the step, after which it has failed [s].
+        patience: The step has failed if it takes longer than this [s].
         undo: Steps that move the robot back after this step has failed.
     """
 

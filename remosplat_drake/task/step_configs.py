@@ -81,7 +81,7 @@ class Approach(StepConfig):
         """Checks that the direction is not zero.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         yield from super().check()
         if not any(self.along):
@@ -125,7 +125,7 @@ class DriveTo(StepConfig):
         """Checks that the yaw is not in degrees.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         yield from super().check()
         for yaw in self.base_pose[2:]:

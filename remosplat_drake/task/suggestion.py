@@ -36,8 +36,8 @@ _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
 
 _STRETCHED = 0.7
-"""Suggested targets are at most this far away, as a fraction of the arm's
-reach. An arm whose hand points down cannot be fully stretched."""
+"""Suggested targets are at most this fraction of the arm's reach away. An arm
+whose hand points down cannot be fully stretched."""
 
 _ROOM = 0.15
 """Clearance that the whole robot must have at the start [m]."""

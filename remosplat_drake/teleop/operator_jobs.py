@@ -1,7 +1,7 @@
 """`advance_jobs`: advances an operator's jobs with objects by one tick.
 
 An operator's request starts a job: the robot takes an object, places it, or
-lets it go. While another function searches the steps of a job, the robot is
+lets it go. While another function searches for the steps of a job, the robot is
 held. The steps are executed like those of a task (`task.advance_task`). A job
 ends when its steps are finished, when it fails, when the operator holds the
 target, or when the robot is stopped. The robot then brakes. When it is at rest,
@@ -122,7 +122,7 @@ def advance_jobs(
     """Advances the jobs by one tick.
 
     Args:
-        search: Function that searches the steps of a job.
+        search: Function that searches for the steps of a job.
         jobs: The jobs at the previous tick.
         command: All requests of the operators so far.
         now: The measurements of the robot.

@@ -73,7 +73,7 @@ class OperatorTask(TaskSystem):
     held.
 
     Args:
-        search: Function that searches the steps of a job.
+        search: Function that searches for the steps of a job.
         task: The robot and the objects, without blocks.
         map: The map of the task.
         widths: Opening of each hand at the start, keyed by end effector [m].

@@ -90,7 +90,7 @@ def spaced_points(p: np.ndarray, step: float) -> np.ndarray:
 
     Args:
         p: Points of the path, shape (n, 3) [m].
-        step: Least distance between consecutive points that are kept [m].
+        step: Consecutive points that are kept are at least this far apart [m].
 
     Returns:
         The remaining points, including the first one, shape (m, 3) [m].

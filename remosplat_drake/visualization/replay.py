@@ -112,8 +112,8 @@ def frame_ticks(
 
     Args:
         time: Times of the ticks, increasing, shape (T,) [s].
-        period: Shortest time between two frames [s].
-        most: Largest number of frames, at least 2.
+        period: At least this much time passes between two frames [s].
+        most: At most this many frames are chosen; must be at least 2.
 
     Returns:
         Indices of the ticks, ascending.

@@ -55,8 +55,8 @@ class Stroke:
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
         """Returns the largest excursions of the axis from its start.
 
-        They include the way of an axis that stops late and keeps its speed
-        until then.
+        They include the distance that the axis travels if it stops late and
+        keeps its speed until then.
 
         Args:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).
@@ -83,7 +83,7 @@ def find_stroke(
         q: Configuration in the map to start from, shape (n_q,) [m, rad].
         axis: Index of the axis in u.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        fastest: Greatest fraction of the bound that is tried.
+        fastest: Only speeds up to this fraction of the bound are tried.
 
     Returns:
         The stroke.

@@ -47,7 +47,7 @@ def AddOperatorTask(
         command: The output port of the `OperatorCommand`.
         law: The control law.
         target: The target that the operator moves while there is no job.
-        hardware: Whether the robot is real. If so, another process searches
+        hardware: Whether the robot is real. If so, another process searches for
             grasps and places, so that ticks do not wait for the search.
     """
     maker = job_maker(scenario, world, law, hardware=hardware)

@@ -11,8 +11,7 @@ _GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 _TEXT, _CLOSE = 0x1, 0x8
 _LAST, _MASKED = 0x80, 0x80
 _SHORT = 125
-"""Largest length of a message that the frame's second byte can state
-[bytes]."""
+"""The second byte of a frame can state message lengths up to this [bytes]."""
 
 
 def is_wanted(headers: Message) -> bool:

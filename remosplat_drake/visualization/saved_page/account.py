@@ -127,7 +127,7 @@ def thinned(
         time: Times, increasing, shape (T,) [s].
         value: The values, shape (T,).
         worst: Function that chooses the worst of several values.
-        most: Largest number of points.
+        most: At most this many points remain.
 
     Returns:
         Times and values of the remaining points.
