@@ -12,15 +12,16 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 POSTS, BEAMS = 5, 3
-"""Largest number of posts, and largest number of beams."""
+"""A scene has at most this many posts (first number) and at most this many
+beams (second number)."""
 
 _ROOM = 0.15
-"""Least distance of a post or beam from the robot in its home configuration
-[m]."""
+"""Posts and beams are at least this far from the robot in its home
+configuration [m]."""
 
 _TRIES = 200
-"""Number of random draws for each post or beam. If no draw fits, the post or
-beam is omitted."""
+"""For each post or beam, this many random draws are tried. If none of them
+fits, the post or beam is omitted."""
 
 
 def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:

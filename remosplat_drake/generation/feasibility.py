@@ -27,7 +27,7 @@ FILTER_VERSION = 1
 change."""
 
 BASE_DISTANCE = (0.6, 1.0)
-"""Smallest and largest distance of initial base positions from the target
+"""Initial positions of the base are at a distance from the target in this range
 [m]."""
 
 BEARING_SPREAD, BASE_TURN = 0.6, 0.8
@@ -37,8 +37,8 @@ the angle between the base's heading and the direction to the target is at most
 this (second number) [rad]."""
 
 ARM_SPREAD = 0.8
-"""Standard deviation of initial arm joints from the home configuration
-[rad]."""
+"""Initial positions of the arm's joints are spread around the home
+configuration with this standard deviation [rad]."""
 
 ARM_LENGTH = 0.3
 """To compare angles with distances, inverse kinematics of the arm's initial
@@ -48,7 +48,7 @@ MARGIN = 0.5
 """Fraction of the tolerances that the search tries to reach."""
 
 CLEARANCE_MARGIN = 5e-4
-"""Length by which the search tries to exceed the required clearance [m]."""
+"""The search tries to exceed the required clearance by this length [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -100,7 +100,7 @@ def passes(
 def hand_fits(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
-    """Whether the spheres fixed to the end effector are clear at the goal.
+    """Returns whether the end effector's spheres are clear at the goal.
 
     The test is quick, and a negative result proves that the goal is infeasible.
     It is evaluated at the exact goal. A configuration within the tolerances of

@@ -22,7 +22,7 @@ LOG_OPACITY_MEAN = 1.5
 this value is exponentially distributed."""
 
 MIN_DISTANCE = 0.02
-"""Smallest distance of a floater's centre from the true surfaces [m]."""
+"""The centre of a floater is at least this far from the true surfaces [m]."""
 
 
 def with_floaters(

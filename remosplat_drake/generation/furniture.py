@@ -23,7 +23,8 @@ _LEG = 0.04
 """Thickness of a table's legs [m]."""
 
 _ROOM = 0.2
-"""Least distance of furniture from the robot in its home configuration [m]."""
+"""Furniture is at least this far from the robot in its home configuration [m].
+"""
 
 _TRIES = 2000
 """For a piece of furniture, this many random places are tried."""

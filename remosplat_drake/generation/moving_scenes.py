@@ -18,7 +18,7 @@ MOVING_VERSION = 1
 """Version of the generator. Increase it whenever a seed gives other movers."""
 
 MOST_MOVERS = 5
-"""Largest number of movers in a scene."""
+"""A scene has at most this many movers."""
 
 SLOWEST, FASTEST = 0.3, 1.0
 """The greatest speed of a mover that crosses the robot's path, or of a person's

@@ -31,8 +31,8 @@ TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
 after the task."""
 
 LEAST_GAP = 0.09
-"""Least gap between two objects [m]. It has room for a finger and the finger's
-clearances."""
+"""The gap between two objects is at least this wide [m]. It has room for a
+finger and the finger's clearances."""
 
 GRASPS = 12
 """A problem has at most this many grasps."""
@@ -41,8 +41,8 @@ _LOOKS = 25
 """Grasps are searched at no more than this many points of an object."""
 
 _KEPT = 0.025
-"""Least distance of the hand's spheres from all objects except the target [m].
-It is larger than the controllers' stopping distance."""
+"""The spheres of the hand are at least this far from all objects except the
+target [m]. This distance is larger than the controllers' stopping distance."""
 
 _TRIES = 200
 """For an object, this many random places are tried."""

@@ -25,7 +25,7 @@ _TABLE = (0.4, 0.7)
 
 
 def room(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """A table with three cylinders behind the doorway of a wall.
+    """Makes a scene of a table with three cylinders behind a wall's doorway.
 
     - Wall: at x = 0; its doorway is 0.95 to 1.15 wide, its middle at y in
       [-1.6, 1.6].

@@ -82,7 +82,7 @@ def bookshelf(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def table2(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Six cylinders that stand on a table, and a random goal among them.
+    """Makes a scene of six cylinders on a table, with a random goal among them.
 
     - Table top: as in `table`, its centre at z in [0.4, 0.6].
     - Cylinders: x in [1.05, 1.35], y in [-0.4, 0.4], radius in [0.02, 0.07],
@@ -115,7 +115,7 @@ def table2(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def bookshelf2(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Three thin columns before a shelf, and a random goal inside it.
+    """Makes a scene of three thin columns before a shelf with a goal inside it.
 
     - Shelf: as in `bookshelf`.
     - Columns: x in [0.75, 1.0], y in [-0.5, 0.5], radius in [0.01, 0.05],
@@ -146,7 +146,7 @@ def bookshelf2(rng: np.random.Generator, name: str) -> PrimitiveScene:
 
 
 def posts(rng: np.random.Generator, name: str) -> PrimitiveScene:
-    """Five posts on the floor; the gripper reaches level between two of them.
+    """Makes a scene of five posts on the floor with a goal between two posts.
 
     - Goal: x in [1.1, 1.3], y in [-0.3, 0.3], z in [0.5, 0.9]; the gripper
       points along +x, turned sideways by up to 0.4 and rolled by any angle.

@@ -27,15 +27,15 @@ OPENING = 0.01
 """Distance by which each finger closes until it grips [m]."""
 
 LEAST_OPENING = 0.002
-"""Least distance by which each finger closes until it grips, for objects almost
-as wide as the hand [m]."""
+"""If an object is almost as wide as the open hand, each finger closes by less
+than `OPENING`, but at least by this distance, until it grips [m]."""
 
 APPROACHES = 12
 """Number of directions from which each pair of points is approached."""
 
 DEPTHS = (-0.005, 0.0, 0.005)
-"""Distances from the end effector's frame to the gripped points, along the
-direction of approach [m]."""
+"""Grasps are planned with the gripped points at these distances from the end
+effector's frame, along the direction of approach [m]."""
 
 ENOUGH = 0.02
 """The score does not increase with the hand's clearance above this [m]."""

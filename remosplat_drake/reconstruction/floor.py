@@ -47,7 +47,7 @@ class FloorConfig:
     min_area: float = 0.3
     # Least median height of the cameras over the floor [m].
     min_camera_height: float = 0.25
-    # Largest fraction of the seen surfaces that may lie more than `depth`
+    # At most this fraction of the seen surfaces may lie more than `depth`
     # beneath the plane.
     max_beneath: float = 0.05
     # Depth beneath the plane up to which surfaces are attributed to noise or

@@ -26,7 +26,8 @@ SUFFIX = ".seen"
 KIND = FileKind("file of seen space", b"RSSEEN\r\n", 1)
 
 MOST_VOXELS = 20_000_000
-"""Largest number of voxels of a file; more would take many seconds to read."""
+"""A file holds at most this many voxels; more would take many seconds to read.
+"""
 
 _FARTHEST = 1e4  # Largest distance of a grid from the origin [m].
 

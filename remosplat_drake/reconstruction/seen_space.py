@@ -51,11 +51,11 @@ _BEYOND = 0.2
 """
 
 _FARTHEST = 3.0
-"""Largest distance of a robot from its workspace [m]."""
+"""A robot is assumed to be at most this far from its workspace [m]."""
 
 _MOST_VOXELS = 4e6
-"""Largest number of voxels; the computation with more voxels takes over a
-minute.
+"""There are at most this many voxels, because the computation with more voxels
+takes over a minute.
 """
 
 _MOST_RINGS = 200

@@ -18,8 +18,9 @@ def jacobian_bound(
 ) -> np.ndarray:
     """Bounds |dp_WP/du_j| of points P that are fixed to bodies L.
 
-    A revolute joint moves a point by at most the length of the links between
-    them, per radian; a prismatic joint moves a point as far as itself.
+    Per radian, a revolute joint moves a point by at most the length of the
+    links between joint and point. A prismatic joint moves a point by the length
+    of its own motion.
 
     Args:
         tree: The robot's tree.

@@ -21,11 +21,12 @@ from remosplat_drake.base.strict_json import read_json_object, shown
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
-"""Largest coordinate or size in a scene [m]; its square does not overflow.
+"""No coordinate or size in a scene may exceed this [m]; its square does not
+overflow.
 """
 
 MAX_NAME = 60
-"""Greatest length of a solid's name."""
+"""The name of a solid may have at most this many characters."""
 
 ROTATION_TOLERANCE = 1e-3
 """An entry of R R' - I up to this value counts as rounding of a file's digits.

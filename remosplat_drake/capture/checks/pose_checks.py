@@ -34,7 +34,7 @@ from remosplat_drake.capture.checks.pose_conventions import (
 )
 
 _ROUGHLY = 0.08
-"""Fraction of a depth by which agreeing depths may differ. If views agree
+"""Depths agree roughly if they differ by at most this fraction. If views agree
 within this tolerance, the refinement of poses may correct the remaining errors.
 """
 

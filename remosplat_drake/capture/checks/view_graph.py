@@ -24,9 +24,9 @@ fraction of all frames that share surfaces with others (second number).
 """
 
 _COARSE, _MIN_SHARED = 40, 0.1
-"""Number of points of a view that are projected into other views, and the
-fraction of them that must project into a view's image before the two views are
-compared."""
+"""This many points of a view are projected into the images of other views
+(first number). Two views are compared only if at least this fraction of the
+points is inside the image (second number)."""
 
 _TRIED = 60
 """To join two groups, at most this many pairs of views are compared."""

@@ -47,10 +47,10 @@ from remosplat_drake.capture.recording import DepthImage, Recording
 SUFFIX = ".r3d"
 """Suffix of the app's archives."""
 MAX_MEMBER_BYTES = 64_000_000
-"""Largest size of a file in an archive [bytes]."""
+"""A file in an archive may have at most this size [bytes]."""
 
 MAX_RATE = 1000.0
-"""Largest valid frame rate of a capture [1/s]."""
+"""A capture may have at most this frame rate [1/s]."""
 
 EXPECTED_FILES = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"

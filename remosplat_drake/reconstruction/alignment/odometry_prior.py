@@ -95,10 +95,9 @@ class OdometryNoise:
     def inverted(self, n: int) -> tuple[np.ndarray, float]:
         """Inverts the covariances of rotations and positions.
 
-        The covariances are those of one coordinate.
-
-        The variance of white noise bounds their eigenvalues from below.
-        Rounding may violate this bound if the drift is large.
+        Both are covariances of one coordinate. Their eigenvalues are at least
+        the variance of white noise. Rounding may violate this bound if the
+        drift is large.
 
         Returns:
             The inverses, shape (2, n, n), and the logarithm of the determinant
@@ -150,7 +149,7 @@ def estimate_noise(
 
     The evidence may have several maxima, because errors of the camera can have
     the same effect as common motions of all poses. So several searches are
-    made, each from other initial deviations.
+    made, each from different initial deviations.
 
     Args:
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).

@@ -15,9 +15,6 @@ class PoseErrors:
     truly at p_W + theta x (p_W - p_WC) + t, plus its displacements by the
     camera errors, see `camera_errors`.
 
-    A point that a view measured at p_W is truly at p_W + theta x (p_W - p_WC) +
-    t, plus the sum of the displacements e_k b_k of `camera_errors`.
-
     Attributes:
         theta_W: Rotation vectors, shape (k, n, 3) [rad].
         t_W: Translations, shape (k, n, 3) [m].

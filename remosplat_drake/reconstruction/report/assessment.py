@@ -53,7 +53,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FARTHEST = 0.5
-"""Largest distance at which fields are compared: the controller's range [m]."""
+"""Fields are compared at distances up to this, the controller's range [m]."""
 
 _SINGLE = 2
 """This many of the largest errors are ignored, since flying pixels may have

@@ -16,9 +16,9 @@ _ENOUGH_VIEWS = 2
 """A disc is removed if at least this many views measure a surface behind it."""
 
 _FREE = 0.03
-"""Least distance between a floater in free space and all other discs [m]. If
-another disc is nearer, the views only disagree slightly about the position of a
-surface.
+"""A disc in free space is not removed if a disc that is not in free space is
+nearer to it than this [m]. In this case, the views only disagree slightly about
+the position of a surface.
 """
 
 

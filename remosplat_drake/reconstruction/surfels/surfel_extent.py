@@ -14,7 +14,7 @@ import numpy as np
 from remosplat_drake.reconstruction.surfels.surfel_gathering import GRID
 
 _TURNS = 12
-"""Number of edge directions that are tried, over a right angle."""
+"""Edges are tried in this many directions, spread over a right angle."""
 
 _BAND = 0.35
 """Edges are searched for in a band through the centre. Its half width is this

@@ -17,15 +17,15 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _STEEPEST = 0.3
-"""Least cosine of the angle of incidence of the surfaces that are used; others
-contain little information about depth noise.
+"""A surface is used only if the cosine of the angle of incidence is at least
+this. Other surfaces contain little information about depth noise.
 """
 
 _WINDOW = 2
 """Half width of the window of pixels whose median depth determines the disc."""
 
 _LEAST_SHARE = 0.7
-"""Least fraction of a window's pixels that must have a depth."""
+"""A window is used only if at least this fraction of its pixels has a depth."""
 
 _MAD = 1.4826
 """Ratio of a Gaussian's standard deviation to its median absolute deviation."""

@@ -32,8 +32,9 @@ _TINY = 0.0005
 [m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
-"""Number of standard deviations by which noise may displace points, and number
-of positions within this range at which the distance is evaluated.
+"""Noise may displace a point by this many standard deviations (first number).
+The distance is evaluated at this many positions within this range (second
+number).
 """
 
 _VOXEL = 0.008

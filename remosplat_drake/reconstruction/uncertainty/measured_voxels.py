@@ -15,8 +15,8 @@ _VOXEL = (0.005, 0.015)
 """Least and greatest edge length of the voxels [m]."""
 
 _NOISE_PER_VOXEL = 6.0
-"""Ratio of the voxels' edge to the noise at a depth of 1 m, chosen so that each
-voxel contains several points."""
+"""The edge of the voxels is this multiple of the noise at a depth of 1 m, so
+that each voxel contains several points."""
 
 _PAST = 0.012
 """A view shows free space at a point if it measured a surface at least this far

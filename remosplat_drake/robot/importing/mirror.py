@@ -7,9 +7,9 @@ import numpy as np
 from remosplat_drake.robot.robot_model import RobotModel
 
 _SAME = 1e-3
-"""Tolerance of symmetry, for two quantities: the distance of a joint axis from
-the mirror image of another axis [m], and the difference of the two unit
-vectors.
+"""A joint axis is the mirror image of another axis if it is at most this far
+from the mirrored axis [m], and if the cosine of the angle between the two
+differs from 1 or -1 by at most this.
 """
 
 _ACROSS = np.array([1.0, -1.0, 1.0])

@@ -224,7 +224,8 @@ def _floats_freely(joint: Element) -> bool:
 
 
 _COORDINATES = {"free": 7, "ball": 4}
-"""Number of position coordinates of the joint types that have more than one."""
+"""Types of joints with several position coordinates, and the number of these.
+"""
 
 
 def _states(root: Element) -> dict[str, dict[str, float]]:

@@ -17,7 +17,7 @@ DRIVES = {
     DIFFERENTIAL: robot_description.DIFFERENTIAL,
     OMNI: robot_description.OMNIDIRECTIONAL,
 }
-"""Names of the drives in descriptions, by kind of mobile base."""
+"""Name of the drive in a robot description, for each kind of mobile base."""
 
 JOINTS = ("base_x", "base_y", "base_yaw")
 """Names of the joints of a mobile base."""
@@ -32,7 +32,8 @@ EFFORT = 400.0
 """Assumed effort limits of a base's motors [N, N m]."""
 
 ROAM = 20.0
-"""Range of a base's x and y in the model, from the start [m]."""
+"""In the model, x and y of a base may differ from the start by this much [m].
+"""
 
 
 def base_limits(base: str, findings: Findings) -> list[JointLimits]:

@@ -18,7 +18,8 @@ from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.moving.track import SLACK, time_goes_on
 
 _LOOKS = 200
-"""Number of samples between two waypoints, to find the largest speed."""
+"""To find the largest speed, the motion between two waypoints is sampled at
+this many instants."""
 
 Size = Annotated[float, Interval(ge=0, le=100)]
 

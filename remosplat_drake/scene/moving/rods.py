@@ -10,7 +10,8 @@ from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.moving.track import SLACK
 
 _LOOKS_A_KNOT = 4
-"""Number of samples between two knots, to find the largest speed."""
+"""To find the largest speed, the motion between two knots is sampled at this
+many instants."""
 
 _STEP = 1e-4
 """Time step for accelerations [s]."""

@@ -23,7 +23,7 @@ _NEAR = 0.1
 """Largest distance between the given point and the surface [m]."""
 
 _PATCH = 0.08
-"""Radius of the patch around the point with which the search begins [m]."""
+"""The search begins with a patch of this radius around the given point [m]."""
 
 _BAND = 0.008
 """A point belongs to a surface only if it is at most this far from its plane
