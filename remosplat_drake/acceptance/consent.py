@@ -9,7 +9,7 @@ from remosplat_drake.hardware.client.operator import Operator
 from remosplat_drake.signals.supervisor_state import STOPPED, UNARMED
 
 _AGAIN = 0.2
-"""Time after which an unanswered request is repeated [s]."""
+"""A request without an answer is repeated after this time [s]."""
 
 
 class Consent:

@@ -30,7 +30,8 @@ from remosplat_drake.hardware.stand_in import faults, fci_library
 from remosplat_drake.signals.supervisor_state import LATCHED, STOPPED, UNARMED
 
 STOP_LIMIT = 4.0
-"""Longest time from a fault to a standstill that counts as a stop [s]."""
+"""A standstill counts as a stop if it comes within this time after a fault [s].
+"""
 
 _START_UP = 60.0
 """Longest time until both processes have started [s]; they may compile kernels.

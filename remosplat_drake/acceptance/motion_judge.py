@@ -9,13 +9,13 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 STILL = 2e-3
-"""Speed below which a robot counts as at rest [m/s, rad/s]."""
+"""A robot counts as at rest below this speed [m/s, rad/s]."""
 
 CREEP = 1e-3
 """A robot that moves by less than this distance counts as at rest [m]."""
 
 _DWELL = 5
-"""Number of consecutive slow samples after which a robot is at rest."""
+"""A robot is at rest after this many consecutive slow samples."""
 
 
 @dc.dataclass(frozen=True)

@@ -37,7 +37,7 @@ READY = "ready"
 """Line that the relay prints when it has joined both networks."""
 
 _PERIOD = 2e-4
-"""Period at which both networks are polled [s]."""
+"""Both networks are polled once in this time [s]."""
 
 
 class Relay:

@@ -23,7 +23,7 @@ _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
 
 
 _SILENCE = 10.0
-"""Time without a usable image after which collection fails [s]."""
+"""The collection fails after this time without a usable image [s]."""
 
 
 class Camera(Protocol):

@@ -70,8 +70,8 @@ class MotionHistory:
 
         Args:
             time: Wall clock of the drivers [s].
-            ahead: Time after the newest status for which a motion is
-                extrapolated [s].
+            ahead: A motion is extrapolated beyond the newest status by at most
+                this time [s].
 
         Returns:
             The configuration q, shape (n_q,) [m, rad].

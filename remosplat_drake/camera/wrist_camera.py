@@ -35,7 +35,7 @@ class WristCamera(Protocol):
         ...
 
     def listen(self) -> None:
-        """Processes new messages; it is called many times a second."""
+        """Processes new messages; must be called many times a second."""
         ...
 
     def place(self, objects: Sequence[PlacedObject]) -> None:

@@ -70,7 +70,7 @@ class DepthImage:
 
         Args:
             seen: Time of the camera's latest usable image [s].
-            far: Depth beyond which measurements are ignored [m].
+            far: Measured depths beyond this one are ignored [m].
             problem: Reason why there is no newer image; empty if there is no
                 problem.
         """

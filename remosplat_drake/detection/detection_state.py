@@ -58,7 +58,7 @@ class DetectionState:
         """Returns the movers at the time of the newest image.
 
         Args:
-            config: Bounds on the motion of objects.
+            config: Settings, with bounds on the motion of objects.
         """
         trusted = [track for track in self.tracks if track.is_trusted]
         movers: list[Mover] = []
@@ -110,7 +110,7 @@ def add_image(
         image: The image.
         spheres: The robot's spheres in W when the image was taken.
         scene: The map.
-        config: Errors, margins and bounds.
+        config: Settings, with errors, margins and bounds.
     """
     if image.time < detection.time:
         return detection

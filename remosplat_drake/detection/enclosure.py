@@ -80,7 +80,7 @@ def enclose(
         back_W: Ends of the segments, of the same shape. Each segment is inside
             one of the boxes, at least `padding` from its surface.
         padding: Margin on all sides [m].
-        most: Largest number of boxes.
+        most: At most this many boxes are made.
     """
     pairs = np.stack([face_W, back_W], axis=1)
     parts = [(_one(pairs, padding), pairs)]

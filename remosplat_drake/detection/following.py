@@ -61,7 +61,7 @@ def follow(
         hidden: Function of a predicted track, and of whether any part of it is
             visible (`is_seen`). It returns the part of the track that may be
             hidden from all cameras now.
-        config: Bounds on the motion of objects.
+        config: Settings, with bounds on the motion of objects.
 
     Returns:
         The tracks, and the number of tracks that were started so far. The
@@ -178,7 +178,8 @@ def still_hidden(
         views: The view of each camera, by name.
         spheres: The robot's spheres in W.
         scene: The map.
-        config: Errors, margins and the time for which objects are remembered.
+        config: Settings, with errors, margins and the time for which objects
+            are remembered.
     """
     old, time = track.hidden, track.edges.time
     blurred = _blurred(track, spheres, scene, config)

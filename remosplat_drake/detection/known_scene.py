@@ -29,7 +29,7 @@ class KnownScene:
 
     Args:
         field: The map, without unseen space; None for an empty map.
-        config: The box of the grid.
+        config: Settings, with the box of the grid.
         surface_W: Points on the map's surfaces in W, shape (n, 3) [m], see
             `surface_points`. Without points, the cameras' poses are not
             checked.

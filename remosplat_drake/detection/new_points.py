@@ -20,7 +20,8 @@ class NewPoints:
     Attributes:
         p_W: Positions of the points in W, shape (n, 3) [m].
         depth: Depths z of the points in the camera's frame, shape (n,) [m].
-        pitch: Distance between examined pixels at a depth of one metre [m].
+        pitch: Distance between neighbouring examined pixels, at a depth of one
+            metre [m].
         p_WC: Position of the camera, shape (3,) [m].
         time: Time of the image [s].
     """
@@ -60,7 +61,7 @@ def find_new(
         image: The depth image.
         spheres: The robot's spheres in W when the image was taken.
         scene: The map.
-        config: Errors and margins.
+        config: Settings, with errors and margins.
     """
     stride = image.stride(config.columns)
     height, width = image.depth.shape

@@ -29,7 +29,7 @@ def contradiction(
     Args:
         image: The depth image.
         scene: The map, with points of its surfaces.
-        config: Errors and margins.
+        config: Settings, with errors and margins.
 
     Returns:
         The reason; empty if there is no contradiction.

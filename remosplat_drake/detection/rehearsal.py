@@ -27,7 +27,7 @@ def rehearse(
     Args:
         robot: The robot that the cameras will see.
         known: The map. Distances near one point are computed and stored in it.
-        config: Errors, margins and bounds.
+        config: Settings, with errors, margins and bounds.
     """
     known.distances(known.lower[None])
     spheres = robot.spheres_at(robot.q_home)

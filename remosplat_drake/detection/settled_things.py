@@ -16,7 +16,7 @@ visible part vary from image to image.
 """
 
 _AGAIN = 10.0
-"""Time after which a frame is requested again, if the map does not contain the
+"""A frame is requested again after this time if the map does not contain the
 object yet [s].
 """
 

@@ -56,7 +56,7 @@ class Thing:
             pitch: Greatest distance between neighbouring pixels at the points
                 [m].
             spheres: The robot's spheres in W.
-            config: The cameras' errors.
+            config: Settings, with the cameras' errors.
         """
         far = float(depth.max())
         margin = float(config.margin(far))

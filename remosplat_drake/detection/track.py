@@ -72,7 +72,7 @@ class Track:
         name: Name of the object, such as "seen 3", which does not change while
             it is tracked.
         parts: Boxes around the visible part, at the time of `edges`.
-        shown: The visible part at that time.
+        shown: The visible part, at the same time.
         hidden: The part that was seen before and may be hidden from all cameras
             now, at its predicted position.
         edges: The object's outlines and their velocities.
@@ -121,7 +121,7 @@ class Track:
 
         Args:
             time: The later time [s].
-            config: Bounds on the object's motion.
+            config: Settings, with bounds on the motion of objects.
         """
         v, _ = self.edges.velocity(config.max_speed)
         way = (time - self.edges.time) * v
@@ -136,7 +136,7 @@ class Track:
 
         Args:
             since: Time at which the object was last seen [s].
-            config: Bounds on the object's motion.
+            config: Settings, with bounds on the motion of objects.
         """
         t = self.edges.time - since
         v, error = self.edges.velocity(config.max_speed)
@@ -150,7 +150,7 @@ class Track:
         """Returns the object as movers, with bounds on its motion.
 
         Args:
-            config: Bounds on the object's motion.
+            config: Settings, with bounds on the motion of objects.
             coarse: Whether the visible part gets one box instead of several.
         """
         parts = [(part, self.error) for part in self._seen_parts(coarse)]

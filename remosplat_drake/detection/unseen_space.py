@@ -93,7 +93,7 @@ class UnseenSpace:
         Args:
             spheres: The robot's spheres in W.
             time: The present time [s].
-            config: The box.
+            config: Settings, with the box of the voxels.
         """
         size = np.subtract(config.upper, config.lower)
         holds = np.ones(np.ceil(size / VOXEL).astype(int), bool)

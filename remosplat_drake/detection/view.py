@@ -55,7 +55,7 @@ class View:
 
         Args:
             p_W: The points in W, shape (n, 3).
-            config: Errors and margins.
+            config: Settings, with errors and margins.
 
         Returns:
             True for points behind which the image shows a surface, shape (n,)
@@ -75,7 +75,7 @@ class View:
         Args:
             p_W: The points in W, shape (n, 3).
             spheres: The robot's spheres in W.
-            config: Errors and margins.
+            config: Settings, with errors and margins.
 
         Returns:
             Shape (n,), bool.
@@ -102,7 +102,8 @@ class View:
         Args:
             tracks: The tracks; their points move with them.
             newer: The view of the other camera.
-            config: Bounds on motions, and the time for which points are kept.
+            config: Settings, with bounds on motions and the time for which
+                points are kept.
         """
         points, time = self.points, newer.image.time
         if not len(points):

@@ -61,7 +61,7 @@ class WireDetection:
         cameras: The cameras.
         robot: The robot.
         known: The map.
-        config: Errors, margins and bounds.
+        config: Settings, with errors, margins and bounds.
         hardware: The LCM URLs and the names of the channels.
         followed: The control loop's live map; None if `known` never changes.
 

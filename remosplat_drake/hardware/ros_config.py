@@ -28,7 +28,7 @@ Topic = Annotated[str, Len(1, 256)]
 """Name of a ROS topic."""
 
 StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
-"""Time without messages after which the value of a topic is unknown [s]; None
+"""After this time without messages, the value of a topic is unknown [s]; None
 for topics that publish only changes.
 """
 

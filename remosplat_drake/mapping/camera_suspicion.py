@@ -102,7 +102,7 @@ class Judgement:
         return 2 * len(others) < len(names)
 
     def undone(self, capture: Capture) -> Capture:
-        """Returns frames in which the camera's errors are corrected."""
+        """Returns frames after a correction of the camera's errors."""
         return corrected(capture, self.errors) if self.words else capture
 
 
@@ -120,7 +120,7 @@ def judge_camera(
         names: Names of the frames.
         drifts: Whether the odometry of the robot's base drifts. If so, the
             errors of the poses are also estimated from the frames.
-        report: Called with the progress.
+        report: Function that is called with the progress.
     """
     judged = frozenset(names)
     nothing = Judgement(judged, np.zeros(COUNT))

@@ -33,7 +33,7 @@ cm.
 """
 
 _BORDER = 2
-"""Width of the border around a region in which pixels may show both the object
+"""In a border of this width around a region, pixels may show both the object
 and its background [pixels]."""
 
 _STRIDE = 2
@@ -73,8 +73,8 @@ def find_changes(
         capture: Views, oldest first.
         confirmed: Mask of the views that may contradict older views, shape
             (n,), bool; None takes all views.
-        margin: Difference of depths below which views agree [m]. Beyond a depth
-            of 2 m, it grows with the square of the depth.
+        margin: Views agree if their depths differ by less than this [m]. Beyond
+            a depth of 2 m, it grows with the square of the depth.
     """
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)

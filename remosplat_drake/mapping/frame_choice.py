@@ -62,7 +62,7 @@ def frames_to_keep(
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
-        most: Greatest number of frames to keep.
+        most: At most this many frames are kept.
         hides: Function of the indices of two frames from nearly the same pose.
             It returns whether the first, newer frame masks surfaces of the
             second one.

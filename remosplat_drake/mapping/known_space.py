@@ -60,7 +60,8 @@ def known_space(
         splat_W: All surfaces, in W.
         robot_free: The robot's spheres at the configurations at which frames
             were taken; None if there are none.
-        config: The box, its voxels and the margin around the robot.
+        config: Settings, with the box, its voxels and the margin around the
+            robot.
         before: The space that was seen before the frames, in the same voxels,
             as `in_box` returns it; None if nothing was seen.
     """
@@ -89,7 +90,7 @@ def measured_in_box(
         changes: The outdated parts of these frames.
         capture: The frames that may mark space as free, without their outdated
             parts.
-        config: The box and its voxels.
+        config: Settings, with the box and its voxels.
 
     Returns:
         Indices of the cells, as `measured_cells` returns them.
@@ -109,7 +110,7 @@ def in_box(
     Args:
         coverage: The seen space, in voxels of a frame G.
         X_WG: Pose of G in the world W, shape (4, 4).
-        config: The box and its voxels, in W.
+        config: Settings, with the box and its voxels, in W.
 
     Returns:
         The coverage of the box. A voxel is seen only if all voxels of
@@ -137,7 +138,8 @@ def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
 
     Args:
         robot: The robot's spheres at the start.
-        config: The box, its voxels and the margin around the robot.
+        config: Settings, with the box, its voxels and the margin around the
+            robot.
     """
     return with_free(_nothing_seen(config), robot, config.start_margin)
 

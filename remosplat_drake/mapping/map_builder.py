@@ -100,8 +100,8 @@ def build_map(
         things: Known objects, which the map does not contain.
         objects: The poses of these objects at each frame; empty if there are
             none.
-        report: Called with the name of the stage, its number of completed
-            steps, and its total number of steps.
+        report: Function that is called with the name of the stage, its number
+            of completed steps, and its total number of steps.
 
     Raises:
         RemoSplatError: The frames show too little, or a setting is invalid.
@@ -169,7 +169,7 @@ def _surfaces(
             gaps filled. Only these mark space as free.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.
-        report: Called with the progress.
+        report: Function that is called with the progress.
     """
     remembered = without(capture, changes.gone)
     present = without(capture, changes.outdated)

@@ -149,7 +149,7 @@ def simulated_detection(
         robot: The robot, which occludes objects and may carry cameras.
         truth: The static scene; None for an empty one.
         known: The map.
-        config: Errors, margins and bounds.
+        config: Settings, with errors, margins and bounds.
         seed: Seed of the cameras' noise.
 
     Raises:

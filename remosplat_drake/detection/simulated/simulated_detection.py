@@ -57,7 +57,7 @@ class SimulatedDetection:
         cameras: The cameras.
         robot: The robot, which occludes objects and may be occluded.
         known: The map.
-        config: Errors, margins and bounds.
+        config: Settings, with errors, margins and bounds.
 
     Attributes:
         detection: The state of detection.

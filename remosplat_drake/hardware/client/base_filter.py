@@ -92,7 +92,7 @@ class BaseFilter:
     """Immutable state of the filter, with k stored odometry messages.
 
     Attributes:
-        config: Accuracies of localisation and odometry.
+        config: Settings, with the accuracies of localisation and odometry.
         stamp: Stamps of the latest odometry messages, shape (k,) [s].
         X_OB: Poses of the base in these messages, shape (k, 3) [m, m, rad].
         P: Covariance of the base's x, y, yaw in W at each message, without the

@@ -61,7 +61,7 @@ class ArcPath:
         rows: Time, x, y, yaw, speeds forward and to the left, and turning rate
             at each arc's beginning, shape (k, 7 or more), C-contiguous. Further
             columns are ignored.
-        held: Longest time for which a speed is assumed to last [s].
+        held: A speed is assumed to last for at most this time [s].
     """
 
     rows: np.ndarray

@@ -11,7 +11,7 @@ def path_motions(
     Args:
         rows: Time, x, y, yaw, speeds forward and to the left and turning rate
             at each arc's beginning, shape (k, 7 or more).
-        held: Longest time for which a speed is assumed to last [s].
+        held: A speed is assumed to last for at most this time [s].
         start: Times at which the motions begin, shape (...) [s].
         end: Times at which they end, shape (...) [s].
     """
@@ -35,8 +35,8 @@ def path_residuals(
     """Compares n motions with delayed motions along a path.
 
     Args:
-        rows: The path, as `path_motions` takes it.
-        held: Longest time for which a speed is assumed to last [s].
+        rows: The path, with the columns that `path_motions` describes.
+        held: A speed is assumed to last for at most this time [s].
         start: Times at which the motions began, shape (n,) [s].
         end: Times at which they ended, shape (n,) [s].
         moved: The motions, relative to their starts, shape (n, 3) [m, m, rad].

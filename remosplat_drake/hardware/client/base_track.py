@@ -52,8 +52,8 @@ _STEP = np.array([0.015, 0.03])
 previous pose and the speed [m, rad]."""
 
 _STEP_RATE = np.array([0.15, 0.4])
-"""Increase of the permitted difference per second of prediction, since speeds
-are reported late [m/s, rad/s]."""
+"""The permitted difference increases by this much per second of prediction,
+since speeds are reported late [m/s, rad/s]."""
 
 CERTAIN = np.zeros(2)
 """Error bounds of the pose if there is no localisation [m, rad]: odometry is
@@ -127,7 +127,7 @@ def compile_kernels(config: HardwareConfig) -> None:
     """Compiles the kernels that process a base's statuses.
 
     Args:
-        config: Configuration of the track.
+        config: The settings that the track will use.
     """
     track, commanded = BaseTrack(), CommandedPath()
     commanded.append(0.0, np.zeros(3))
@@ -154,7 +154,8 @@ def with_base_sample(
         received: Time of its arrival, by our wall clock [s].
         commanded: The commands that were sent to the base; None if they are
             unknown.
-        config: The longest delay of commands, and the accuracy of fixes.
+        config: Settings, with the longest delay of commands and the accuracy of
+            fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
     sample, expected, begins_anew = BaseSample(*values), state.pose, False
@@ -224,7 +225,7 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
 
     Args:
         track: The base's track.
-        config: Limits of age and uncertainty.
+        config: Settings, with the limits of age and uncertainty.
     """
     status, fixes = config.channels.base_status, config.channels.localization
     if not len(track.samples):

@@ -69,7 +69,7 @@ class Measurement:
 
         Args:
             now: The time, by our wall clock [s].
-            expiry: Longest extrapolation [s].
+            expiry: The pose is extrapolated for at most this time [s].
 
         Returns:
             The pose; NaN before the first status, or while it is unknown.
@@ -115,7 +115,7 @@ def with_arm_status(
         data: The encoded packet.
         received: Time of its arrival, by our wall clock [s].
         n: Number of the arm's joints.
-        config: The expiry times.
+        config: Settings, with the expiry times.
         rate_limit: Bounds on the joints' speeds, shape (n,) [rad/s]; None for
             no bounds.
     """
@@ -159,7 +159,7 @@ def with_base_status(
         measurement: The previous measurement.
         data: The encoded packet.
         received: Time of its arrival, by our wall clock [s].
-        config: The expiry times.
+        config: Settings, with the expiry times.
         commanded: The base's commands; None if they are unknown.
     """
     stream = measurement.base_stream

@@ -29,7 +29,7 @@ class MoverReceiver(LeafSystem):
 
     Args:
         mailbox: The mailbox of the movers' channel.
-        config: Limits of valid movers.
+        config: Settings, with the limits of valid movers.
     """
 
     def __init__(self, *, mailbox: Mailbox, config: MoverSensingConfig):

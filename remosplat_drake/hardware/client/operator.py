@@ -18,7 +18,7 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 
 _YIELD = 5e-3
-"""Period at which packets are processed [s]."""
+"""Packets are processed once in this time [s]."""
 
 
 class Operator:

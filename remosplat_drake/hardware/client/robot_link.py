@@ -40,8 +40,8 @@ from remosplat_drake.robot.braking import braking_time
 from remosplat_drake.robot.robot_model import RobotModel
 
 _MOVING = 0.02
-"""Commanded joint rate beyond which the measured positions must change
-[rad/s]."""
+"""If a commanded joint rate exceeds this value, the measured positions must
+change [rad/s]."""
 
 _BASE_AXES = (
     ("forward speed", "m/s"),

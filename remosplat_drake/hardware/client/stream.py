@@ -30,10 +30,10 @@ class StreamLimits:
     """Limits beyond which a channel's messages are not reliable.
 
     Attributes:
-        expiry: Difference between a stamp and our clock, to the past or the
-            future, beyond which the stamp is stale [s].
-        frozen_after: Longest time for which the content may be constant while
-            it should change [s].
+        expiry: A stamp is stale if it differs from our clock by more than this
+            time, in the past or the future [s].
+        frozen_after: While the content should change, it may be constant for at
+            most this time [s].
     """
 
     expiry: float

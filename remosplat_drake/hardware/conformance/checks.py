@@ -59,7 +59,7 @@ def judge(
 
     Args:
         record: The received messages.
-        config: Rates and limits of the controller.
+        config: Settings, with the controller's rates and limits.
         actuators: Actuator models of all axes, those of the base first.
     """
     findings = []

@@ -95,7 +95,7 @@ def gather(
 
     Args:
         packets: The messages, in the order of their arrival.
-        config: Names of the channels.
+        config: Settings, with the names of the channels.
         robot: The robot.
         duration: Duration of reception [s].
     """

@@ -14,7 +14,7 @@ from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED, Finding
 
 LONGEST_AGE = 12 * 3600.0
-"""Age beyond which a report is invalid [s], a working day."""
+"""A report older than this is invalid [s]: a working day of 12 hours."""
 
 
 @dc.dataclass(frozen=True)

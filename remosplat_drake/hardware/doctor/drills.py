@@ -118,8 +118,8 @@ class StepResponse:
             never had.
         fall: Time from the end of the command until the base had less than half
             of the commanded speed [s].
-        speed: Greatest speed [m/s].
-        rest: Speed at the end [m/s].
+        speed: Greatest speed of the base [m/s].
+        rest: Speed of the base at the end [m/s].
     """
 
     rise: float

@@ -31,7 +31,7 @@ uses it.
 """
 
 LISTENING = 2.0
-"""Duration for which messages are received [s]."""
+"""Messages are received for this time [s]."""
 
 _LISTENING_PERIOD = 1e-3
 
@@ -105,7 +105,7 @@ def check_publishers(
 
     Args:
         packets: The received packets.
-        config: Names of the channels.
+        config: Settings, with the names of the channels.
         has_base: Whether the robot has a mobile base.
     """
     names = config.channels
@@ -145,7 +145,7 @@ def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
 
     Args:
         packets: The received packets.
-        config: The LCM URL and the channels.
+        config: Settings, with the LCM URL and the channels.
     """
     match = re.search(r"ttl=(\d+)", config.url)
     ttl = int(match[1]) if match else 1
@@ -184,7 +184,7 @@ class _Source:
     Attributes:
         part: Name of the part.
         channel: Channel of the statuses.
-        rate: Least rate [Hz].
+        rate: Least permitted rate of the statuses [Hz].
         ages: Times of arrival minus stamps [s].
         problem: Faults of the latest malformed status.
         modes: The mode in the latest status, by name.
@@ -209,7 +209,7 @@ def check_statuses(
 
     Args:
         packets: The received packets.
-        config: Names of the channels.
+        config: Settings, with the names of the channels.
         n_arm: Number of the arm's joints.
         has_base: Whether the robot has a mobile base.
         duration: Duration of reception [s].

@@ -22,7 +22,7 @@ PORT = 7171
 """TCP port of ARCL, unless it is configured otherwise."""
 
 EXPIRY = 0.5
-"""Age beyond which an answer about the motors is ignored [s]."""
+"""An answer about the motors is ignored if it is older than this [s]."""
 
 _PERIOD = 0.1
 """Time between two queries about the motors [s]."""
@@ -34,13 +34,13 @@ _LOGIN = 5.0
 """Longest wait for the password prompt, and for the reply to a password [s]."""
 
 _SILENCE = 2.0
-"""Time without an answer after which the connection counts as lost [s]."""
+"""The connection counts as lost after this time without an answer [s]."""
 
 _PAUSE = 1.0
 """Time between two attempts to connect [s]."""
 
 _LONGEST_LINE = 4096
-"""Number of bytes beyond which a line is invalid and ignored."""
+"""A line with more bytes than this is invalid, and is ignored."""
 
 
 class ArclMonitor:

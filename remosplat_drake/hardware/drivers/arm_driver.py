@@ -84,7 +84,8 @@ class ArmDriver:
             lcm: The LCM network.
             link: The arm.
             joints: Number of the arm's joints.
-            inbox: Source of commands; None accepts every sender.
+            inbox: Source of commands. If it is None, commands of all senders
+                are accepted.
         """
         self._lcm, self._link = lcm, link
         self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, PANDA_COMMAND])

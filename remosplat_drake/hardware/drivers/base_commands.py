@@ -24,7 +24,7 @@ from remosplat_drake.hardware.wire.packets import (
 )
 
 WATCHDOG = 0.2
-"""Time without a command after which the base stops [s]."""
+"""The base stops after this time without a command [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -88,11 +88,11 @@ class BaseCommands:
         """Starts without a command.
 
         Args:
-            maxima: Greatest velocities that are executed; None takes those of
-                the LD-60.
-            expiry: Greatest difference between a stamp and the driver's
-                clock [s].
-            watchdog: Time without a command after which the base stops [s].
+            maxima: Greatest velocities that are executed; if None, those of the
+                LD-60.
+            expiry: A command expires if its stamp differs from the driver's
+                clock by more than this time [s].
+            watchdog: The base stops after this time without a command [s].
         """
         self._maxima = maxima or BaseMaxima()
         self._expiry = expiry

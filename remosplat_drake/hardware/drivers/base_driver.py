@@ -143,11 +143,13 @@ class BaseDriver:
         Args:
             lcm: The LCM network.
             link: The connection to the base.
-            maxima: Greatest velocities of the base; None takes those of the
+            maxima: Greatest velocities of the base; if None, those of the
                 LD-60.
             sources: Further sources of the base's stops, besides `link`.
-            inbox: Source of commands; None accepts every sender.
-            tell: Called with a message when odometry is unusable.
+            inbox: Source of commands. If it is None, commands of all senders
+                are accepted.
+            tell: Function that is called with a message when odometry is
+                unusable.
         """
         self._tell, self._broken = tell, ""
         self._lcm = lcm

@@ -34,7 +34,7 @@ from remosplat_drake.hardware.drivers.velocity_callback import (
 from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
 
 STALLED = 0.1
-"""Time without a state after which the callback counts as stalled [s]. By then,
+"""The callback counts as stalled after this time without a state [s]. By then,
 the robot has aborted its motion, which it does after 20 ms.
 """
 
@@ -43,7 +43,7 @@ _AFTERWARDS = 0.05
 
 
 class CallbackProcess:
-    """The driver's connection to the process with the callback."""
+    """The driver's connection to the process that runs the 1 kHz callback."""
 
     def __init__(self, library: str, host: str, limits: CollisionLimits):
         """Starts the process, and waits until it controls the arm.

@@ -65,7 +65,7 @@ class FrankaArm:
             raise self._error(error) from error
 
     def take(self, limits: CollisionLimits) -> None:
-        """Sets collision thresholds and impedance, before `move`.
+        """Sets collision thresholds and impedance; must precede `move`.
 
         Args:
             limits: Collision thresholds of the arm.

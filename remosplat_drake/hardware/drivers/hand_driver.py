@@ -59,7 +59,8 @@ class HandDriver:
         Args:
             lcm: The LCM network.
             hand: The hand that the driver controls.
-            inbox: Source of commands; None accepts every sender.
+            inbox: Source of commands. If it is None, commands of all senders
+                are accepted.
         """
         self._lcm = lcm
         self._hand = hand

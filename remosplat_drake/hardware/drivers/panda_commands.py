@@ -90,8 +90,8 @@ class ArmCommands:
 
         Args:
             joints: Number n of the arm's joints.
-            expiry: Greatest difference between a stamp and the driver's
-                clock [s].
+            expiry: A command expires if its stamp differs from the driver's
+                clock by more than this time [s].
         """
         self._joints, self._expiry = joints, expiry
         self._velocity: np.ndarray | None = None

@@ -50,7 +50,8 @@ class PandaDriver:
         Args:
             lcm: The LCM network.
             arm: The arm that the driver controls.
-            inbox: Source of commands; None accepts every sender.
+            inbox: Source of commands. If it is None, commands of all senders
+                are accepted.
         """
         self._lcm = lcm
         self._arm = arm

@@ -41,8 +41,9 @@ class Ros2ArmLink:
         Args:
             config: The arm's topics.
             description: The robot, which names the joints in their order.
-            tell: Called with a message when a stop of the arm begins or ends,
-                when joint states are unusable, and if no topic reports stops.
+            tell: Function that is called with a message when a stop of the arm
+                begins or ends, when joint states are unusable, and if no topic
+                reports stops.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network; or

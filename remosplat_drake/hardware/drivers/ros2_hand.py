@@ -30,10 +30,11 @@ _STILL = 5e-4
 """The fingers count as stopped if the opening changes by less than this [m]."""
 
 _SETTLED = 0.5
-"""Time at standstill after which a motion counts as ended [s]."""
+"""A motion counts as ended when the fingers have been still for this time [s].
+"""
 
 _LONGEST = 10.0
-"""Longest duration of a motion [s]."""
+"""A motion may last for at most this time [s]."""
 
 
 class Ros2HandLink:
@@ -50,7 +51,8 @@ class Ros2HandLink:
         Args:
             config: The gripper's topics.
             description: The robot, which names the finger joints.
-            tell: Called with a message when joint states are unusable.
+            tell: Function that is called with a message when joint states are
+                unusable.
 
         Raises:
             FieldError: Neither the driver's settings nor the robot's

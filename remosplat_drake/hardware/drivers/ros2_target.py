@@ -55,7 +55,8 @@ class Ros2Target:
             kind: Kind of the messages: poses or velocities.
             domain: A ROS_DOMAIN_ID; None takes the value of the environment
                 variable, or 0.
-            tell: Called with a message when messages are unusable.
+            tell: Function that is called with a message when ROS messages are
+                unusable.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.

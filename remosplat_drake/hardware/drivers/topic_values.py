@@ -10,7 +10,7 @@ def expiry_of(expiry: float | None) -> float:
     """Converts a configured expiry time [s]; None becomes inf.
 
     Args:
-        expiry: Time without messages after which a topic's value expires [s];
+        expiry: A topic's value expires after this time without messages [s];
             None if values never expire.
     """
     return math.inf if expiry is None else expiry
@@ -23,7 +23,7 @@ class TopicValues(Generic[Value]):
         """Starts without values.
 
         Args:
-            expiry: Time without messages after which a topic's value expires
+            expiry: A topic's value expires after this time without messages
                 [s].
         """
         self._expiry = expiry

@@ -23,13 +23,13 @@ from remosplat_drake.hardware.drivers.panda_limits import (
 )
 
 SETPOINT_EXPIRY = 0.05
-"""Age beyond which a setpoint is ignored [s]."""
+"""A setpoint older than this is ignored [s]."""
 
 ABANDONED = 1.0
-"""Time without a valid setpoint after which the motion ends [s]."""
+"""The motion ends after this time without a valid setpoint [s]."""
 
 AT_REST_BELOW = 1e-6
-"""Rate below which a joint with the command zero counts as at rest [rad/s]."""
+"""A joint with the command zero counts as at rest below this rate [rad/s]."""
 
 _STAND = [0.0] * 7
 

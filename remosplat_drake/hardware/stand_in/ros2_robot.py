@@ -33,7 +33,7 @@ from remosplat_drake.hardware.wire.panda import encode_panda_command
 from remosplat_drake.robot.robot_description import Hand, RobotDescription
 
 _WATCHDOG = 0.1
-"""Time without a command after which the stand-in's controllers command rest
+"""The stand-in's controllers command rest after this time without a command
 [s]."""
 
 _MODE_PERIOD = 0.1
@@ -62,7 +62,8 @@ class Ros2Robot:
             wire: The LCM network of the stand-in, within this process.
             config: The settings of the drivers, with the topics.
             robot: The robot.
-            tell: Called with a message when a requested fault is unknown.
+            tell: Function that is called with a message when a requested fault
+                is unknown.
 
         Raises:
             FieldError: The driver of the arm or the base is not a driver for

@@ -10,8 +10,8 @@ from remosplat_drake.hardware.drivers.panda_commands import ArmCommands
 from remosplat_drake.hardware.drivers.panda_limits import TICK, JointCommand
 
 COLLISION_TORQUE = 20.0
-"""External torque on a joint beyond which the arm stops [N m; N for prismatic
-joints], as in libfranka's examples.
+"""The arm stops if the external torque on a joint exceeds this value [N m; N
+for prismatic joints], as in libfranka's examples.
 """
 
 

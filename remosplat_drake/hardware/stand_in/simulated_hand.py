@@ -11,7 +11,7 @@ from remosplat_drake.hardware.drivers.hand_messages import (
 
 
 class SimulatedHand:
-    """Stores the latest command to the gripper, and reports at 10 Hz.
+    """Stores the latest command to the gripper, and makes statuses at 10 Hz.
 
     As in the hand's real driver, a command does not expire: it is valid until
     the next command.

@@ -42,7 +42,7 @@ class SafetyMode(IntEnum):
 
 
 class UrRules:
-    """Computes joint rates from registers, cycle by cycle of the controller.
+    """Computes joint rates from the script's registers, cycle by cycle.
 
     Attributes:
         safety_mode: The controller's safety mode.

@@ -39,10 +39,10 @@ COMMAND_EXPIRY = 0.1
 """A driver drops a command whose stamp differs from the driver's clock by more
 than this time, in the past or the future [s]."""
 STATUS_EXPIRY = 0.05
-"""Age at which the arm's status is stale [s]."""
+"""A status of the arm is stale at this age [s]."""
 BASE_STATUS_EXPIRY = 0.25
-"""Age at which the base's status is stale [s]. Its odometry may have a rate of
-only 10 Hz, and one message may be lost.
+"""A status of the base is stale at this age [s]. Its odometry may have a rate
+of only 10 Hz, and one message may be lost.
 """
 HAND_STATUS_EXPIRY = 0.5
-"""Age at which a status of the hand is stale [s]."""
+"""A status of the hand is stale at this age [s]."""

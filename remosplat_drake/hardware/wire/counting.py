@@ -18,7 +18,8 @@ PERIOD = 0.2
 """Time between two messages [s]."""
 
 EXPIRY = 1.0
-"""Age at which a message is ignored [s]."""
+"""A message is ignored if its stamp differs from our clock by more than this
+time [s]."""
 
 
 @dc.dataclass(frozen=True)

@@ -33,11 +33,11 @@ PERIOD = 0.1
 """Time between two leases, and between two reports of a driver [s]."""
 
 LEASE_EXPIRY = 1.0
-"""Time without messages of a session after which its lease expires [s]."""
+"""A session's lease expires after this time without messages from it [s]."""
 
 REQUEST_EXPIRY = 1.0
-"""Difference between a request's stamp and our clock beyond which the request
-is ignored [s]."""
+"""A request is ignored if its stamp differs from our clock by more than this
+time [s]."""
 
 
 @dc.dataclass(frozen=True)

@@ -376,7 +376,7 @@ def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
     Args:
         covariance: Covariance matrix of the base's pose, whose first rows are x
             and y [m].
-        most: Largest acceptable standard deviation of the base's position [m].
+        most: The base's position may have at most this standard deviation [m].
     """
     vague = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
     if vague <= most:

@@ -261,7 +261,7 @@ def best_start(
     Args:
         keyframes: The keyframes.
         X_WB: Poses of the base, shape (n, 3) [m, rad].
-        reach: Largest distance from the prediction [m].
+        reach: Largest distance of the initial pose from the prediction [m].
 
     Returns:
         The initial pose of the base, shape (3,) [m, rad].

@@ -42,9 +42,8 @@ _PARTNERS = 12
 """Each view is compared with approximately this many other views."""
 
 _CORRELATION = 10.0
-"""Number of residuals that have as much information as one independent
-residual, since neighbouring residuals are correlated; see
-`estimate_correlation`.
+"""This many residuals have as much information as one independent residual,
+since neighbouring residuals are correlated; see `estimate_correlation`.
 """
 
 _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2

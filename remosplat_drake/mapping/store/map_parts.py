@@ -190,7 +190,7 @@ def _field(
 
 
 def _prepared(file: ArrayFile, prefix: str) -> Arrays | None:
-    """Returns the prepared arrays of a field; none from unknown files."""
+    """Returns a field's prepared arrays; None if the file is not sealed."""
     if not file.is_sealed:
         return None
     return {
@@ -323,7 +323,7 @@ def _coverage(file: ArrayFile) -> Coverage:
 def _tiles(
     file: ArrayFile, splat_W: GaussianSplat | None
 ) -> tuple[SurfelTile, ...]:
-    """Returns the tiles; for an unknown file, they are computed again."""
+    """Returns the tiles; computes them again if the file is not sealed."""
     counts = file.document.wholes("tiles")
     if not file.is_sealed:
         return make_tiles(splat_W) if counts and splat_W is not None else ()
