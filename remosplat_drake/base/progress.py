@@ -156,7 +156,7 @@ class Progress:
     def report(
         self, what: str, done: int = 0, total: int | None = None
     ) -> None:
-        """Shows the progress of a stage; another name begins another stage.
+        """Shows the progress of a stage; a new name begins a new stage.
 
         Args:
             what: Name of the stage's work.

@@ -1,4 +1,4 @@
-"""Finds causes that keep a robot from moving, and too small distances."""
+"""Finds causes that keep a robot from moving, and violated distances."""
 
 import dataclasses as dc
 from collections.abc import Callable

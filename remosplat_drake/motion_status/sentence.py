@@ -55,8 +55,8 @@ _CAUSES_WITHOUT_PATH = {
     CRAMPED: states.NO_CONFIGURATION,
     CUT_OFF: states.NO_PATH,
 }
-"""Cause of a standstill without an active constraint, for each reason why there
-is no path."""
+"""For each reason why there is no path: the cause of a standstill if no
+constraint is active."""
 
 _OF_THE_TARGET = (states.BASE, states.NO_CONFIGURATION, states.NO_PATH)
 """Causes that the page displays at the target."""

@@ -70,9 +70,9 @@ class Stillness:
     """The robot's past motion; copying returns the object itself.
 
     Attributes:
-        robot: Rest of the configuration, shape (n_q,) [m, rad].
-        hands: Rest of the poses of the end effectors, shape (e, 4, 4). End
-            effectors may be at rest while the base or an elbow moves.
+        robot: The `Rest` of the configuration, shape (n_q,) [m, rad].
+        hands: The `Rest` of the poses of the end effectors, shape (e, 4, 4).
+            End effectors may be at rest while the base or an elbow moves.
         aim: The current aim.
         nearest: Smallest distance to the targets so far, as a sum over the end
             effectors [m]. For a target that constrains only the orientation,

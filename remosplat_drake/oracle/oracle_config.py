@@ -102,7 +102,7 @@ class SphereToEllipsoid(Config):
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Distances in six depth views per sphere, in which faint floaters vanish.
+    """Distances in six depth views per sphere, which ignore faint floaters.
 
     Example:
         >>> import remosplat_drake as rs

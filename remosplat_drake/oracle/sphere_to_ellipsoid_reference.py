@@ -1,4 +1,4 @@
-"""Slow reference of the distance to ellipsoids, by bisection for all pairs.
+"""Slow reference of the distance from points to ellipsoids, by bisection.
 
 Unlike `sphere_to_ellipsoid.py`, this module uses no hierarchy, no bounds and no
 Newton steps. Tests and benchmarks compare the two modules.

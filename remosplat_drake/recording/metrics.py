@@ -174,7 +174,7 @@ def status_counts(trajectory: Trajectory) -> dict[str, int]:
 def clearances_to(
     field: DistanceField | None, trajectory: Trajectory, robot: RobotModel
 ) -> np.ndarray:
-    """Computes the smallest clearance of every configuration to a field.
+    """Computes each configuration's smallest clearance from a field.
 
     Returns:
         The clearances, shape (T + 1,) [m]; shape (0,) if there is no field.

@@ -13,8 +13,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import MoverArrays, Movers
 
 TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
-"""Kinds of contact, by the motion of the link: towards the mover, which is the
-robot's fault; away or sideways; or at rest."""
+"""Kinds of contact. The link moves towards the mover, so that the contact is
+the robot's fault; it moves away or sideways; or it is at rest."""
 
 UNSEEN = "unseen"
 """Kind of contact: the link moved towards a mover that came out of unseen
@@ -206,7 +206,7 @@ def _between(
 
 
 def _is_known(before: _Look, after: _Look) -> bool:
-    """Whether each pair of surfaces touches throughout, or not at all."""
+    """Whether each pair of surfaces touches all the time, or never."""
     if not before.distance.size:
         return True
     sphere = np.linalg.norm(after.p_WS - before.p_WS, axis=1)

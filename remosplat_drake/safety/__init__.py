@@ -1,4 +1,4 @@
-"""Safety: the supervisor that stops the robot, and gates before it starts.
+"""Safety: a supervisor that stops the robot, and gates before a run starts.
 
 `SafetySupervisor` receives the controller's commands, and passes them on to the
 station. Once per control period it checks for `symptoms`: stale measurements, a

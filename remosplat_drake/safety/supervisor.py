@@ -89,7 +89,7 @@ def supervise(
 def _since(
     state: SupervisorState, found: list[Symptom], time: float
 ) -> dict[str, float]:
-    """Returns the start of each symptom; all restart if the clock goes back."""
+    """Returns each symptom's start time; all restart if the clock goes back."""
     known = {} if time < state.time else state.since
     return {symptom.name: known.get(symptom.name, time) for symptom in found}
 

@@ -18,7 +18,7 @@ BOUND = "bound"
 
 
 class BoundRow(NamedTuple):
-    """A constraint (row) of a tick's quadratic program, active at its optimum.
+    """A constraint (row) that is active at the optimum of a quadratic program.
 
     Attributes:
         name: Name of the set of rows that contains this row; `BOUND` for a

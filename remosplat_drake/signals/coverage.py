@@ -46,7 +46,7 @@ class Coverage:
 
     @property
     def upper(self) -> np.ndarray:
-        """Upper corner of the box, shape (3,) [m]."""
+        """Upper corner of the grid, shape (3,) [m]."""
         return self.lower + self.voxel * np.array(self.state.shape)
 
 

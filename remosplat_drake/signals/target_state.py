@@ -34,7 +34,8 @@ class TargetState:
             shape (6,) [rad/s, m/s].
         X_WT_goal: Pose inside the workspace to which the target moves, shape
             (4, 4).
-        text: State of the target and its reason, for operators.
+        text: Sentence about the state of the target and its reason, for
+            operators.
         command: The operator's command that led to this state.
         scan: Remaining poses of the scan; the first is the current one.
         scan_size: Number of poses at the start of the scan.

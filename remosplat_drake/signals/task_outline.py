@@ -27,8 +27,8 @@ class OutlineObject:
 
     Attributes:
         name: Name of the object.
-        text: Statement that the robot carries the object, or which links may
-            touch it.
+        text: Statement that the robot carries the object, or about the links
+            that may touch it.
         may_be_touched: Whether any link may touch the object.
         is_carried: Whether the robot carries the object.
     """

@@ -89,7 +89,7 @@ def checked_command(
 
 
 class CommandInputs:
-    """Command ports of a system, whose values are checked once for all outputs.
+    """Command ports of a system; values are checked once for all outputs.
 
     If the port of a hand is not connected, the gripper keeps its width.
     """

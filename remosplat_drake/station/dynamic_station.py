@@ -112,7 +112,7 @@ class DynamicBody:
         plant: The finalized plant.
         scene_graph: Scene graph with the plant's geometry.
         hands: Geometry of the grippers.
-        motors: The motors; the plant's actuators have their gains.
+        motors: The motors. Their gains are set in the plant's actuators.
         movers: The bodies of the movers.
         objects: The bodies of the objects.
     """

@@ -44,9 +44,9 @@ class Motors:
     Attributes:
         joints: Names of the m joints: base (x, y, yaw), arm, fingers.
         damping: Gains d of the motors, shape (m,) [N s/m or N m s/rad].
-        drive_error: Greatest difference between the desired and the measured
-            forward velocity of the base [m/s], so that x and y keep some effort
-            against sideways motion; infinite for a fixed base.
+        drive_error: The desired forward velocity of the base differs from the
+            measured one by at most this value [m/s], so that x and y keep some
+            effort against sideways motion; infinite for a fixed base.
     """
 
     joints: tuple[str, ...]

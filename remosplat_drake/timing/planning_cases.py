@@ -32,7 +32,7 @@ _TARGETS = 60
 """Number of targets that are drawn in each scenario."""
 
 _HEIGHTS = (0.15, 1.6)
-"""Least and greatest height of the disc at which the hand points [m]."""
+"""Least and greatest height of the disc to which the hand points [m]."""
 
 _AWAY = (0.08, 0.2)
 """Least and greatest distance between the hand and the disc [m]."""

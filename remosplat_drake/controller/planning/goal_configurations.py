@@ -17,9 +17,8 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _ROUND = 20, 100
-"""Two numbers: the groups of random configurations in the first round, and in
-each later round. The search ends as soon as it has found enough
-configurations."""
+"""Numbers of groups of random configurations: in the first round, and in each
+later round. The search ends as soon as it has found enough configurations."""
 
 _COMPARED = 100
 """If no configuration keeps all distances, at most this many configurations are

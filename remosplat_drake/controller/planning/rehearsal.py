@@ -1,4 +1,4 @@
-"""Loads the code of planning, so that the first search is not slower."""
+"""Loads the code of planning, so that the first search is as fast as others."""
 
 import dataclasses as dc
 

@@ -76,8 +76,8 @@ def added(
 
     Args:
         ingredients: The ingredients.
-        bounds: Present lower and upper bounds of u, and the same without
-            acceleration bounds, shape (4, n_u).
+        bounds: Four rows, shape (4, n_u): present lower and upper bounds of u,
+            and then both without acceleration bounds.
         taken: Names of existing terms.
         tick: The state of the tick.
 

@@ -76,8 +76,8 @@ class ReactiveProgram:
         """Makes a program with given bounds.
 
         Args:
-            bounds: Lower and upper bounds of u, and the same without
-                acceleration bounds, shape (4, n_u).
+            bounds: Four rows, shape (4, n_u): lower and upper bounds of u, and
+                then both without acceleration bounds.
             taken: Names of existing terms.
         """
         lower, upper, free_lower, free_upper = bounds

@@ -1,4 +1,4 @@
-"""Records a run as an MCAP file, for Foxglove and others (extra `record`).
+"""Records a run as an MCAP file, for viewers like Foxglove (extra `record`).
 
 A separate process writes the file. A `McapRecorder` sends each `TickRecord` to
 this process, and does not wait for it. The process, `recording_process`,

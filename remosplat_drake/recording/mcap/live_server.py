@@ -17,7 +17,7 @@ computers, use an SSH tunnel."""
 
 
 class LiveServer:
-    """Publishes messages to every client, with the channels of the file."""
+    """Publishes messages to all clients, on the channels of the file."""
 
     def __init__(self, port: int):
         """Starts the server.
