@@ -65,8 +65,8 @@ class MissingExtraError(RemoSplatError):
 
 
 _MANY, _LISTED = 12, 5
-"""Two numbers of valid names: an error lists all of them if there are at most
-as many as the first number, otherwise as many as the second."""
+"""Two numbers. An error lists all valid names if there are at most as many as
+the first number; otherwise, it lists as many as the second."""
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:

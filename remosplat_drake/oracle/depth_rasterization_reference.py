@@ -182,7 +182,7 @@ def clearances(
     max_distance: float = np.inf,
     order: str = "ray",
 ) -> Clearances:
-    """Measures the clearance of the nearest pixel of each view of each sphere.
+    """Measures each sphere's clearance from the nearest pixel of each view.
 
     Rows are ordered by sphere and then by view. A view without a surface nearer
     than `max_distance` has no row.

@@ -34,8 +34,8 @@ class Place:
 
     Attributes:
         name: Name of the place, for example "the start" or "target 1".
-        within_reach: Number of splats or solids within reach of the place that
-            the oracle uses.
+        within_reach: Number of splats or solids that the oracle uses and that
+            are within reach of the place.
     """
 
     name: str
@@ -55,7 +55,7 @@ class MapSummary:
         reach: A splat or solid is within reach of a place if it is at most this
             far away [m].
         places: The start and each target, with their numbers.
-        ignored: Fraction, from 0 to 1, of the splats within reach of a place
+        ignored: Of all splats within reach of a place, the fraction (0 to 1)
             that the oracle ignores or that were cropped away. Splats of the
             floor do not count, since they are cropped on purpose.
         ignored_opacity: The same fraction, with each splat weighted by its

@@ -44,7 +44,9 @@ class RunMetrics:
             name [m]; empty if there is only one end effector.
         line_deviation_max: Largest deviation of the end effector from the
             straight lines of targets [m]; None if no target has a line.
-        line_deviation_mean: Mean of this deviation over the ticks on lines [m].
+        line_deviation_mean: Mean deviation of the end effector from the
+            straight lines of targets, over the ticks with such a line [m]; None
+            if there are none.
         unseen_clearance_min: Smallest distance of the robot to space that no
             camera has seen [m], negative inside this space; None if the seen
             space is unknown.

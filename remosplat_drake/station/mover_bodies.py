@@ -1,4 +1,4 @@
-"""Adds bodies to a dynamic station that follow the motions of movers.
+"""Adds bodies that follow the motions of movers to a dynamic station.
 
 A body is heavy, and a strong force pulls it to the pose of its mover. So it
 pushes a robot that it touches, but the robot hardly deflects the body.

@@ -17,7 +17,7 @@ from remosplat_drake.controller.program.solvers import SOLVERS
 
 @dc.dataclass
 class GuidanceConfig(Config):
-    """Settings of the selection of guidance by rollouts on the known map."""
+    """Settings for the selection of guidance by rollouts on the known map."""
 
     # Whether guidance is selected. If not, the controller always moves the end
     # effector straight to the target.

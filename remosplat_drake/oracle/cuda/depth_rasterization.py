@@ -41,9 +41,9 @@ LIGHT = 2.0**20
 number of counts. Absorbed light is the negative log2 of the transmittance."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""A thread block draws at most this many pixels, or one row if a row has more.
-The second number is used if there are too few views to occupy all blocks, and
-otherwise the first."""
+"""Two numbers. A thread block draws at most this many pixels, or one row if a
+row has more. The second number applies if there are too few views to occupy all
+blocks, and otherwise the first."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
