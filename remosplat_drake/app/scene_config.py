@@ -33,7 +33,7 @@ class CropConfig(Config):
 
 @dc.dataclass
 class SceneConfig(Config):
-    """The scene around the robot; file names are relative to the scenario's."""
+    """Surroundings of a robot; file names are relative to the scenario file."""
 
     # Splat file (.ply, or any format that `remosplat convert` reads), in frame
     # G; empty: no splat.

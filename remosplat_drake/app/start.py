@@ -31,8 +31,9 @@ _FORESEEN = 2.0
 within this simulated time [s]."""
 
 _GAIN = 1e-4
-"""If distances are too small at the start, the control law must increase their
-sum by this within `_FORESEEN` [m]."""
+"""If distances are too small at the start, the control law must reduce the sum
+of the shortages within `_FORESEEN` by at least this [m], or by half of the sum
+if that is less."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:

@@ -103,7 +103,7 @@ class Method:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of all settings, independent of their file."""
+        """Digest of all settings; it does not depend on their file."""
         settings = repr(dc.replace(self.scenario, source=""))
         for extension in extensions_in(self.scenario):
             name = extension_name(type(extension))

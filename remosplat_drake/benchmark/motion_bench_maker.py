@@ -68,7 +68,7 @@ START_CLEARANCE, START_DRAWS = 0.05, 200
 this many random base poses are tried."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which links that are close to the floor ignore the scene [m], as
+"""Links that are close to the floor ignore the scene below this height [m], as
 in scenarios."""
 
 

@@ -59,7 +59,7 @@ SCENES = (GENERATED, _SHIPPED, *KINDS)
 """Names of all scenes that a suite may contain."""
 
 FLOOR_HEIGHT = 0.03
-"""Height below which links that are close to the floor ignore the scene [m], as
+"""Links that are close to the floor ignore the scene below this height [m], as
 in scenarios."""
 
 _SPARE = 0.009

@@ -65,11 +65,11 @@ class Row:
         return np.array([t.success(rule) for t in self.trials], bool)
 
     def count(self, outcome: str, rule: str) -> int:
-        """Counts the trials that have an outcome under one of `RULES`."""
+        """Counts the trials that have a given outcome by one of `RULES`."""
         return sum(t.outcome(rule) == outcome for t in self.trials)
 
     def collisions(self) -> int:
-        """Returns the number of trials that collide by any of `RULES`."""
+        """Returns the number of trials with a collision by any of `RULES`."""
         return sum(
             any(t.outcome(rule) == COLLISION for rule in RULES)
             for t in self.trials

@@ -59,7 +59,7 @@ _BEAT = 0.2
 """Time between two messages which state that the process is alive [s]."""
 
 _LISTEN = 0.02
-"""Longest wait for a message of the control process [s]."""
+"""The page waits at most this long for a message of the control process [s]."""
 
 _STANDOFF = 0.05
 """A proposed target is this far from the clicked surface, in addition to the

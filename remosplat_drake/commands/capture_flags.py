@@ -22,8 +22,8 @@ TRUTH = "truth.json"
 the capture's folder."""
 
 KEYFRAMES = 150
-"""By default, a command uses at most this many frames of a capture. To make a
-map of this number of frames takes minutes."""
+"""By default, a command uses at most this many frames of a capture. A map of
+this many frames takes minutes to make."""
 
 _MOST_MISSED = 0.01
 """The command prints a warning if the unused frames alone show more than this

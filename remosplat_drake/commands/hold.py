@@ -20,7 +20,7 @@ _PERIOD = 0.05
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags for a page's address and its duration."""
+    """Declares the flags for a page's address and for how long it is open."""
     parser.add_argument(
         "--port",
         type=port_number,

@@ -169,7 +169,7 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
-    """Describes a floor that was found, and how it moves the splat."""
+    """Describes the floor, and the motion that places the splat on it."""
     height = X_FG.translation()[2]
     return (
         f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"

@@ -17,7 +17,7 @@ FRANKIE = "frankie"
 
 
 def scenario_path(splat: Path) -> Path:
-    """Returns the path of the scenario of a splat file."""
+    """Returns the path of the scenario file that belongs to a splat file."""
     return splat.with_suffix(".yaml")
 
 

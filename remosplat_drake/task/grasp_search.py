@@ -15,7 +15,7 @@ from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals.distance_field import DistanceField
 
 ENOUGH = 3
-"""Number of grasps after which the search ends."""
+"""The search ends when it has found this many grasps."""
 
 _LOOKS = 25
 """Number of points of an object at which grasps are searched."""

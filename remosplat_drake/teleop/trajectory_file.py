@@ -90,7 +90,7 @@ class OperatorStep(Config):
     near: Position | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields errors for an unknown button or rotation without position."""
+        """Yields errors: an unknown button; a rotation without a position."""
         if self.rpy_deg is not None and self.translation is None:
             yield "rpy_deg", "needs a translation"
         if self.near is not None and not self.put_on:

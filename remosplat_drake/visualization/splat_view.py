@@ -86,5 +86,5 @@ def draw_surfels(
 
 
 def opaque(splat: GaussianSplat, count: int) -> GaussianSplat:
-    """Returns the largest of the sufficiently opaque Gaussians."""
+    """Returns the largest Gaussians among those that are opaque enough."""
     return largest(splat, count, MIN_OPACITY)

@@ -1,4 +1,4 @@
-"""Adds simulated cameras that detect movers, as a stage."""
+"""Adds the stage of simulated cameras that detect movers."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 

@@ -1,4 +1,4 @@
-"""Adds the log of a run's ticks and events, as a stage."""
+"""Adds the stage that logs a run's ticks and events."""
 
 from pathlib import Path
 
