@@ -97,7 +97,7 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
 
     Args:
         capture: Posed RGB-D images.
-        config: Thresholds; None takes the defaults.
+        config: Thresholds; None: the defaults.
 
     Raises:
         RemoSplatError: No plane meets the thresholds; the error states which

@@ -105,11 +105,10 @@ def reconstruct(
     Args:
         capture: Posed RGB-D images.
         device: One of `DEVICES`.
-        initialisation: How surfels are placed on the measured surfaces; None
-            takes the defaults.
+        initialisation: Settings of the initial surfels; None: the defaults.
         surfels: Surfels to start from, instead of an initialisation; with them,
             a single view suffices.
-        refinement: Settings of the refinement; None takes the defaults.
+        refinement: Settings of the refinement; None: the defaults.
         looks: Views that may remove discs: a disc is removed if these views
             measure surfaces behind it, even if it comes from `surfels`. None
             removes no discs.

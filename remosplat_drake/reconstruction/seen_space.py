@@ -138,7 +138,7 @@ def find_seen_space(
         upper: Upper corner of the box, shape (3,) [m].
         voxel: Edge length of a voxel [m].
         measured: Cells that contain measured points, as `measured_cells`
-            returns them; None takes those of the capture.
+            returns them; None: those of the capture.
     """
     lower = np.asarray(lower, float)
     if measured is None:

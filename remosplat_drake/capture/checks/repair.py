@@ -16,7 +16,7 @@ class Repair:
 
     Attributes:
         capture: The capture, corrected as far as possible.
-        inspection: Its inspection after the repair.
+        inspection: Inspection of this capture, after the repair.
         undone: The findings that were corrected, in the order of correction.
     """
 
@@ -34,7 +34,7 @@ def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
 
     Args:
         capture: A capture.
-        inspection: Its inspection.
+        inspection: Inspection of the capture.
     """
     undone: list[Finding] = []
     while True:

@@ -105,7 +105,7 @@ def look_round(
         upper: Upper corner of that box, shape (3,) [m].
         around: A point of free space from which images in all directions are
             rendered, shape (3,) [m]. Scenes that enclose the workspace, such as
-            rooms, need it. None renders no such images.
+            rooms, need it. None: there are no such images.
 
     Raises:
         RemoSplatError: No image shows a surface.

@@ -62,7 +62,7 @@ class SceneRenderer:
         width: Width of each image [pixels].
         height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
-        light: Lights and background; None takes `steady_light`.
+        light: Lights and background; None: those of `steady_light`.
 
     Attributes:
         K: Intrinsic matrix, shape (3, 3) [pixels].

@@ -41,7 +41,7 @@ def draw_robot(robot: RobotModel, q: np.ndarray) -> np.ndarray:
 
     Args:
         robot: The robot.
-        q: Its configuration, shape (n_q,) [rad, m].
+        q: Configuration of the robot, shape (n_q,) [rad, m].
 
     Returns:
         The picture, shape (SIZE, 2 SIZE, 3), uint8.

@@ -51,7 +51,7 @@ def read_solids(
 
     Args:
         path: A model file or a mesh file.
-        X_WM: Pose of the file's frame M in W; None takes the identity.
+        X_WM: Pose of the file's frame M in W; None: the identity.
         scale: Length of the unit of a mesh file [m]. Model files are in metres,
             and ignore it.
 

@@ -122,7 +122,7 @@ def align(
 
     Args:
         capture: Posed RGB-D images, in the order in which they were taken.
-        config: Settings; None takes the defaults.
+        config: Settings; None: the defaults.
         report: Function that is called with the number of completed steps and
             the number of all steps.
 

@@ -31,11 +31,11 @@ class ResidualRow(Config):
     # Median distance of a point from the other view's surface, with the given
     # poses [m].
     median_before: _SIZE = 0.0
-    # Its 95th percentile [m].
+    # 95th percentile of these distances [m].
     high_before: _SIZE = 0.0
-    # The same median distance after the refinement [m].
+    # Median of these distances after the refinement [m].
     median_after: _SIZE = 0.0
-    # Its 95th percentile [m].
+    # 95th percentile of these distances after the refinement [m].
     high_after: _SIZE = 0.0
 
 
@@ -48,7 +48,7 @@ class CameraError(Config):
     # Size of the error [`unit`]: the correction that was made, or the estimate
     # if none was made.
     value: _SIGNED = 0.0
-    # Its standard deviation [unit].
+    # Standard deviation of the size [unit].
     deviation: _SIZE = 0.0
     # Unit of size and deviation; empty for a plain number.
     unit: str = ""
@@ -85,11 +85,11 @@ class AlignmentSummary(Config):
     accepted: bool = False
     # Factor by which measured depths were multiplied.
     scale: Annotated[float, Interval(ge=0, le=1e4)] = 1.0
-    # Its standard deviation.
+    # Standard deviation of `scale`.
     scale_std: _SIZE = 0.0
     # Length that was added to the depths [m].
     offset: Annotated[float, Interval(ge=-1e4, le=1e4)] = 0.0
-    # Its standard deviation [m].
+    # Standard deviation of `offset` [m].
     offset_std: _SIZE = 0.0
     # Median distance by which the refinement moved a camera [m].
     moved: _SIZE = 0.0

@@ -102,7 +102,7 @@ class AlignmentConfig:
 
     Attributes:
         camera: Prior of the camera's errors.
-        odometry: Noise of the given poses; None estimates it.
+        odometry: Noise of the given poses; None: it is estimated.
         lengths: Manually measured lengths, which determine the scale.
         partners: Approximate number of views with which each view is compared.
         samples: Number of points of each view that are compared.

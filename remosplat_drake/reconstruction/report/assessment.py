@@ -111,8 +111,8 @@ def assess(
         compared: Indices of the views whose images are compared with
             renderings.
         truth: The true geometry; None if unknown.
-        workspace: Box in which distances are compared; None takes a box around
-            most of the captured surfaces.
+        workspace: Box in which distances are compared; None: a box around most
+            of the captured surfaces.
         method: Description of how the splat was made.
         held_out: Whether the compared views were not used for training.
         count: Largest number of points at which distances are compared.

@@ -178,7 +178,7 @@ def write_report(
     Args:
         splat: The splat file.
         report: The report, into which the file's digest is written.
-        folder: Folder for the report; None takes the splat's folder.
+        folder: Folder for the report; None: the splat's folder.
 
     Raises:
         FileError: The splat cannot be read or the report not written.

@@ -77,7 +77,7 @@ def write_assessment(
     Args:
         splat: The splat file that the assessment is about.
         assessment: The assessment.
-        folder: Folder for both files; None takes the splat's folder.
+        folder: Folder for both files; None: the splat's folder.
 
     Returns:
         The path of the page.

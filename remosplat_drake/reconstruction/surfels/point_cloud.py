@@ -62,7 +62,7 @@ def initialise(
 
     Args:
         capture: Posed RGB-D images.
-        config: Settings; None takes the defaults.
+        config: Settings; None: the defaults.
 
     Raises:
         FieldError: A field of the configuration is out of its range.

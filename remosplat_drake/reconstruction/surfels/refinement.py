@@ -104,7 +104,7 @@ def refine(
     Args:
         capture: Posed RGB-D images.
         surfels: Surfels that determine the initial discs.
-        config: Settings; None takes the defaults.
+        config: Settings; None: the defaults.
         report: Called after every view with the number of views that have been
             processed, over all sweeps, and the largest possible number.
 

@@ -161,10 +161,10 @@ def train(
         capture: Posed RGB-D images.
         start: The splat in the capture's frame W that determines the initial
             discs.
-        config: Settings; None takes the defaults.
+        config: Settings; None: the defaults.
         held_out: Mask of views, shape (n,), bool, that are not used for
-            training, and whose loss determines when training stops. None runs
-            all steps.
+            training, and whose loss determines when training stops. None: all
+            steps are made.
         checkpoint: File to which the state is saved at every evaluation of the
             held-out views. If the file exists, training continues from it.
         report: Called with the progress every ten steps.

@@ -180,8 +180,8 @@ class _Way:
     """The k pairs of links that may collide on the way between two links.
 
     Attributes:
-        pairs: Their names.
-        bodies: Their bodies, shape (k, 2).
+        pairs: Names of the links of each pair.
+        bodies: Bodies of the links of each pair, shape (k, 2).
         center: Centres of balls around their surfaces, in their frames, shape
             (k, 2, 3) [m].
         radius: Sum of the two balls' radii, shape (k,) [m].

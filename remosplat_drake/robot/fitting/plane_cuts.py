@@ -48,8 +48,8 @@ def cut_in_two(
     Args:
         part: Triangles, shape (t, 3, 3) [m].
         p: Points on its hull that are not on the surface, shape (n, 3) [m].
-        off: Their distances from the surface, shape (n,) [m]; larger than
-            half a millimetre.
+        off: Distances of these points from the surface, shape (n,) [m]; they
+            must exceed half a millimetre.
 
     Returns:
         The triangles of both halves; None if no plane increases the distance of

@@ -29,7 +29,7 @@ class UrdfJoint:
     """A joint of a URDF.
 
     Attributes:
-        name: Its name.
+        name: Name of the joint.
         kind: One of `MOVING`, or `FIXED`.
         parent: Name of the link that carries it.
         child: Name of the link that it moves.
@@ -41,7 +41,7 @@ class UrdfJoint:
         mimics: Name of the joint that it follows; empty for none.
         multiplier: Factor on the position of the followed joint.
         offset: Offset that is added to this product [rad, m].
-        element: Its element.
+        element: Element of the joint in the document.
     """
 
     name: str
