@@ -30,7 +30,7 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
             "source of the upward direction and of z = 0. auto: the floor if "
             "one is found, or else the format of the capture. floor: the "
             "floor, which must be found. capture: the capture's frame, in "
-            "which z is up and z = 0 is the floor. off: they are unknown, and "
+            "which z is up and z = 0 is the floor. none: they are unknown, and "
             "no scenario is written"
         ),
     )

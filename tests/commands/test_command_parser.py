@@ -59,7 +59,7 @@ def test_help_of_a_command_ends_with_examples_of_it(command, capsys):
     ("words", "expected"),
     [
         (["benhc"], "unknown command 'benhc' (did you mean 'bench'?); valid: "),
-        (["--headless", "run"], "--headless: give the command's name"),
+        (["--headless", "run"], "--headless: a flag precedes the command"),
         (
             ["run", "--scenariotext", "{}"],
             "run: unknown flag '--scenariotext' (did you mean"

@@ -156,7 +156,7 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
     flags = ["--device", "none", "--count", "500", "--floor"]
     assert reconstruct(folder, output, *flags) == 0
     said = capsys.readouterr()
-    assert "floor: " in said.out
+    assert "the floor was found" in said.out
     # Where there is no terminal, too, it says how far it is.
     lines = said.err.splitlines()
     assert all(re.match(PROGRESS, line) for line in lines)

@@ -80,7 +80,7 @@ def jogs_with_the_can(rig):
 def refuses_a_second_object(rig):
     rig.ask("takes", thing="box")
     rig.until_idle()
-    assert "the hand holds the soup can already" in rig.led.text
+    assert "the hand already holds the soup can" in rig.led.text
 
 
 def gives_up_and_tries_again(rig):

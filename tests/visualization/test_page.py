@@ -119,7 +119,7 @@ def test_buttons_are_there_as_long_as_they_do_something(page, click):
     assert offered() == {STOP}
     # Pressed buttons stay pressed, for any sequence of visitors.
     assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]
-    page.set_status("move, measured 0 ms ago", "robot")
+    page.set_status("move, age of measurement: 0 ms", "robot")
     page.end(ended("in 3.2 s", reached=True))
     assert offered() == set() and page.status["robot"] == ""
     assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]

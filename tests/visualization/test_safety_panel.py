@@ -94,7 +94,7 @@ def test_stop_and_release(page, application, click):
     assert modes[2:6] == ["stopping", "stopped", "starting", "running"]
     assert modes[6:] == ["stopping", "stopped"]
     assert seen["running"].title == "Live"
-    assert "move, measured 0 ms ago" in robot[0]
+    assert "move, age of measurement: 0 ms" in robot[0]
     stopped = seen["stopped"]
     assert (stopped.title, stopped.text) == ("Stopped", "stop button")
     released = seen["released"]

@@ -187,7 +187,7 @@ def test_where_it_must_not_start_an_axis_stands(frankie, scene):
     with pytest.raises(NoRoomError, match="too near to each other"):
         find_stroke(free, q, 3, limit)
     q[0] = np.nan
-    with pytest.raises(NoRoomError, match="is not known"):
+    with pytest.raises(NoRoomError, match="is unknown"):
         find_stroke(free, q, 0, limit)
 
 
