@@ -64,8 +64,8 @@ GRASP_SPHERES = ("paper", "covering")
 robot has is used."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
-"""A robot at a displaced base pose has at least this clearance [m]. At most
-this many random base poses are tried."""
+"""Least clearance of a robot at a displaced base pose [m], and largest number
+of random base poses that are tried."""
 
 FLOOR_HEIGHT = 0.03
 """Links that are close to the floor ignore the scene below this height [m], as

@@ -148,7 +148,7 @@ class RobotDescription(Config):
 
     @property
     def effector_hands(self) -> dict[str, Hand]:
-        """Grippers by the names of their end effectors, in their order."""
+        """Grippers, keyed by their end effectors' names, in this order."""
         effectors = self.effector_frames
         if self.hand is not None:
             return {next(iter(effectors)): self.hand}

@@ -21,7 +21,8 @@ _COSINE = 0.02
 calibration causes smaller differences."""
 
 _DISTANCE = 0.005
-"""The moment of an axis about another axis may differ by this value [m]."""
+"""Two descriptions agree if the moment of an axis about another axis differs by
+at most this value between them [m]."""
 
 _LIMIT = 0.01
 """Position limits may differ by this value [rad, m], and speed limits by this

@@ -1,4 +1,4 @@
-"""Reads the drivers of a robot that is to be identified."""
+"""Receives the drivers' statuses while `remosplat identify` runs."""
 
 import dataclasses as dc
 import time

@@ -22,7 +22,7 @@ class TickInputs:
     Attributes:
         time: Time of the tick [s].
         aim: The targets of the end effectors.
-        field: The map, which verification queries along the command's path.
+        field: The map. Verification of a command queries it along the path.
         guidance: The guidance.
         motion: Predicted motion that is caused by commands sent so far.
         movers: The movers; None if none are known.

@@ -136,7 +136,10 @@ class BaseSample:
         pose: np.ndarray,
         velocity: np.ndarray,
     ) -> "BaseSample":
-        """Returns the next sample, with the speeds integrated up to it."""
+        """Returns the next sample.
+
+        Its `driven` is the pose from the speeds, integrated until its stamp.
+        """
         held = min(max(stamp - self.stamp, 0.0), _OWN_HELD)
         driven = extrapolated_pose(self.driven, self.velocity, held)
         return BaseSample(stamp, received, pose, velocity, driven)

@@ -226,7 +226,7 @@ class FrameStore:
         return None if pose is None else np.array(pose, float)
 
     def note_base_poses(self, poses: dict[str, np.ndarray]) -> None:
-        """Records the base's poses in a map at frames.
+        """Records the poses that the base had at the times of frames.
 
         Args:
             poses: x, y, yaw in W, each of shape (3,) [m, rad], keyed by the
