@@ -9,9 +9,8 @@ therefore searches for larger errors. It starts from postures with large errors,
 changes the joints between the two links at random, and keeps the postures with
 the largest errors. It repeats this with smaller changes.
 
-A robot cannot take all of these postures: to bring a hand into a closed shell,
-for example, the forearm has to pass through the shell. An error therefore does
-not count if links between the two links in the tree touch each other.
+A robot cannot take all of these postures. An error in a posture that
+`BlockedPostures` rules out does not count.
 """
 
 import dataclasses as dc
@@ -19,19 +18,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from remosplat_drake.robot.fitting.blocked_postures import BlockedPostures
 from remosplat_drake.robot.fitting.surface_points import (
     TOUCHING,
     SurfacePoints,
-    are_touching,
     surface_distances,
 )
 from remosplat_drake.robot.kinematics import body_poses_at
+from remosplat_drake.robot.pose_arrays import inverse_poses
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sampling import position_ranges
 from remosplat_drake.robot.self_collision.kernels.nearest_shapes import (
     nearest_shapes,
 )
-from remosplat_drake.robot.self_collision.link_pairs import pairs_between
 from remosplat_drake.robot.self_collision.shape_pairs import (
     LinkPair,
     ShapePairs,
@@ -51,10 +50,6 @@ _BATCH = 32
 _CHECKED = 3e-3
 """If the error of a posture exceeds this, it is checked if the robot can take
 the posture [m]. Smaller errors lead to no cut."""
-
-_NESTED, _SAMPLES = 0.5, 64
-"""Two links touch by design, like the links of a wrist, if they touch in more
-than this share (first number) of this many postures (second number)."""
 
 _RISING = 5e-4
 """The search starts from postures with at least this error [m]."""
@@ -152,7 +147,7 @@ class _Looks:
         p, radius = self.points[rows, side], self.radius[rows, side, None]
         if not radius.any():
             return p
-        X = self.X_AB[rows] if side == 0 else _inverse(self.X_AB[rows])
+        X = self.X_AB[rows] if side == 0 else inverse_poses(self.X_AB[rows])
         other = (X[:, :3, :3] @ self.points[rows, 1 - side, :, None])[..., 0]
         way = other + X[:, :3, 3] - p
         length = np.linalg.norm(way, axis=1, keepdims=True)
@@ -173,31 +168,6 @@ class _Looks:
         """
         counts = (self.true > TOUCHING) & (self.true < NEAR)
         return np.where(counts, self.true - self.distance, -np.inf)
-
-
-@dc.dataclass(frozen=True, eq=False)
-class _Way:
-    """The k pairs of links that may collide on the way between two links.
-
-    Attributes:
-        pairs: Names of the links of each pair.
-        bodies: Bodies of the links of each pair, shape (k, 2).
-        center: Centres of balls around their surfaces, in their frames, shape
-            (k, 2, 3) [m].
-        radius: Sum of the two balls' radii, shape (k,) [m].
-    """
-
-    pairs: list[LinkPair]
-    bodies: np.ndarray
-    center: np.ndarray
-    radius: np.ndarray
-
-    def near(self, poses: np.ndarray) -> np.ndarray:
-        """Returns which balls touch, given all poses in n postures, (k, n)."""
-        X = poses[:, self.bodies]
-        p_W = (X[..., :3, :3] @ self.center[..., None])[..., 0] + X[..., :3, 3]
-        apart = np.linalg.norm(p_W[:, :, 1] - p_W[:, :, 0], axis=2)
-        return (apart - self.radius < TOUCHING).T
 
 
 class MeshTruth:
@@ -230,8 +200,7 @@ class MeshTruth:
             for link, surface in surfaces.items()
         }
         self._known: dict[LinkPair, np.ndarray] = {}
-        self._ways: dict[LinkPair, _Way] = {}
-        self._nested: dict[LinkPair, bool] = {}
+        self._blocks = BlockedPostures(robot, self._surfaces, self._poses)
 
     def errors(
         self,
@@ -366,9 +335,9 @@ class MeshTruth:
         )
         body_a, body_b = (self.robot.tree.index(link) for link in links)
         X_WA, X_WB = poses[posture, body_a], poses[posture, body_b]
-        X_AB = _inverse(X_WA) @ X_WB
+        X_AB = inverse_poses(X_WA) @ X_WB
         points = p_A.copy()
-        X_BA = _inverse(X_AB)
+        X_BA = inverse_poses(X_AB)
         points[:, 1] = (X_BA[:, :3, :3] @ p_A[:, 1, :, None])[:, :, 0]
         points[:, 1] += X_BA[:, :3, 3]
         ends = np.stack([pairs.first[row], pairs.second[row]], axis=1)
@@ -448,7 +417,7 @@ class MeshTruth:
             large = np.flatnonzero(large & (found < NEAR))
             if len(large):
                 poses = looks.poses[looks.row[rows[large]]]
-                found[large[self._is_blocked(looks.links, poses)]] = 0.0
+                found[large[self._blocks.are_blocked(looks.links, poses)]] = 0.0
             is_exact = (found > enough) | (found <= TOUCHING)
             looks.true[rows] = np.where(is_exact, found, np.nan)
             looks.bound[rows] = found
@@ -468,65 +437,8 @@ class MeshTruth:
         looks.bound[rows] = np.minimum(looks.bound[rows], bound)
         looks.bounded[rows] = distance
 
-    def _is_blocked(self, links: LinkPair, poses: np.ndarray) -> np.ndarray:
-        """Returns in which postures links between two links touch, (n,) bool.
-
-        Links that touch by design are ignored.
-        """
-        if links not in self._ways:
-            self._ways[links] = self._way(links)
-        way = self._ways[links]
-        blocked = np.zeros(len(poses), bool)
-        for pair, near in zip(way.pairs, way.near(poses), strict=True):
-            rows = np.flatnonzero(near & ~blocked)
-            if len(rows) and not self._nested.get(pair):
-                touching = self._are_touching(pair, poses[rows])
-                if touching.any() and not self._is_nested(pair):
-                    blocked[rows] = touching
-        return blocked
-
-    def _way(self, links: LinkPair) -> "_Way":
-        """Returns the pairs of links on the way between two links."""
-        pairs = pairs_between(self.robot, links, self._surfaces)
-        bodies = [[self.robot.tree.index(x) for x in pair] for pair in pairs]
-        balls = [
-            [self._surfaces[x].balls.values for x in pair] for pair in pairs
-        ]
-        center = [[ball.center[0] for ball in own] for own in balls]
-        radius = [[ball.radius[0] for ball in own] for own in balls]
-        return _Way(
-            pairs,
-            np.array(bodies, int).reshape(-1, 2),
-            np.array(center).reshape(-1, 2, 3),
-            np.array(radius).reshape(-1, 2).sum(axis=1),
-        )
-
-    def _is_nested(self, links: LinkPair) -> bool:
-        """Returns whether two links touch by design."""
-        if links not in self._nested:
-            touching = self._are_touching(links, self._poses[:_SAMPLES])
-            self._nested[links] = bool(touching.mean() > _NESTED)
-        return self._nested[links]
-
-    def _are_touching(self, links: LinkPair, poses: np.ndarray) -> np.ndarray:
-        """Returns in which postures two links touch, shape (n,) bool."""
-        body_a, body_b = (self.robot.tree.index(link) for link in links)
-        X_AB = _inverse(poses[:, body_a]) @ poses[:, body_b]
-        a, b = (self._surfaces[link] for link in links)
-        return are_touching(a, b, X_AB)
-
 
 def _largest(error: np.ndarray, least: float, count: int) -> np.ndarray:
     """Returns the indices of the largest errors above a value."""
     chosen = np.argsort(-error)[:count]
     return chosen[error[chosen] > least]
-
-
-def _inverse(X: np.ndarray) -> np.ndarray:
-    """Inverts poses, shape (n, 4, 4)."""
-    R = np.swapaxes(X[:, :3, :3], 1, 2)
-    inverse = np.zeros_like(X)
-    inverse[:, :3, :3] = R
-    inverse[:, :3, 3] = -(R @ X[:, :3, 3, None])[:, :, 0]
-    inverse[:, 3, 3] = 1.0
-    return inverse
