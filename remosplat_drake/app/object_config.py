@@ -1,18 +1,20 @@
 """`ObjectConfig`: an object of a scenario: its shape, pose and splats."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Len
 
-from remosplat_drake.app.object_map import OWN_MARGIN
+from remosplat_drake.app.object_map import OWN_MARGIN, own_splats
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import Config, Position, joined
+from remosplat_drake.oracle.found_object import FoundObject, find_object_at
 from remosplat_drake.scene.objects.convex_hull import ConvexHull, read_hull
 from remosplat_drake.scene.objects.level_surface import find_level_surface
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
@@ -23,7 +25,7 @@ from remosplat_drake.splat.shortest_axes import shortest_axes
 Size = Annotated[float, Interval(gt=0, le=100)]
 """Type of an object's lengths [m], with the valid range."""
 
-SHAPES = ("box", "cylinder", "hull", "surface")
+SHAPES = ("box", "cylinder", "hull", "surface", "region")
 """Fields of `ObjectConfig` that define its shape. An object has exactly one of
 these fields."""
 
@@ -63,6 +65,19 @@ class SurfaceShape(Config):
 
 
 @dc.dataclass
+class RegionShape(Config):
+    """The connected Gaussians of the splat that stand around a point.
+
+    A box, a cylinder or a convex hull is fitted around them.
+    """
+
+    # A point x, y, z in W on the object [m].
+    near: Position = dc.field(default_factory=lambda: [0.0, 0.0, 0.0])
+    # Largest extent of the object along each axis of W [m].
+    largest: Annotated[float, Interval(ge=0.02, le=2)] = 0.4
+
+
+@dc.dataclass
 class ObjectConfig(Config):
     """An object that a hand may grasp, or that supports other objects."""
 
@@ -78,14 +93,21 @@ class ObjectConfig(Config):
     hull: HullShape | None = None
     # A place on a level surface in the splat; such an object has no X_WO.
     surface: SurfaceShape | None = None
+    # A point on the object in the splat; such an object has no X_WO.
+    region: RegionShape | None = None
     # Mass of the object [kg]; absent: unknown.
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
     # Whether the splat contains the object. If not, only its shape represents
     # it.
     in_splat: bool = True
     # Largest distance from the object's surface at which a splat belongs to it
-    # [m].
+    # [m]. A region has exactly its own splats.
     margin: Annotated[float, Interval(ge=0, le=0.1)] = OWN_MARGIN
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that a region is in the splat."""
+        if self.region is not None and not self.in_splat:
+            yield "in_splat", "must be true, since a region is in the splat"
 
 
 def make_objects(
@@ -93,35 +115,80 @@ def make_objects(
     folder: Path,
     where: str,
     splat_W: GaussianSplat | None = None,
-) -> tuple[SceneObject, ...]:
-    """Makes the objects of a scenario.
+) -> tuple[FoundObject, ...]:
+    """Makes the objects of a scenario, and finds their splats.
 
     Args:
         configs: The objects of the scenario.
         folder: Folder that relative file names refer to.
         where: File and name of the scenario, for errors.
-        splat_W: The scene's splat in W, in which level surfaces are searched;
-            None without a splat.
+        splat_W: The scene's splat in W, in which surfaces and regions are
+            searched; None without a splat.
 
     Raises:
         FieldError: A file is unusable, an object does not have exactly one
-            shape, two objects have the same name, or the splat shows no level
-            surface at a place.
+            shape, two objects have the same name or region, or the splat shows
+            no level surface or no region at a place.
     """
-    objects: list[SceneObject] = []
+    splat_W = splat_W or GaussianSplat.empty()
+    found: list[FoundObject] = []
     for i, config in enumerate(configs):
         field = f"objects[{i}]"
-        if any(config.name == other.name for other in objects):
+        if any(config.name == other.thing.name for other in found):
             problem = f"two objects are named {config.name!r}"
             raise FieldError(where, joined(field, "name"), problem)
         try:
-            solid = _solid(config, folder, where, field, splat_W)
+            found.append(_found(config, folder, where, field, splat_W))
         except FieldError:
             raise
         except RemoSplatError as error:
             raise FieldError(where, field, str(error)) from error
-        objects.append(SceneObject(config.name, solid, config.mass))
-    return tuple(objects)
+    _check_regions(configs, found, where)
+    return tuple(found)
+
+
+def _check_regions(
+    configs: Sequence[ObjectConfig], found: Sequence[FoundObject], where: str
+) -> None:
+    """Checks that most splats of a region belong to no other object."""
+    for i, (config, each) in enumerate(zip(configs, found, strict=True)):
+        if config.region is None:
+            continue
+        for other in found:
+            shared = np.count_nonzero(each.own & other.own)
+            if other is not each and 2 * shared > np.count_nonzero(each.own):
+                raise FieldError(
+                    where,
+                    f"objects[{i}].region.near",
+                    f"the Gaussians there belong to the {other.thing.name};"
+                    " remove one of the two objects, or correct the point",
+                )
+
+
+def _found(
+    config: ObjectConfig,
+    folder: Path,
+    where: str,
+    field: str,
+    splat_W: GaussianSplat,
+) -> FoundObject:
+    given = [shape for shape in SHAPES if getattr(config, shape) is not None]
+    if len(given) != 1:
+        problem = f"give exactly one of {', '.join(SHAPES)}, got {len(given)}"
+        raise FieldError(where, field, problem)
+    if config.region is not None:
+        near, largest = np.array(config.region.near), config.region.largest
+        with _located(where, joined(field, "region.near")):
+            _check_splat(splat_W)
+            return find_object_at(
+                splat_W, near, largest, config.name, config.mass
+            )
+    solid = _solid(config, folder, where, field, splat_W)
+    thing = SceneObject(config.name, solid, config.mass)
+    own = np.zeros(len(splat_W), bool)
+    if config.in_splat and len(splat_W):
+        own = own_splats(splat_W, thing, config.margin)
+    return FoundObject(thing, own)
 
 
 def _solid(
@@ -129,38 +196,38 @@ def _solid(
     folder: Path,
     where: str,
     field: str,
-    splat_W: GaussianSplat | None,
+    splat_W: GaussianSplat,
 ) -> Solid:
     X_WO = make_transform(config.X_WO, where, joined(field, "X_WO"))
-    given = [shape for shape in SHAPES if getattr(config, shape) is not None]
-    if len(given) != 1:
-        problem = f"give exactly one of {', '.join(SHAPES)}, got {len(given)}"
-        raise FieldError(where, field, problem)
     if config.box is not None:
         return Box(X_WO, np.array(config.box) / 2.0, config.name)
     if config.cylinder is not None:
         shape = config.cylinder
         return Cylinder(X_WO, shape.radius, shape.height / 2.0, config.name)
     if config.surface is not None:
-        try:
-            return _surface(config.surface, config.name, splat_W)
-        except RemoSplatError as error:
-            place = joined(field, "surface.near")
-            raise FieldError(where, place, str(error)) from error
+        with _located(where, joined(field, "surface.near")):
+            _check_splat(splat_W)
+            return find_level_surface(
+                np.asarray(splat_W.p_GK, float),
+                shortest_axes(splat_W),
+                np.array(config.surface.near),
+                config.surface.reach,
+                config.name,
+            )
     assert config.hull is not None
     file = resources.resolve(config.hull.file, folder)
     return ConvexHull(X_WO, read_hull(file, config.hull.scale), config.name)
 
 
-def _surface(
-    config: SurfaceShape, name: str, splat_W: GaussianSplat | None
-) -> Box:
-    if splat_W is None or not len(splat_W):
+@contextmanager
+def _located(where: str, field: str) -> Iterator[None]:
+    """Adds a field's name to errors of the `with` block."""
+    try:
+        yield
+    except RemoSplatError as error:
+        raise FieldError(where, field, str(error)) from error
+
+
+def _check_splat(splat_W: GaussianSplat) -> None:
+    if not len(splat_W):
         raise RemoSplatError("needs a splat; set scene.splat, or give a box")
-    return find_level_surface(
-        np.asarray(splat_W.p_GK, float),
-        shortest_axes(splat_W),
-        np.array(config.near),
-        config.reach,
-        name,
-    )

@@ -14,9 +14,6 @@ OWN_MARGIN = 0.01
 """By default, a splat belongs to an object if its distance from the object's
 surface is at most this [m]."""
 
-LEAST_SPLATS = 10
-"""At least this many splats of a map must represent an object."""
-
 
 def own_splats(
     splat_W: GaussianSplat, thing: SceneObject, margin: float

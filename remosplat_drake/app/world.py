@@ -7,12 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.app.object_config import make_objects
-from remosplat_drake.app.object_map import (
-    LEAST_SPLATS,
-    own_splats,
-    with_solids,
-    without_objects,
-)
+from remosplat_drake.app.object_map import with_solids, without_objects
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.scene_config import OBSTACLE
@@ -31,6 +26,7 @@ from remosplat_drake.base.errors import (
 from remosplat_drake.base.pose_config import make_transform
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.found_object import FoundObject
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -38,6 +34,7 @@ from remosplat_drake.reconstruction.report.quality_report import report_path
 from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
+from remosplat_drake.scene.objects.region_growing import LEAST_SPLATS
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
@@ -114,13 +111,14 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     check_ranges(scenario, where)
     robot = load_scenario_robot(scenario)
     splat_W, cropped_W = load_splat(scenario)
-    objects = make_objects(scenario.objects, scenario.folder, where, splat_W)
+    found = make_objects(scenario.objects, scenario.folder, where, splat_W)
+    objects = tuple(each.thing for each in found)
     truth = with_solids(_true_scene(scenario, "truth"), objects)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
     scene_splat_W = splat_W
     if objects and splat_W is not None and len(splat_W):
-        scene_splat_W = _without_splats(scenario, objects, splat_W)
+        scene_splat_W = _without_splats(scenario, found, splat_W)
     fixed = truth
     if objects and truth is not None:
         fixed = without_objects(truth, objects)
@@ -150,27 +148,25 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
 def _without_splats(
     scenario: Scenario,
-    objects: Sequence[SceneObject],
+    found: Sequence[FoundObject],
     splat_W: GaussianSplat,
 ) -> GaussianSplat:
     """Removes the objects from the splat."""
     is_other = np.ones(len(splat_W), bool)
     is_asked = not isinstance(scenario.oracle, GroundTruth)
-    for i, (config, thing) in enumerate(
-        zip(scenario.objects, objects, strict=True)
+    for i, (config, each) in enumerate(
+        zip(scenario.objects, found, strict=True)
     ):
-        if not config.in_splat:
-            continue
-        own = own_splats(splat_W, thing, config.margin)
-        if is_asked and np.count_nonzero(own) < LEAST_SPLATS:
+        too_few = np.count_nonzero(each.own) < LEAST_SPLATS
+        if is_asked and config.in_splat and too_few:
             raise FieldError(
                 scenario.source,
                 f"objects[{i}].X_WO",
-                f"the splat shows no {thing.name} there; correct the "
+                f"the splat shows no {each.thing.name} there; correct the "
                 "object's X_WO, or set in_splat: false if the object is "
                 "not in the splat",
             )
-        is_other &= ~own
+        is_other &= ~each.own
     return splat_W.select(is_other)
 
 

@@ -84,7 +84,7 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         (
             "{objects: [{name: cup}], tasks: []}",
             r"objects\[0\]: give exactly one of box, cylinder, hull, surface,"
-            " got 0",
+            " region, got 0",
         ),
         (
             "{objects: [{name: cup, hull: {file: no.obj}}], tasks: []}",
@@ -98,6 +98,35 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         (
             "{objects: [{name: spot, surface: {near: [1, 1, 1], reach: 9}}]}",
             r"objects\[0\]\.surface\.reach",
+        ),
+        (
+            "{objects: [{name: cup, region: {near: [1.0, 0, 1]}}], tasks: []}",
+            r"objects\[0\]\.region\.near: the map has no Gaussian within",
+        ),
+        (
+            "{objects: [{name: cup, region: {near: [1.005, 0.12, 0.66],"
+            " largest: 0.15}}], tasks: []}",
+            r"objects\[0\]\.region\.near: all that the map connects with"
+            r" this point is larger than 0\.15 m",
+        ),
+        (
+            "{objects: [{name: cup, region: {largest: 9}}]}",
+            r"objects\[0\]\.region\.largest",
+        ),
+        (
+            "{objects: [{name: cup, region: {}, in_splat: false}]}",
+            r"objects\[0\]\.in_splat: must be true, since a region",
+        ),
+        (
+            "{objects: [{name: cup, region: {near: [1.005, 0.12, 0.66]}},"
+            " {name: can, region: {near: [1.035, 0.1235, 0.7]}}], tasks: []}",
+            r"objects\[0\]\.region\.near: the Gaussians there belong to the"
+            " can; remove one of the two",
+        ),
+        (
+            "{scene: {splat: ''}, oracle: !GroundTruth {}, tasks: [],"
+            " objects: [{name: cup, region: {}}]}",
+            r"objects\[0\]\.region\.near: needs a splat; set scene\.splat",
         ),
         ("{tasks: [!Pick {object: cup}]}", "unknown object 'cup'"),
         ("{tasks: [!Lift {by: [0, 0, 9]}]}", "by"),
@@ -146,6 +175,58 @@ def test_a_surface_is_found_in_the_splat():
     assert places and places[0].translation()[2] == pytest.approx(
         board.top + 0.06, abs=1e-6
     )
+
+
+REGIONS = """{tasks: [], objects: [
+ {name: middle can, region: {near: [%s]}, mass: 0.3},
+ {name: left can, region: {near: [0.95, 0.24, 0.7]}}]}"""
+
+
+@pytest.mark.parametrize(
+    "near", ["1.005, 0.12, 0.66", "1.035, 0.1235, 0.715", "1.06, 0.12, 0.58"]
+)
+def test_cans_are_found_in_the_splat(near):
+    """Their shapes are those of `TablePick`, which are the true ones."""
+    known = load_world(load_scenario("TablePick"))
+    world = load_world(load_scenario("TablePick", REGIONS % near))
+    for found, true in zip(world.objects, known.objects, strict=False):
+        assert found.name == true.name and found.mass == true.mass
+        np.testing.assert_allclose(
+            found.X_WO.translation(), true.X_WO.translation(), atol=0.001
+        )
+        assert isinstance(found.solid, Cylinder)
+        assert 0.0 < found.solid.radius - true.solid.radius < 0.0015
+        off = found.solid.half_height - true.solid.half_height
+        assert 0.0 < off < 0.0015
+    # As with written shapes, only these splats are no longer the scene's.
+    assert world.splat_W is not None and world.scene_splat_W is not None
+    field = ObjectField(world.objects)
+    left = len(world.splat_W) - len(world.scene_splat_W)
+    p_W = np.array(world.splat_W.p_GK, float)
+    inside = field.clearances(Spheres.at(p_W)).distance < 0
+    high = p_W[:, 2] > 0.5558 + 0.008
+    assert 2000 < left <= np.count_nonzero(inside & high)
+    # And none of the two is left in the map without objects.
+    rest = np.array(world.scene_splat_W.p_GK, float)
+    rest = rest[rest[:, 2] > 0.5558 + 0.01]
+    assert field.clearances(Spheres.at(rest)).minimum() > 0.01
+
+
+def test_things_that_touch_each_other_are_one_object():
+    text = "{tasks: [], objects: [{name: cans, region: {near: %s}}]}"
+    front, rear = (
+        load_world(load_scenario("TablePick", text % near)).objects[0]
+        for near in ("[1.04, -0.31, 0.7]", "[1.149, -0.211, 0.82]")
+    )
+    assert isinstance(front.solid, Box) and isinstance(rear.solid, Box)
+    assert front.top == rear.top == pytest.approx(0.8206, abs=0.0015)
+
+
+def test_what_reaches_through_a_board_is_no_object():
+    text = "{tasks: [], objects: [{name: can, region: {near: %s}}]}"
+    near = "[0.93, -0.13, 0.7]"
+    with pytest.raises(RemoSplatError, match=r"larger than 0\.4 m"):
+        load_world(load_scenario("ShelfPlace", text % near))
 
 
 def test_a_pair_s_own_distance_exceeds_the_map_s_error():

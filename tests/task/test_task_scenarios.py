@@ -18,6 +18,7 @@ from true_shapes import (
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.scene.objects.scene_object import find_object
 from remosplat_drake.station.station_config import DynamicStation
@@ -151,6 +152,47 @@ def test_no_other_link_touches_what_is_carried(done):
         arms = {name.partition("_")[0] for name in pair}
         if "load" in pair or arms == sides:
             assert distance > OWN - 1e-3, pair
+
+
+AT_POINTS = """
+objects:
+- name: middle can
+  region: {near: [1.005, 0.12, 0.66]}
+  mass: 0.3
+- name: left can
+  region: {near: [0.95, 0.24, 0.7]}
+- name: table
+  X_WO: {translation: [1.5, 0.0, 0.5258]}
+  box: [1.0, 4.0, 0.06]
+- name: tray
+  X_WO: {translation: [1.12, 0.52, 0.5758]}
+  box: [0.24, 0.3, 0.04]
+  in_splat: false
+"""
+"""The objects of `TablePick`, the cans by points on them."""
+
+
+def test_a_can_that_a_point_shows_is_picked_and_placed():
+    """Judged by the true cans, which the task does not know."""
+    application = build(load_scenario("TablePick", AT_POINTS))
+    known = load_application("TablePick").world.objects
+    moments = watched(application)
+    state = moments[-1].state
+    assert state.outcome == DONE and state.failures == ()
+    p_WO = state.named(TABLE.thing).X_WO.translation()
+    assert p_WO == pytest.approx(TABLE.p_WO, abs=0.006)
+    robot = application.world.robot
+    held = [moment for moment in moments if moment.state.held]
+    assert held and held[0].state.held == TABLE.thing
+    left = ObjectField([find_object(known, "left can")])
+    fixed = application.world.truth_field
+    for m in held[::5]:
+        spheres = robot.holding(m.state.payload).spheres_at(m.q)
+        assert left.clearances(spheres).minimum() > 0.0
+        assert fixed.clearances(spheres).minimum() > USUAL - MAP_ERROR
+    for m in moments[::5]:
+        near = left.clearances(robot.spheres_at(m.q)).minimum()
+        assert near > USUAL - MAP_ERROR
 
 
 def test_a_bar_goes_from_hand_to_hand():
