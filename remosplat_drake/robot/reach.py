@@ -1,5 +1,7 @@
 """Computes the reach of a robot's arm from its shoulder."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from remosplat_drake.robot.kinematics import PRISMATIC, KinematicTree
@@ -14,11 +16,17 @@ def shoulder(robot: RobotModel, q: np.ndarray, effector: int = 0) -> np.ndarray:
         q: Configuration, shape (n_q,).
         effector: Index of the end effector that the arm carries.
     """
+    parent, X_PF = _mount(robot, effector)
+    return (robot.body_poses(q)[parent] @ X_PF)[:3, 3]
+
+
+@lru_cache(maxsize=16)
+def _mount(robot: RobotModel, effector: int) -> tuple[int, np.ndarray]:
+    """Returns the body to which an arm is mounted, and the pose X_PF there."""
     tree, chain = robot.tree, robot.chains[effector]
     joint = chain.position[chain.position >= robot.n_q - len(robot.home)][0]
     first = _body_moved_by(robot, joint)
-    X_WP = robot.body_poses(q)[tree.parent[first]]
-    return (X_WP @ tree.X_PF[first])[:3, 3]
+    return int(tree.parent[first]), tree.X_PF[first]
 
 
 def arm_reach(robot: RobotModel) -> float:
@@ -43,6 +51,7 @@ def arm_reach(robot: RobotModel) -> float:
     return float(reach)
 
 
+@lru_cache(maxsize=16)
 def end_effector_reach(robot: RobotModel, effector: int = 0) -> float:
     """Returns the largest distance of an end effector from its shoulder [m].
 

@@ -620,6 +620,11 @@ class RobotModel:
         )
 
     @cached_property
+    def chain_arrays(self) -> tuple[Packed[SerialChain], ...]:
+        """The chains, packed for kernels."""
+        return tuple(map(Packed, self.chains))
+
+    @cached_property
     def joint_reach(self) -> np.ndarray:
         """Largest absolute position of each joint, shape (n_q,) [m, rad].
 

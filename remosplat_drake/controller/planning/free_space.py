@@ -1,10 +1,12 @@
 """`FreeSpace`: checks whether configurations and motions keep distances."""
 
 from contextlib import AbstractContextManager, nullcontext
+from functools import lru_cache
 
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.base.kernels.template import Template
 from remosplat_drake.controller.planning.kernels.collision_checks import (
     is_free,
     is_free_between,
@@ -21,6 +23,9 @@ from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
     StandingMovers,
+)
+from remosplat_drake.controller.verification.kernels.verified import (
+    SelfCollisionArrays,
 )
 from remosplat_drake.controller.verification.map_calls import (
     MapCalls,
@@ -85,6 +90,7 @@ class FreeSpace:
         self.stopping, self.backing = stopping, backing
         self.lower, self.upper = bounds
         self.checks = 0
+        self._is_pythons = is_pythons(field)
         if self_clearance is None:
             own, self_level = no_self_collision_arrays(robot), np.zeros(0)
             self_bend = np.zeros((robot.n_u, robot.n_u, 0))
@@ -97,6 +103,7 @@ class FreeSpace:
         balls = robot.sphere_tree
         ball_level = np.full(len(balls.radius), float(stopping))
         level = ball_level[-len(robot.spheres) :]
+        samples, work, self_work = _memory(robot, own, self_bend.shape[2])
         values = SpaceArrays(
             robot=robot.arrays,
             map=compiled,
@@ -107,15 +114,15 @@ class FreeSpace:
             # The order is reversed, since the hand collides most often, and its
             # balls are the last.
             ball_order=np.arange(len(balls.first) - 1)[::-1],
-            samples=MotionSamples.make(robot.arrays.values.tree, robot.n_q),
-            work=MapWork.make(len(ball_level), robot.n_u),
+            samples=samples.copy(),
+            work=work.copy(),
             self_pairs=own,
             self_level=self_level,
             link_level=_most_by_link(own.values.pairs, self_level),
             self_bend=self_bend,
-            self_work=SelfWork.make(own.values.pairs, self_bend.shape[2]),
+            self_work=self_work.copy(),
             movers=standing.arrays,
-            mover_level=standing.levels(robot.spheres_at(start)),
+            mover_level=standing.levels(robot, start),
             lower=self.lower,
             upper=self.upper,
             backing=float(backing),
@@ -165,9 +172,21 @@ class FreeSpace:
 
         The `with` statement returns a number, by which kernels find the map.
         """
-        if is_pythons(self.field):
+        if self._is_pythons:
             return MapCalls(self.robot, self.field)
         return nullcontext(0)
+
+
+@lru_cache(maxsize=16)
+def _memory(
+    robot: RobotModel, own: Packed[SelfCollisionArrays], bends: int
+) -> tuple[Template[MotionSamples], Template[MapWork], Template[SelfWork]]:
+    """Returns the kernels' working memory, of which each space has a copy."""
+    return (
+        Template(MotionSamples.make(robot.arrays.values.tree, robot.n_q)),
+        Template(MapWork.make(len(robot.sphere_tree.radius), robot.n_u)),
+        Template(SelfWork.make(own.values.pairs, bends)),
+    )
 
 
 def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:

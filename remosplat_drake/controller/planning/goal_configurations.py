@@ -163,10 +163,9 @@ def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
         space: The free space, whose bounds the joints keep.
         aim: The targets of the end effectors.
     """
-    robot = space.robot
-    first = robot.n_q - len(robot.home)
-    arrays = aim.arrays.values
-    return Packed(Arms(robot.chains, arrays, first, space.lower, space.upper))
+    chains, bounds = space.robot.chain_arrays, (space.lower, space.upper)
+    first = space.robot.n_q - len(space.robot.home)
+    return Packed(Arms(chains, aim.arrays, first, *bounds))
 
 
 def _reaching(

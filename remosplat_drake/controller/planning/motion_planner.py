@@ -3,6 +3,7 @@
 import dataclasses as dc
 import math
 from collections.abc import Callable
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -219,7 +220,7 @@ class MotionPlanner:
             field.for_planning,
             stopping,
             self.self_clearance,
-            self._bounds(),
+            self._bounds,
             q,
             self.config.backing,
             StandingMovers.make(around, separation)
@@ -230,6 +231,7 @@ class MotionPlanner:
     def _seed(self, attempt: int) -> int:
         return 1 + self.config.seed + attempt
 
+    @cached_property
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         robot, config = self.robot, self.config
         stop = np.zeros(robot.n_q)
@@ -242,7 +244,7 @@ class MotionPlanner:
         self, q: np.ndarray, goals: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Returns finite bounds within which configurations are drawn."""
-        lower, upper = (bound.copy() for bound in self._bounds())
+        lower, upper = (bound.copy() for bound in self._bounds)
         if self.robot.n_base:
             all_q = np.vstack([q, goals])
             lower[:2] = all_q[:, :2].min(axis=0) - _ROAM

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
-from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
@@ -47,17 +47,19 @@ class StandingMovers:
         """The movers, packed for kernels."""
         return Packed(self.movers.at(self.movers.stamp))
 
-    def levels(self, spheres: Spheres) -> np.ndarray:
+    def levels(self, robot: RobotModel, q: np.ndarray) -> np.ndarray:
         """Returns the distances from the movers that spheres keep, (n,) [m].
 
         A sphere that is already nearer keeps its present distance.
 
         Args:
-            spheres: The robot's n spheres at the start.
+            robot: The robot, with n spheres.
+            q: Configuration at the start, shape (n_q,) [rad, m].
         """
-        level = np.zeros(len(spheres))
+        level = np.zeros(len(robot.spheres))
         if not self.movers.movers:
             return level
+        spheres = robot.spheres_at(q)
         near = NearMovers.find(self.movers, self.movers.stamp, spheres, 0.0)
         np.minimum.at(level, near.sphere, near.distance)
         return level

@@ -80,16 +80,17 @@ class Search:
         """
         space, left = self.space, self.checks
         trees = Trees.rooted(self.q, goals)
+        packed = trees.packed
         rng = np.random.default_rng(self.seed)
         tucked = self._tucked()
         while left > 0 and not self.interrupted():
             most = min(_CHUNK, left)
-            trees = trees.with_capacity(most)
+            grown = trees.with_capacity(most)
+            if grown is not trees:
+                trees, packed = grown, grown.packed
             draws = self._draws(rng, tucked)
             with space.calls() as line:
-                checks, *met = grow(
-                    space.arrays, line, trees.packed, draws, most
-                )
+                checks, *met = grow(space.arrays, line, packed, draws, most)
             space.checks, left = space.checks + checks, left - checks
             if met[START] != NOT_MET:
                 there = trees.branch(START, met[START])[::-1]

@@ -1,7 +1,7 @@
 """`SelfClearance`: the pairs of shapes that verification keeps apart."""
 
 import dataclasses as dc
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from remosplat_drake.robot.self_collision.pairs import (
 from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 
+@lru_cache(maxsize=16)
 def no_self_collision_arrays(robot: RobotModel) -> Packed[SelfCollisionArrays]:
     """Returns arrays without pairs, for a robot without self-collision checks.
 

@@ -63,8 +63,8 @@ def test_the_nearest_node_is_that_of_all_distances(seed, count, n_base):
 def test_trees_grow_and_keep_their_nodes():
     goals = np.arange(6.0).reshape(2, 3)
     trees = Trees.rooted(np.full(3, 9.0), goals)
-    more = trees.with_capacity(5)
-    assert more.q.shape[2] >= 7
+    more = trees.with_capacity(trees.q.shape[2])
+    assert more.q.shape[2] >= 2 + trees.q.shape[2]
     assert more.with_capacity(1) is more
     np.testing.assert_array_equal(more.branch(GOAL, 1), goals[1:])
     np.testing.assert_array_equal(more.branch(START, 0), np.full((1, 3), 9.0))

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.returns import NOTHING, reals
 from remosplat_drake.base.lanes import (
     WIDTH,
@@ -69,8 +70,8 @@ class Arms(NamedTuple):
         upper: Upper bounds of q, shape (n_q,) [rad, m].
     """
 
-    chains: tuple[SerialChain, ...]
-    aim: AimArrays
+    chains: tuple[SerialChain | Packed[SerialChain], ...]
+    aim: AimArrays | Packed[AimArrays]
     first: int
     lower: np.ndarray
     upper: np.ndarray

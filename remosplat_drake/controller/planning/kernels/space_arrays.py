@@ -60,13 +60,13 @@ class SpaceArrays(NamedTuple):
     balls: SphereTree | Packed[SphereTree]
     ball_level: np.ndarray
     ball_order: np.ndarray
-    samples: MotionSamples
-    work: MapWork
+    samples: MotionSamples | Packed[MotionSamples]
+    work: MapWork | Packed[MapWork]
     self_pairs: SelfCollisionArrays | Packed[SelfCollisionArrays]
     self_level: np.ndarray
     link_level: np.ndarray
     self_bend: np.ndarray
-    self_work: SelfWork
+    self_work: SelfWork | Packed[SelfWork]
     movers: MoverArrays | Packed[MoverArrays]
     mover_level: np.ndarray
     lower: np.ndarray

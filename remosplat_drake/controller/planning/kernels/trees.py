@@ -20,6 +20,10 @@ _YAW = 2
 """Index in q of the base's yaw. It is the only entry of q that wraps."""
 
 
+_CAPACITY = 512
+"""New trees have memory for this many nodes in addition to their roots."""
+
+
 class Trees(NamedTuple):
     """Two trees of configurations, with memory for m nodes in each.
 
@@ -37,16 +41,18 @@ class Trees(NamedTuple):
 
     @staticmethod
     def rooted(start: np.ndarray, goals: np.ndarray) -> "Trees":
-        """Makes trees that contain only roots.
+        """Makes trees that contain only roots, with memory for more nodes.
 
         Args:
             start: Start of the paths, shape (n_q,) [rad, m].
             goals: Possible ends of the paths, shape (k, n_q) [rad, m].
         """
         k = len(goals)
-        q = np.zeros((2, len(start), k))
-        q[START, :, 0], q[GOAL] = start, goals.T
-        return Trees(q, np.full((2, k), ROOT), np.array([1, k]))
+        q = np.empty((2, len(start), k + _CAPACITY))
+        parent = np.empty((2, k + _CAPACITY), np.int64)
+        q[START, :, 0], q[GOAL, :, :k] = start, goals.T
+        parent[START, 0] = parent[GOAL, :k] = ROOT
+        return Trees(q, parent, np.array([1, k]))
 
     def with_capacity(self, more: int) -> "Trees":
         """Returns the trees with memory for more nodes in each.
