@@ -33,9 +33,10 @@ class StationStatus:
             This stop ends by itself.
         is_lost: Whether the station stopped because the pose of the base is not
             known well enough.
-        base_uncertainty: Bound of the error of the base's pose on the output
-            ports, as a position and a heading error [m, rad]; 0 in simulated
-            stations.
+        base_uncertainty: Bound of the error of the base's pose at the time of
+            its measurement, as a position and a heading error [m, rad]; 0 in
+            simulated stations. It excludes the error of the extrapolation,
+            which `MotionPredictor` replaces by a prediction with its own bound.
         sent: Time at which the latest command was sent to a real robot, by the
             diagram's clock [s]; -inf in simulated stations.
     """

@@ -39,6 +39,7 @@ from remosplat_drake.hardware.stand_in.faults import Fault, FaultSchedule
 from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.hardware.wire.panda import PandaState
+from remosplat_drake.robot.planar_pose import relative
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
@@ -49,6 +50,10 @@ from remosplat_drake.station.station_config import KinematicStation
 
 TRUE_POSE = f"{ports.CHEAT}base_pose"
 """Name of the output with the base's true pose in W."""
+
+BASE_ERROR = f"{ports.CHEAT}base_error"
+"""Name of the output with the error of the latest measured pose of the base, as
+distance and angle [m, rad]."""
 
 _SETTLED = 3.0
 """Time at rest before the simulation begins [s]."""
@@ -73,6 +78,8 @@ class LocalizedBase:
         config: The settings of a localised robot.
         measurement: The latest states of the base.
         time: Time of the latest step, by the robot's clock [s].
+        X_WB: True pose of the base at the latest measurement of its pose, shape
+            (3,) [m, m, rad].
     """
 
     def __init__(self, X_WB: np.ndarray, seed: int):
@@ -85,7 +92,7 @@ class LocalizedBase:
         random = np.random.default_rng(seed)
         most = np.array([_FAR, _FAR, np.pi])
         self.config = HardwareConfig(localization=LocalizationConfig())
-        self.measurement, self.time = Measurement(), 0.0
+        self.measurement, self.time, self.X_WB = Measurement(), 0.0, X_WB
         self._base = SimulatedBase()
         self._senses = BaseSenses(True, random.uniform(-most, most), seed)
         self._faults = FaultSchedule()
@@ -106,6 +113,7 @@ class LocalizedBase:
         self._senses.advance(t, self._faults)
         status = self._base.status(now, t, X_WB, velocity)
         if status is not None:
+            self.X_WB = X_WB
             self._senses.spoil(status, self._faults)
             self.measurement = with_base_status(
                 self.measurement, status.encode(), t, self.config
@@ -114,6 +122,17 @@ class LocalizedBase:
         if fix is not None:
             track = with_localization(self.measurement.base_track, fix, t)
             self.measurement = dc.replace(self.measurement, base_track=track)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Error of the latest measured pose in W, shape (2,) [m, rad].
+
+        The pose is compared with the true pose at the time of its measurement.
+        """
+        assert self.measurement.base is not None
+        told = self.measurement.base_track.pose(self.measurement.base.pose)
+        x, y, turn = relative(self.X_WB, told)
+        return np.array([np.hypot(x, y), abs(turn)])
 
     def reading(self, arm: np.ndarray, robot: RobotModel) -> Reading:
         """Returns what `remosplat identify` reads of the robot at rest.
@@ -129,7 +148,7 @@ class LocalizedBase:
 
 
 class BaseLocalizer(LeafSystem):
-    """Replaces the true pose of a base by the one that a controller derives.
+    """Replaces a base's true pose and speeds by those from its messages.
 
     .. pydrake_system::
 
@@ -140,7 +159,12 @@ class BaseLocalizer(LeafSystem):
         - station_status
         output_ports:
         - base.pose_measured
+        - base.velocity_measured
         - status
+        - cheat.base_error
+
+    As at the station of a real robot, the pose is extrapolated to the present
+    by the measured speeds, and `status` contains the time of the extrapolation.
 
     Args:
         base: The base, standing at its start; the system moves a copy of it.
@@ -151,19 +175,27 @@ class BaseLocalizer(LeafSystem):
         super().__init__()
         self.set_name("base_localizer")
         self._base, self._axes = copy.deepcopy(base), base_axes(n_base)
-        self._start = base.time
+        # Messages come between two ticks, so that is when the clock advances.
+        self._start = base.time + 0.5 * _PERIOD
         self._pose = self.DeclareVectorInputPort("pose", 3)
         self._velocity = self.DeclareVectorInputPort("velocity", n_base)
         self._status = self.DeclareAbstractInputPort(
             "station_status", Value(StationStatus())
         )
         self._cell = self.DeclareAbstractState(Value(base.measurement))
-        # Messages come between two ticks.
+        error = self.DeclareDiscreteState(base.error)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             _PERIOD, 0.5 * _PERIOD, self._receive
         )
         known = {self.abstract_state_ticket(self._cell), self.time_ticket()}
         self.DeclareVectorOutputPort(ports.BASE_POSE, 3, self._calc_pose, known)
+        self.DeclareVectorOutputPort(
+            ports.BASE_VELOCITY,
+            n_base,
+            self._calc_velocity,
+            {self.abstract_state_ticket(self._cell)},
+        )
+        self.DeclareStateOutputPort(BASE_ERROR, error)
         self.DeclareAbstractOutputPort(
             ports.STATUS,
             lambda: Value(StationStatus()),
@@ -177,19 +209,33 @@ class BaseLocalizer(LeafSystem):
         self._base.step(np.array(self._pose.Eval(context)), velocity)
         cell = state.get_mutable_abstract_state(int(self._cell))
         cell.set_value(self._base.measurement)
+        state.get_mutable_discrete_state(0).set_value(self._base.error)
 
     def _known(self, context: Context) -> Measurement:
         return context.get_abstract_state(int(self._cell)).get_value()
 
-    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+    def _now(self, context: Context) -> tuple[float, float]:
+        """The present time, and the longest time of extrapolation [s]."""
         now = self._start + context.get_time()
-        expiry = self._base.config.base_status_expiry
-        output.SetFromVector(self._known(context).base_pose(now, expiry))
+        return now, self._base.config.base_status_expiry
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        pose = self._known(context).base_pose(*self._now(context))
+        output.SetFromVector(pose)
+
+    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
+        base = self._known(context).base
+        assert base is not None
+        output.SetFromVector(base.velocity[self._axes])
 
     def _calc_status(self, context: Context, output: Value) -> None:
-        status, track = self._status.Eval(context), self._known(context)
-        track = track.base_track
-        status = dc.replace(status, base_uncertainty=tuple(track.uncertainty))
+        known = self._known(context)
+        track = known.base_track
+        status = dc.replace(
+            self._status.Eval(context),
+            base_age=known.base_age(*self._now(context)),
+            base_uncertainty=tuple(track.uncertainty),
+        )
         problem = track_problem(track, self._base.config)
         if problem:
             status = dc.replace(
@@ -243,13 +289,13 @@ class LocalizedStation(Config):
                 inner.GetOutputPort(source), localizer.GetInputPort(sink)
             )
         builder.ExportOutput(inner.GetOutputPort(ports.BASE_POSE), TRUE_POSE)
+        builder.ExportOutput(localizer.GetOutputPort(BASE_ERROR), BASE_ERROR)
         for i in range(inner.num_input_ports()):
             port = inner.get_input_port(i)
             builder.ExportInput(port, port.get_name())
         for i in range(inner.num_output_ports()):
             name = inner.get_output_port(i).get_name()
-            replaced = name in (ports.BASE_POSE, ports.STATUS)
-            system = localizer if replaced else inner
+            system = localizer if localizer.HasOutputPort(name) else inner
             builder.ExportOutput(system.GetOutputPort(name), name)
         station = builder.Build()
         station.set_name("station")

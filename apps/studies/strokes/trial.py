@@ -11,6 +11,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
 from apps.studies.strokes.localized_station import (
+    BASE_ERROR,
     TRUE_POSE,
     LocalizedStation,
 )
@@ -24,7 +25,8 @@ from remosplat_drake.app.velocity_run import build_velocity_run, latest_axes
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.doctor.drills import base_step
-from remosplat_drake.robot.planar_pose import relative
+from remosplat_drake.robot.actuators import Actuator, default_actuators
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task.velocity_profile import VelocityProfile
 
 CLEARANCE = {
@@ -103,9 +105,9 @@ class Result:
             without a motion.
         scene: Smallest true clearance [m]; None without a motion.
         wrong_places: Number of comparisons in which the base was farther from
-            its assumed pose than the bound that was assumed.
-        error_share: Largest error of the base's pose, as a share of its bound;
-            0 without localisation.
+            its measured pose than the bound that was assumed.
+        error_share: Largest error of the base's measured pose, at the time of
+            its measurement, as a share of its bound; 0 without localisation.
         error: Reason why there is no result; empty if there is one.
     """
 
@@ -195,10 +197,11 @@ def run_trial(start: Start) -> Result:
     scenario, result = copy.copy(place.scenario), Result(start.key)
     if start.is_localized:
         station = LocalizedStation(int(random.integers(2**32)))
-        reading = station.base(q0[:3]).reading(q0[3:], robot)
+        base = station.base(q0[:3])
+        reading = base.reading(q0[3:], robot)
         q, room, scenario.station = reading.q_W, room.about(reading), station
         bound = reading.measurement.base_track.uncertainty
-        result = _compared(result, q0, q, bound)
+        result = _compared(result, base.error, bound)
     if start.motion == STROKE:
         try:
             stroke = find_stroke(room, q, axis, robot.velocity_limit)
@@ -208,11 +211,22 @@ def run_trial(start: Start) -> Result:
         line = _hasty(line, axis)
     else:
         line = base_step(robot, room.dt)
-    # A simulated omnidirectional base follows commands without delay.
-    is_late = start.number % 2 and not robot.is_omnidirectional
-    robot.description.actuators = latest_axes(robot) if is_late else []
+    robot.description.actuators = _axes(start, robot)
     world = dc.replace(place.world, q0=q0)
     return _driven(scenario, world, room.own, line, result)
+
+
+def _axes(start: Start, robot: RobotModel) -> list[Actuator]:
+    """The models of a robot's axes, which the simulated robot obeys exactly.
+
+    A run computes the motion since the latest measurement of the base from
+    these models, so a base whose pose is localised needs them.
+    """
+    if start.number % 2:
+        return latest_axes(robot)
+    if start.is_localized:
+        return default_actuators(robot.n_base, robot.n_u - robot.n_base)
+    return []
 
 
 def _clear_pose(
@@ -274,8 +288,9 @@ def _judged(
     true, station = told.copy(), application.station
     if station.HasOutputPort(TRUE_POSE):
         true[:3] = _value(station.GetOutputPort(TRUE_POSE), root)
+        error = _value(station.GetOutputPort(BASE_ERROR), root)
         bound = _value(application.status, root).base_uncertainty
-        result = _compared(result, true, told, np.array(bound))
+        result = _compared(result, error, np.array(bound))
     apart = float(own.distances(true, _NEAR).min())
     spheres = world.robot.spheres_at(true)
     clear = world.truth_field.clearances(spheres).minimum()
@@ -294,12 +309,9 @@ def _value(port, root: Context):
     return port.Eval(port.get_system().GetMyContextFromRoot(root))
 
 
-def _compared(
-    result: Result, true: np.ndarray, told: np.ndarray, bound: np.ndarray
-) -> Result:
-    """Compares the assumed pose of the base with the true one."""
-    x, y, turn = relative(true[:3], told[:3])
-    share = float((np.array([np.hypot(x, y), abs(turn)]) / bound).max())
+def _compared(result: Result, error: np.ndarray, bound: np.ndarray) -> Result:
+    """Compares an error of the base's pose with its bound, shape (2,) each."""
+    share = float((error / bound).max())
     # A pose that is not known is a wrong place, too.
     is_wrong = not share <= 1.0
     return dc.replace(

@@ -111,16 +111,14 @@ class BaseTrack:
     def uncertainty(self) -> np.ndarray:
         """Bound on the error of the pose in W: shift and turn, (2,) [m, rad].
 
-        It grows with the latency, since the time of a pose is uncertain if its
-        stamp may be late.
+        It applies to the latest pose at the time of its stamp. It grows with
+        the latency, since the time of a pose is uncertain if its stamp may be
+        late.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
             return bound
-        forward, left, turn = self.samples.latest.velocity
-        return bound + abs(self.latency) * np.array(
-            [math.hypot(forward, left), abs(turn)]
-        )
+        return bound + abs(self.latency) * _speeds(self.samples)
 
 
 def compile_kernels(config: HardwareConfig) -> None:
@@ -275,6 +273,21 @@ def _doubt(track: BaseTrack) -> str:
         f" {np.degrees(turn):.1f} deg: at most {1e3 * config.max_shift:.0f} mm"
         f" and {np.degrees(config.max_turn):.1f} deg are allowed"
     )
+
+
+def _speeds(samples: BaseSamples) -> np.ndarray:
+    """Speed and turning rate of the base, shape (2,) [m/s, rad/s].
+
+    Measured speeds may be late, for example while the base starts, so the
+    motion between the latest two poses counts, too.
+    """
+    forward, left, turn = samples.latest.velocity
+    measured = np.array([math.hypot(forward, left), abs(turn)])
+    if len(samples) == 1:
+        return measured
+    motion = relative(samples.pose[-2], samples.pose[-1])
+    seconds = samples.stamp[-1] - samples.stamp[-2]
+    return np.maximum(measured, _sizes(motion) / seconds)
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:

@@ -77,9 +77,23 @@ class Measurement:
         base = self.base
         if base is None:
             return np.full(3, np.nan)
-        age = min(max(now - base.stamp, 0.0), expiry)
+        age = self.base_age(now, expiry)
         X_OB = extrapolated_pose(base.pose, base.velocity, age)
         return self.base_track.pose(X_OB)
+
+    def base_age(self, now: float, expiry: float) -> float:
+        """Returns the time by which the base's pose is extrapolated [s].
+
+        Args:
+            now: The time, by our wall clock [s].
+            expiry: Largest time that is returned [s].
+
+        Returns:
+            The time; 0 before the first status, and for a robot without a base.
+        """
+        if self.base is None:
+            return 0.0
+        return min(max(now - self.base.stamp, 0.0), expiry)
 
     def hand_reading(self, now: float, expiry: float) -> np.ndarray:
         """Returns opening, rate and force of the gripper, (3,) [m, m/s, N].

@@ -54,9 +54,7 @@ def station_status(
         robot_mode=panda_wire.MODE_NAMES[arm.robot_mode],
         success_rate=arm.success_rate,
         protective_stop=base is not None and base.protective_stop,
-        base_age=min(max(now - base.stamp, 0.0), config.base_status_expiry)
-        if base
-        else 0.0,
+        base_age=measurement.base_age(now, config.base_status_expiry),
         is_lost=bool(lost) and reason == lost,
         base_uncertainty=tuple(measurement.base_track.uncertainty),
         sent=measurement.sent,

@@ -168,8 +168,23 @@ def test_what_the_stamps_are_late_makes_the_pose_uncertain():
     np.testing.assert_allclose(
         drive.track.uncertainty, 0.1 * U[[0, 2]], rtol=1e-3
     )
+    drive.t += PERIOD
     drive.hear(np.zeros(3))
     assert (drive.track.uncertainty == 0.0).all()
+
+
+def test_a_late_stamp_counts_before_the_speed_of_a_start_is_reported():
+    drive = Drive()
+    drive.late, rest = 0.1, np.zeros(3)
+    for _ in range(10):
+        drive.t += PERIOD
+        drive.hear(rest)
+    drive.t += PERIOD
+    drive.pose = extrapolated_pose(drive.pose, U, PERIOD)
+    drive.hear(rest)
+    np.testing.assert_allclose(
+        drive.track.uncertainty, 0.1 * U[[0, 2]], rtol=1e-3
+    )
 
 
 def test_a_localisation_says_where_the_base_is():
