@@ -1,10 +1,12 @@
 """Common code of the command lines of all studies."""
 
 import argparse
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.commands.main import exit_code
 
 
@@ -71,15 +73,65 @@ def add_trial_flags(
     add_count_flag(parser, "first", 0, "number, or seed, of the first one")
     add_count_flag(parser, "count", count, f"number of {trials}")
     add_count_flag(parser, "jobs", 2, "number of parallel workers")
+    add_output_flag(
+        parser,
+        study,
+        "folder of the results; existing results are not computed again",
+    )
+
+
+def add_output_flag(
+    parser: argparse.ArgumentParser, study: str, meaning: str
+) -> None:
+    """Declares the flag `--output` with the folder of a study's results.
+
+    Args:
+        parser: Parser that receives the flag.
+        study: Name of a folder in `results/`, the default.
+        meaning: The folder's contents, for the help.
+    """
     output = Path("results") / study
     parser.add_argument(
         "--output",
-        type=Path,
+        type=output_folder,
         default=output,
         metavar="DIR",
-        help="folder of the results; existing results are not computed again"
-        f" ({output})",
+        help=f"{meaning} ({output})",
     )
+
+
+def output_folder(text: str) -> Path:
+    """Makes the folder that a flag names, unless it exists.
+
+    Args:
+        text: The flag's value.
+
+    Raises:
+        FileError: The folder cannot be made or written.
+    """
+    path = Path(text)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"cannot be made: {error.strerror or error}"
+        raise FileError(path, problem) from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise FileError(path, "cannot be written")
+    return path
+
+
+def output_file(text: str) -> Path:
+    """Checks that the file that a flag names can be written.
+
+    Args:
+        text: The flag's value.
+
+    Raises:
+        FileError: The file cannot be written.
+    """
+    path = Path(text)
+    check_writable(path)
+    return path
 
 
 def check_least(

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import add_output_flag, check_least, study_main
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.pool import Job, run_jobs
@@ -283,13 +283,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="generated|published:DIR|scan:NAME",
         help="a suite of `remosplat benchmark` (%(default)s)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/benchmark"),
-        metavar="DIR",
-        help=f"folder of {GOALS}; existing verdicts are not searched again"
-        " (%(default)s)",
+    add_output_flag(
+        parser,
+        "benchmark",
+        f"folder of {GOALS}; existing verdicts are not searched again",
     )
     parser.add_argument(
         "--jobs",

@@ -21,7 +21,11 @@ from pathlib import Path
 import numpy as np
 from pydrake.lcm import DrakeLcm
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import (
+    output_file,
+    output_folder,
+    study_main,
+)
 from apps.studies.live_map.memory_use import MemoryUse, memory_of, trend
 from remosplat_drake.acceptance import hardware_processes as processes
 from remosplat_drake.acceptance.consent import Consent
@@ -297,13 +301,13 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--folder",
-        type=Path,
+        type=output_folder,
         metavar="DIR",
-        help="existing folder that receives the run's own files",
+        help="folder that receives the run's own files",
     )
     parser.add_argument(
         "--output",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="JSON file for the measurements",
     )

@@ -20,7 +20,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_folder, study_main
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--folder",
-        type=Path,
+        type=output_folder,
         metavar="DIR",
         help="folder for the temporary files; 64 MB per million splats"
         " (default: the system's folder for temporary files)",
@@ -80,8 +80,6 @@ def run(arguments: argparse.Namespace) -> int:
         if not 0.001 <= size <= _MOST:
             problem = f"must lie in [0.001, {_MOST:g}], got {size:g}"
             raise FieldError("large_splats", "--millions", problem)
-    if arguments.folder is not None and not arguments.folder.is_dir():
-        raise FieldError("large_splats", "--folder", "is not a folder")
     console, rows = open_console(), []
     with TemporaryDirectory(dir=arguments.folder) as folder:
         # Later runs can use the kernels, but not the hierarchies of these

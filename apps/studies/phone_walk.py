@@ -10,7 +10,6 @@ import csv
 import io
 import sys
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import av
 import numpy as np
@@ -18,7 +17,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from rich.console import Console
 from scipy.ndimage import gaussian_filter
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_folder, study_main
 from apps.studies.map_bound.ray_casting import cast_depth
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.progress import Progress
@@ -62,7 +61,7 @@ _COLUMNS = ("timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw")
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the study's flags."""
-    parser.add_argument("folder", type=Path, help="output folder")
+    parser.add_argument("folder", type=output_folder, help="output folder")
     parser.add_argument(
         "--frames", type=int, default=1000, help="number of frames (1000)"
     )

@@ -15,7 +15,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import add_output_flag, study_main
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
@@ -77,13 +77,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="script of the operator (default: the shipped push.yaml)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/push"),
-        metavar="DIR",
-        help=f"folder for {_FIGURE}, {_METRICS} and the session; a complete"
-        " session is not run again (results/push)",
+    add_output_flag(
+        parser,
+        "push",
+        f"folder for {_FIGURE}, {_METRICS} and the session; a complete"
+        " session is not run again",
     )
 
 

@@ -19,7 +19,6 @@ def test_a_small_hall_is_measured(capsys, tmp_path):
     [
         (["--millions", "0"], "--millions: must lie in"),
         (["--millions", "nan"], "--millions: must lie in"),
-        (["--folder", "nowhere"], "--folder: is not a folder"),
     ],
 )
 def test_bad_flags_are_named(arguments, problem, capsys):

@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_file, study_main
 from apps.studies.depth_backends.differences import (
     CLASSES,
     TOLERANCE,
@@ -224,7 +224,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--write-states",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="file that receives the states",
     )
@@ -235,7 +235,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="number of threads of the CPU backend",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="JSON file for the numbers"
+        "--json",
+        type=output_file,
+        metavar="FILE",
+        help="JSON file for the numbers",
     )
 
 

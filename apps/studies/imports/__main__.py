@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import add_output_flag, study_main
 from apps.studies.imports.case import (
     Case,
     Robot,
@@ -55,13 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="number of parallel imports (2)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/imports"),
-        metavar="DIR",
-        help="folder of the robots and results; existing results are not"
-        " computed again",
+    add_output_flag(
+        parser,
+        "imports",
+        "folder of the robots and results; existing results are not computed"
+        " again",
     )
 
 
@@ -79,7 +77,6 @@ def run(arguments: argparse.Namespace) -> int:
         for name in arguments.robot or names
     ]
     check_sources(cases)
-    arguments.output.mkdir(parents=True, exist_ok=True)
     results = run_missing(
         [Job(case, run_trial, failed) for case in cases],
         arguments.output / "imports.jsonl",
@@ -149,5 +146,10 @@ def table(robots: Sequence[Robot], results: Sequence[Result]) -> Table:
     return Table("Imports", header, tuple(rows), notes, texts=6)
 
 
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line and returns its exit code."""
+    return study_main("imports", __doc__, add_arguments, run, argv)
+
+
 if __name__ == "__main__":
-    sys.exit(study_main("imports", __doc__, add_arguments, run))
+    sys.exit(main())

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_file, study_main
 from apps.studies.live_map.cases import (
     QUIET,
     LivePeriods,
@@ -67,7 +67,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " by 2 cm/s",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="JSON file for the numbers"
+        "--json",
+        type=output_file,
+        metavar="FILE",
+        help="JSON file for the numbers",
     )
     parser.add_argument(
         "--rounds",

@@ -7,11 +7,9 @@ of `remosplat bench faults` with it. Both need the package mujoco, version 3.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_file, study_main
 from apps.studies.mujoco_robot.mujoco_plant import MujocoPlant
-from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.commands import hardware_sim
 from remosplat_drake.commands.bench_hardware import run_faults
 from remosplat_drake.commands.tables import open_console
@@ -35,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     faults.add_argument(
         "--json",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="also write the results to FILE, after each fault",
     )
@@ -45,8 +43,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs one of the two programs."""
     if arguments.program == "sim":
         return hardware_sim.run(arguments, MujocoPlant)
-    if arguments.json is not None:
-        check_writable(arguments.json)
     results = run_faults(
         open_console(), arguments.case, STAND_IN, arguments.json
     )

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import add_output_flag, check_least, study_main
 from apps.studies.noise import experiment, report
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.scene_config import SceneConfig
@@ -55,13 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help=f"{QUICK_STATES} states and {QUICK_STARTS} start, for a quick try",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/noise"),
-        metavar="DIR",
-        help="folder for table, picture and results; an existing experiment is"
-        " continued (results/noise)",
+    add_output_flag(
+        parser,
+        "noise",
+        "folder for table, picture and results; an existing experiment is"
+        " continued",
     )
 
 

@@ -4,13 +4,12 @@ import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import closing
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import add_output_flag, check_least, study_main
 from apps.studies.operators import campaign
 from apps.studies.operators.result import (
     OperatorResult,
@@ -50,13 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MIN",
         help="simulated time of each operator (%(default)g)",
     )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/operators"),
-        metavar="DIR",
-        help=f"folder of {RESULTS} and the sessions; existing results are not"
-        " computed again (results/operators)",
+    add_output_flag(
+        parser,
+        "operators",
+        f"folder of {RESULTS} and the sessions; existing results are not"
+        " computed again",
     )
 
 

@@ -4,15 +4,14 @@ import argparse
 import sys
 from collections.abc import Sequence
 from itertools import groupby
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress
 
-from apps.studies.command_line import check_least, study_main
+from apps.studies.command_line import check_least, output_file, study_main
 from apps.studies.scenes.contact_sheet import Section, contact_sheet
 from apps.studies.scenes.picture import SceneView, robot_solids
-from remosplat_drake.base.atomic_file import atomic_write, check_writable
+from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark.scene_case import SceneCase
 from remosplat_drake.benchmark.suites import load_suite
@@ -45,8 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--output",
-        type=Path,
-        default=Path("scenes.png"),
+        type=output_file,
+        default="scenes.png",
         metavar="FILE.png",
         help="file of the contact sheet (scenes.png)",
     )
@@ -86,7 +85,6 @@ def _check(arguments: argparse.Namespace) -> None:
     check_least("scenes", arguments, scenes=1, columns=1, width=80)
     if arguments.output.suffix.lower() != ".png":
         raise FieldError("scenes", "--output", "must end in .png")
-    check_writable(arguments.output)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

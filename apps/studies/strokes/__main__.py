@@ -11,11 +11,15 @@ permitted before identification.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import add_count_flag, check_least, study_main
+from apps.studies.command_line import (
+    add_count_flag,
+    add_output_flag,
+    check_least,
+    study_main,
+)
 from apps.studies.kept_trials import run_missing
 from apps.studies.strokes.report import table
 from apps.studies.strokes.trial import failed, restored, run_trial, starts
@@ -28,13 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_count_flag(parser, "poses", 1000, "number of poses of each robot")
     add_count_flag(parser, "seed", 0, "seed of the poses")
     add_count_flag(parser, "jobs", 2, "number of parallel workers")
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/strokes"),
-        metavar="DIR",
-        help="folder of the results; existing results are not computed again"
-        " (results/strokes)",
+    add_output_flag(
+        parser,
+        "strokes",
+        "folder of the results; existing results are not computed again",
     )
 
 

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import output_file, study_main
 from apps.studies.true_shapes.errors import measure
 from apps.studies.true_shapes.maker_meshes import MakerMeshes
 from remosplat_drake.base.atomic_file import write_atomically
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"number of random postures ({POSTURES})",
     )
     parser.add_argument(
-        "--output", type=Path, help="Markdown file for the table"
+        "--output", type=output_file, help="Markdown file for the table"
     )
 
 
