@@ -78,7 +78,8 @@ class Pacer:
     Attributes:
         ticks: Number of calls of `wait`.
         missed: Number of ticks that were dropped after stalls.
-        late: The delay of the latest tick [s].
+        late: The delay of the latest tick [s]. It includes the time by which
+            the sleep before the tick was too long.
         worst: The largest delay of a tick so far [s].
     """
 
@@ -105,14 +106,13 @@ class Pacer:
         else:
             self._due += self._period
         self.ticks += 1
-        late = now - self._due
-        self.late = max(0.0, late)
-        if late < 0:
-            time.sleep(-late)
-            return
-        self.worst = max(self.worst, late)
-        if late > self._patience:
-            self.missed += round(late / self._period)
+        if now < self._due:
+            time.sleep(self._due - now)
+            now = time.monotonic()
+        self.late = max(0.0, now - self._due)
+        self.worst = max(self.worst, self.late)
+        if self.late > self._patience:
+            self.missed += round(self.late / self._period)
             self._due, self.late = now, 0.0
 
     @property

@@ -41,10 +41,12 @@ from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
-_PATIENCE = 0.04
+_PATIENCE = 0.1
 """If the computer stalls for at most this time, the simulated robot catches up
-[s], since a real robot would have continued. After a longer stall, catching up
-would take so long that the controller would receive stale statuses."""
+[s], since a real robot would have continued. Otherwise the supervisor would
+find that the robot does not move as its actuator model predicts. After a longer
+stall, catching up would take so long that statuses would be stale for much
+longer than the stall."""
 
 _FCI_PATIENCE = 0.002
 """Value that replaces `_PATIENCE` if a driver must answer each millisecond [s].

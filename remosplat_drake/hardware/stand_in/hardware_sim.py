@@ -152,17 +152,16 @@ class HardwareSim:
         """Runs one millisecond of the robot.
 
         A real robot continues while this computer stalls. So after a stall, the
-        caller runs the missing steps quickly. The stamps of these steps are a
-        millisecond apart, and each step processes only the commands that were
-        sent before its stamp. Fewer statuses of the arm are sent during these
-        steps.
+        caller runs the missing steps quickly. The stamp of each step is the
+        time at which the step was due, and the step processes only the commands
+        that were sent before its stamp. Fewer statuses of the arm are sent
+        during these steps.
 
         Args:
             late: Delay of this millisecond, by the wall clock [s].
         """
-        now, due = self._clock(), self._stamp + round(TICK * MICROSECONDS)
         self._is_late = late > TICK
-        self._stamp = min(due, now) if late > 0 else now
+        self._stamp = self._clock() - round(late * MICROSECONDS)
         t = self.time
         self._hear(t)
         self._break(t)

@@ -13,9 +13,12 @@ from robot_process import Client
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base import clock
+from remosplat_drake.base.clock import Pacer
 from remosplat_drake.hardware.drivers.panda_limits import (
     AT_REST,
     PANDA,
+    TICK,
     limit_rate,
 )
 from remosplat_drake.hardware.stand_in import fci_library
@@ -153,6 +156,49 @@ def test_after_a_stall_commands_are_heard_when_they_were_sent(lab):
     for time, velocity in told.items():
         is_slower = velocity < SLOWLY[0] - 1e-3
         assert is_slower == (time >= 10_000), told
+
+
+class VirtualTime:
+    """Stands in for the module `time`; its next sleep takes longer by `stall`.
+
+    Attributes:
+        now: The time [s].
+        stall: Excess duration of the next sleep [s].
+    """
+
+    def __init__(self):
+        self.now = self.stall = 0.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, duration: float) -> None:
+        self.now += duration + self.stall
+        self.stall = 0.0
+
+
+def test_positions_keep_their_stamps_if_a_sleep_lasts_too_long(
+    world, monkeypatch
+):
+    """As if the system had stopped robot and controller for 60 ms."""
+    lab, virtual = make_lab(world), VirtualTime()
+    monkeypatch.setattr(clock, "time", virtual)
+    pacer, sent = Pacer(TICK, patience=0.1), -1.0
+    for k in range(700):
+        virtual.stall = 0.06 * (k == 500)
+        pacer.wait()
+        lab.utime = NOW + round(1e6 * virtual.now)
+        if virtual.now - sent > 0.01:
+            sent = virtual.now
+            lab.send_arm(SLOWLY)
+        lab.robot.step(pacer.late)
+        Client.listen(lab, 0.0)
+    assert pacer.missed == 0
+    moving = [status for status in lab.arm if status.utime > NOW + 400_000]
+    t = np.array([1e-6 * (status.utime - NOW) for status in moving])
+    q = np.array([status.joint_position for status in moving])
+    expected = q[0] + (t - t[0])[:, None] * SLOWLY
+    np.testing.assert_allclose(q, expected, atol=1e-3)
 
 
 @pytest.mark.parametrize("age", [0.15, -0.15])

@@ -168,6 +168,15 @@ def test_a_loop_that_stalls_forgets_the_backlog():
     assert pacer.worst >= 0.048
 
 
+def test_a_sleep_that_lasts_too_long_is_a_delay(monkeypatch):
+    pacer, sleep = Pacer(period=5e-3, patience=10.0), time.sleep
+    pacer.wait()
+    monkeypatch.setattr(time, "sleep", lambda t: sleep(t + 0.05))
+    pacer.wait()
+    assert pacer.late >= 0.05
+    assert pacer.worst == pacer.late
+
+
 def test_a_loop_is_not_faster_than_its_period():
     pacer = Pacer(period=1e-3)
     start = time.monotonic()
