@@ -25,6 +25,7 @@ from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Case, Timing, measure
 from remosplat_drake.timing.mesh_cases import PACKAGES as MESH_PACKAGES
 from remosplat_drake.timing.mesh_cases import mesh_cases
+from remosplat_drake.timing.object_cases import object_cases
 from remosplat_drake.timing.optional_packages import advice
 from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.planning_cases import planning_cases
@@ -40,6 +41,7 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
     "depth": depth_cases,
     "guidance": guidance_cases,
     "planning": planning_cases,
+    "objects": object_cases,
     "self-collision": self_collision_cases,
     "solvers": solver_cases,
     "mesh": mesh_cases,

@@ -16,6 +16,7 @@ from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.timing.measuring import Case
@@ -73,13 +74,13 @@ def _parts(
     robot, field, reach = world.robot, world.field, law.collision.influence
     programs = cycle([law.program(tick) for tick in ticks])
     return {
-        f"oracle query, {len(robot.spheres)} spheres": _over(
+        f"oracle query, {len(robot.spheres)} spheres": over(
             ticks, lambda tick: field.clearances(tick.state.spheres, reach)
         ),
-        "kinematics and all Jacobians": _over(
+        "kinematics and all Jacobians": over(
             ticks, lambda tick: robot.state(tick.state.q)
         ),
-        "program build": _over(ticks, law.program),
+        "program build": over(ticks, law.program),
         "program solve": lambda: law.solver.solve(next(programs)),
     }
 
@@ -94,7 +95,9 @@ def _whole_ticks(
     quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
     def whole(law: ReactiveLaw, movers: Movers | None = None):
-        return _over(ticks, lambda tick: _run(law, world, tick, movers))
+        return over(
+            ticks, lambda tick: whole_tick(law, world.field, tick, movers)
+        )
 
     cases = {
         "whole, no verification": whole(plain),
@@ -109,18 +112,29 @@ def _whole_ticks(
     return cases
 
 
-def _run(
-    law: ReactiveLaw, world: World, tick: Tick, movers: Movers | None
-) -> object:
+def whole_tick(
+    law: ReactiveLaw,
+    field: DistanceField,
+    tick: Tick,
+    movers: Movers | None = None,
+) -> TickReport:
+    """Queries the map and computes a command, as the controller does.
+
+    Args:
+        law: The control law.
+        field: The map.
+        tick: Configuration, aim and previous command.
+        movers: Moving obstacles; None if there are none.
+    """
     q, reach = tick.state.q, law.collision.influence
-    clearances = world.field.clearances(world.robot.spheres_at(q), reach)
+    clearances = field.clearances(law.robot.spheres_at(q), reach)
     return run_tick(
         law,
         0.0,
         q,
         tick.aim,
         clearances,
-        world.field,
+        field,
         tick.u_previous,
         movers=movers,
     )
@@ -154,9 +168,10 @@ def _ring(center: np.ndarray, away: float) -> Movers:
     return Movers(0.0, people)
 
 
-def _over(
+def over(
     ticks: list[Tick], body: Callable[[Tick], object]
 ) -> Callable[[], object]:
+    """Returns a function whose calls pass the ticks to `body` in turn."""
     states: Iterator[Tick] = cycle(ticks)
     return lambda: body(next(states))
 

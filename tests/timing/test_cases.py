@@ -7,7 +7,7 @@ import pytest
 from remosplat_drake.commands.bench import GROUPS
 from remosplat_drake.timing.measuring import measure
 
-LONG = {"depth", "files", "oracle", "planning", "solvers"}
+LONG = {"depth", "files", "objects", "oracle", "planning", "solvers"}
 """Groups whose scenes or programs take seconds to make."""
 
 

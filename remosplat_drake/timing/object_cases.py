@@ -1,0 +1,103 @@
+"""Benchmarks of ticks and of planning with objects in the map and in the hand.
+
+The robot of the default scenario moves to its target. Each benchmark is
+measured without objects, and with ten cans on the table and another can in the
+hand.
+"""
+
+from collections.abc import Callable
+from itertools import cycle
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.world import World, load_world
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.planning.timing import TimingLimits
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.scene.primitive_scene import Cylinder
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.object_spheres import fit_object
+from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.planning_cases import draw_targets
+from remosplat_drake.timing.tick_cases import over, recorded_ticks, whole_tick
+
+_CANS = 10
+"""Number of cans on the table."""
+
+_RADIUS, _HEIGHT, _MASS = 0.033, 0.12, 0.35
+"""Size [m] and mass [kg] of a can."""
+
+_ROW = 1.25
+"""Coordinate x of the row of cans [m]."""
+
+_ENDS = (-1.4, 1.4)
+"""Coordinates y of the first and the last can [m]."""
+
+_CENTER = 0.62
+"""Height of the centres of the cans on the table [m]."""
+
+_SECONDS = 4.0
+
+
+def object_cases() -> list[Case]:
+    """Makes benchmarks without objects, and with objects on table and hand."""
+    scenario = load_scenario()
+    world = load_world(scenario)
+    law = ReactiveLaw.make(
+        scenario.controller, world.robot, scenario.control_period
+    )
+    ticks = recorded_ticks(scenario, world)
+    carried = _can("carried", world.robot.end_effector_pose(world.q0))
+    payload = make_payload(world.robot, carried, fit_object(carried), world.q0)
+    setups = {
+        "no objects": (law, world.field),
+        f"{_CANS} objects and one in the hand": (
+            law.holding(payload),
+            with_objects(world.field, ObjectField(_row())),
+        ),
+    }
+    bodies: dict[str, Callable[[], object]] = {}
+    for name, (held, field) in setups.items():
+        bodies[f"tick, verified, {name}"] = _ticks(held, field, ticks)
+        bodies[f"plan, {name}"] = _plans(held, field, scenario, world)
+    return [
+        Case(f"objects: {name}", body, _SECONDS)
+        for name, body in bodies.items()
+    ]
+
+
+def _row() -> list[SceneObject]:
+    """Returns cans in a row along the table."""
+    return [
+        _can(f"can {k}", RigidTransform([_ROW, y, _CENTER]))
+        for k, y in enumerate(np.linspace(*_ENDS, _CANS))
+    ]
+
+
+def _can(name: str, X_WO: RigidTransform | np.ndarray) -> SceneObject:
+    solid = Cylinder(RigidTransform(X_WO), _RADIUS, 0.5 * _HEIGHT)
+    return SceneObject(name, solid, _MASS)
+
+
+def _ticks(
+    law: ReactiveLaw, field: DistanceField, ticks: list[Tick]
+) -> Callable[[], object]:
+    return over(ticks, lambda tick: whole_tick(law, field, tick))
+
+
+def _plans(
+    law: ReactiveLaw, field: DistanceField, scenario: Scenario, world: World
+) -> Callable[[], object]:
+    """Returns a function that plans paths to drawn targets in turn."""
+    config = scenario.controller.guidance.planning
+    timing = TimingLimits(law.collision, config.approach_scale, law.dt)
+    planner = MotionPlanner(law.robot, law.self_clearance, config, timing)
+    targets = cycle(draw_targets(world))
+    stopping = law.collision.stopping
+    return lambda: planner.plan(world.q0, next(targets), field, stopping)
