@@ -1,7 +1,8 @@
 """`World`: the content of a scenario's files, checked and placed in W."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,12 @@ from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.found_object import FoundObject
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
-from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
+from remosplat_drake.oracle.oracle_config import (
+    GroundTruth,
+    OracleConfig,
+    OracleMaker,
+    make_field,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.reconstruction.report.quality_report import report_path
 from remosplat_drake.robot.robot_description import unknown_effector
@@ -122,11 +128,9 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     fixed = truth
     if objects and truth is not None:
         fixed = without_objects(truth, objects)
-    scene_field = make_field(scenario.oracle, scene_splat_W, fixed, where)
     q0 = _start(scenario, robot, truth)
     seen = load_seen_space(scenario, robot.spheres_at(q0))
-    if seen is not None and scenario.scene.unknown == OBSTACLE:
-        scene_field = CompositeDistanceField([scene_field, seen.field])
+    scene_field = scene_field_maker(scenario, seen)(scene_splat_W, fixed)
     field = scene_field
     if objects:
         field = with_objects(scene_field, ObjectField(objects))
@@ -144,6 +148,35 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     )
     _check_start(world, where)
     return world
+
+
+def scene_field_maker(
+    scenario: Scenario, seen: SeenSpace | None
+) -> Callable[..., DistanceField]:
+    """Returns a function that makes the map of a scene without its objects.
+
+    The function can be pickled. Its arguments are the splat in W and,
+    optionally, the true scene; each may be None.
+
+    Args:
+        scenario: The scenario.
+        seen: The seen space of the splat's capture; None if it is unknown.
+    """
+    unseen = None
+    if seen is not None and scenario.scene.unknown == OBSTACLE:
+        unseen = seen.field
+    return partial(_make_field, scenario.oracle, scenario.source, unseen)
+
+
+def _make_field(
+    oracle: OracleConfig | OracleMaker,
+    where: str,
+    unseen: DistanceField | None,
+    splat_W: GaussianSplat | None,
+    truth: PrimitiveScene | None = None,
+) -> DistanceField:
+    field = make_field(oracle, splat_W, truth, where)
+    return field if unseen is None else CompositeDistanceField([field, unseen])
 
 
 def _without_splats(

@@ -55,19 +55,21 @@ class CockpitView(LeafSystem):
         - map_status (optional)
         - outline (optional)
         - objects (optional)
+        - scene_map (optional)
 
     `configuration` takes the measured q, `motion_status` the `MotionStatus`,
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
     `map_status` the `MapStatus` of a live map, `outline` the `TaskOutline` of
-    an operator's jobs, `objects` the `SceneObject`s of these jobs, and `report`
-    the controller's `TickReport`. The plots include the report of every tick.
+    an operator's jobs, `objects` the `SceneObject`s of these jobs, `scene_map`
+    the `SceneMap` of a run without a live map, and `report` the controller's
+    `TickReport`. The plots include the report of every tick.
     The view itself draws nothing, and does not wait for the cockpit.
 
     Args:
         process: The process that serves the cockpit's page.
         robot: The robot.
         initial: The map that the cockpit already shows.
-        show_unseen: Whether the boundary of unseen space is shown for new maps.
+        picture: The picture of this map.
         period: Time between two evaluations of the report, the control period
             [s].
     """
@@ -78,7 +80,7 @@ class CockpitView(LeafSystem):
         process: CockpitProcess,
         robot: RobotModel,
         initial: SceneMap | None,
-        show_unseen: bool,
+        picture: MapPicture,
         period: float,
     ):
         super().__init__()
@@ -86,7 +88,7 @@ class CockpitView(LeafSystem):
         self._process = process
         self._robot = robot
         self._map = initial
-        self._show_unseen = show_unseen
+        self._picture = picture
         self._worst: WorstTick | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -99,7 +101,7 @@ class CockpitView(LeafSystem):
             ("supervision", SupervisorState(np.zeros(robot.n_u))),
         ):
             self.DeclareAbstractInputPort(name, Value(value))
-        for name in ("map_status", "outline", "objects"):
+        for name in ("map_status", "outline", "objects", "scene_map"):
             self.DeclareAbstractInputPort(name, Value[object]())
         self.DeclarePeriodicPublishEvent(period, 0.0, self._sample)
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
@@ -133,7 +135,15 @@ class CockpitView(LeafSystem):
         status = self._input(context, "map_status")
         if status is not None and status.scene_map is not self._map:
             self._map = status.scene_map
-            self._process.show_map(picture_of(self._map, self._show_unseen))
+            shown = self._picture.shows_unseen
+            self._process.show_map(picture_of(self._map, shown))
+        scene_map = self._input(context, "scene_map")
+        if scene_map is not None and scene_map is not self._map:
+            # The coverage, which contains the objects' space, stays the same.
+            self._map = scene_map
+            splat_W, field = scene_map.splat_W, scene_map.field
+            picture = dc.replace(self._picture, field=field, splat_W=splat_W)
+            self._process.show_map(picture)
         content = page_content(
             context.get_time(),
             q,

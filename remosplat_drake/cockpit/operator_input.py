@@ -117,6 +117,14 @@ class OperatorInput:
         """
         self._count("command", "places", support=support, p_WNear=p_WNear)
 
+    def find(self, p_W: np.ndarray) -> None:
+        """Requests to find the object at a point of the map.
+
+        Args:
+            p_W: A point on the object, shape (3,) [m].
+        """
+        self._count("command", "finds", p_WFind=p_W)
+
     def request(self, name: str) -> None:
         """Counts a press of a button for the map.
 

@@ -391,6 +391,15 @@ class OperatorPanel:
         if self._objects is not None:
             self._objects.choose(name, p_W)
 
+    def point_at_map(self, p_W: np.ndarray) -> None:
+        """Chooses a point of the map that the operator has clicked.
+
+        Args:
+            p_W: The point, which is on no object, shape (3,) [m].
+        """
+        if self._objects is not None:
+            self._objects.choose_point(p_W)
+
     def _go_there(self) -> None:
         if self._proposal is not None:
             X_WT = self._proposal

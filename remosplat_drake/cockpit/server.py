@@ -269,23 +269,22 @@ class Page:
     ) -> None:
         """Proposes a target in front of a clicked point.
 
-        If the point is on an object, the object is chosen, too.
+        If the point is on an object, the object is chosen, too. Else the point
+        is chosen, at which an object may be found.
         """
-        objects = self._content.objects
+        objects, clicked = self._content.objects, None
+        ray = np.array(event.ray_origin), np.array(event.ray_direction)
         if objects:
-            ray = np.array(event.ray_origin), np.array(event.ray_direction)
             clicked = clicked_object(self._picture.field, objects, *ray)
-            if clicked is not None:
-                operator.point_at(*clicked)
+        if clicked is not None:
+            operator.point_at(*clicked)
         surfaces = self._field().surfaces
         if surfaces is None:
             return
-        surface = find_surface(
-            surfaces,
-            np.array(event.ray_origin),
-            np.array(event.ray_direction),
-        )
+        surface = find_surface(surfaces, *ray)
         if surface is not None:
+            if clicked is None:
+                operator.point_at_map(surface.p_W)
             standoff = self._job.stopping + _STANDOFF
             operator.propose(
                 target_before(surface, self._content.X_WE, standoff)

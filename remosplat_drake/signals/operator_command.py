@@ -12,10 +12,10 @@ class OperatorCommand:
     Button presses and similar events are counted, and an increased count is a
     request. So no press is lost between two reads, and no flag must be reset.
     If there are several new requests, the first one in this order is used:
-    hold, home, pose, scan, velocity, moves. A job is a request to take or to
-    place an object. A request to hold also ends a job; all other requests are
-    ignored during a job. A request applies to the end effector that was chosen
-    last. Requests to open or close the hand are independent of the other
+    hold, home, pose, scan, velocity, moves. A job is a request to find, to take
+    or to place an object. A request to hold also ends a job; all other requests
+    are ignored during a job. A request applies to the end effector that was
+    chosen last. Requests to open or close the hand are independent of the other
     requests. If the hand carries an object, a request to open the hand releases
     the object.
 
@@ -44,6 +44,9 @@ class OperatorCommand:
         p_WNear: Point in W near which to place the carried object, shape (3,)
             [m]; None to place it below the hand.
         places: Number of requests to place the carried object.
+        p_WFind: Point in W on an object of the map, shape (3,) [m]; None before
+            the first request to find one.
+        finds: Number of requests to find an object in the map.
         effector: Name of the end effector that was chosen last; empty for the
             first or only one.
         choices: Number of times that an end effector was chosen.
@@ -67,6 +70,8 @@ class OperatorCommand:
     support: str = ""
     p_WNear: np.ndarray | None = None
     places: int = 0
+    p_WFind: np.ndarray | None = None
+    finds: int = 0
     effector: str = ""
     choices: int = 0
     trouble: str = ""

@@ -23,12 +23,14 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.scene_object import SceneObject, find_object
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task import step_configs as cfg
 from remosplat_drake.task.carrying import hull_pieces
 from remosplat_drake.task.free_places import Surroundings, free_places
 from remosplat_drake.task.grasp_search import find_grasps
 from remosplat_drake.task.make_blocks import make_blocks
+from remosplat_drake.task.object_finder import NewObject, ObjectFinder
 from remosplat_drake.task.object_spheres import fit_object, overhang
 from remosplat_drake.task.step import Block
 from remosplat_drake.task.task import TaskState
@@ -65,6 +67,7 @@ class JobMaker:
         is_stopped: Whether an object between the fingers stops them.
         plans: Whether the controller plans paths.
         where: File and name of the scenario, for errors.
+        finder: Finds the objects that an operator points at.
         written: The steps in the scenario. If they contain a `!Pick` of an
             object, its grasps and contacts replace the search for grasps.
 
@@ -86,6 +89,7 @@ class JobMaker:
         is_stopped: bool,
         plans: bool,
         where: str,
+        finder: ObjectFinder,
         written: Sequence[cfg.AnyStep] = (),
     ):
         self.spheres: dict[str, LinkSpheres] = {}
@@ -93,6 +97,7 @@ class JobMaker:
         self.scene, self._stopping, self._q0 = scene, stopping, q0
         self._max_widths, self._is_stopped = max_widths, is_stopped
         self._plans, self._where = plans, where
+        self._finder = finder
         self._picks = [x for x in written if isinstance(x, cfg.Pick)]
 
     def fit(self, thing: SceneObject) -> None:
@@ -149,6 +154,15 @@ class JobMaker:
             self._plans,
             places,
         )
+
+    def find(
+        self,
+        near: np.ndarray,
+        scene: SceneMap | None,
+        state: TaskState,
+    ) -> NewObject:
+        """Finds an object in the map; see `ObjectFinder.find`."""
+        return self._finder.find(near, scene, state)
 
     def take(
         self, name: str, state: TaskState, q: np.ndarray, effector: int

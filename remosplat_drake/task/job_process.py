@@ -16,6 +16,9 @@ DIED = (
     "again"
 )
 
+DEAD = FoundJob(problem=DIED)
+"""The answer if the process has ended."""
+
 _NICENESS = 10
 """Nice value of the process. It gives the control tick precedence."""
 
@@ -72,26 +75,26 @@ class JobProcess:
                 daemon=True,
             ).start()
             return None
-        try:
-            while self._child.connection and self._child.has_news():
-                number, found = self._child.connection.recv()
-                if number == self._number:
-                    return found
-        except (EOFError, OSError):
+        found = self._pipe.answers.pop(self._number, None)
+        if found is DEAD:
             _log.warning(DIED)
             self._child.end(patience=0.0)
-            return FoundJob(problem=DIED)
-        return None
+        return found
 
 
 class _Pipe:
-    """Sends to the process from threads, since a large map takes long."""
+    """Asks the process from threads, since a large map takes long.
+
+    Attributes:
+        answers: The answers that were not yet read, by the request's number.
+    """
 
     def __init__(self, child: ChildProcess, maker: JobMaker):
         self._child, self._maker = child, maker
         self._lock = Lock()
         self._is_prepared = False
         self._scene = ""
+        self.answers: dict[int, FoundJob] = {}
 
     def prepare(self) -> None:
         """Sends the maker, which is the first message."""
@@ -101,12 +104,18 @@ class _Pipe:
     def ask(
         self, number: int, request: JobRequest, scene: DistanceField
     ) -> None:
-        """Sends a request, and the map if it has changed."""
+        """Sends a request, with the map if it has changed, and the answer."""
         with self._lock:
-            self._prepare()
-            is_new = scene.revision != self._scene
-            self._scene = scene.revision
-            self._send((number, request, scene if is_new else None))
+            try:
+                self._prepare()
+                is_new = scene.revision != self._scene
+                self._scene = scene.revision
+                self._send((request, scene if is_new else None))
+                connection, _ = self._child.wait_until_started()
+                found = receive_arrays(connection, connection.recv())
+            except (EOFError, OSError, RuntimeError):
+                found = DEAD
+            self.answers[number] = found
 
     def _prepare(self) -> None:
         if not self._is_prepared:
@@ -126,18 +135,15 @@ def _serve(connection: Connection) -> None:
 
     Args:
         connection: The process's end of the pipe. It receives a `JobMaker`, and
-            then triples of a number, a request and a map, by `base.array_pipe`.
-            The map is None if it has not changed. It answers with the number
-            and a `FoundJob`.
+            then pairs of a request and a map, by `base.array_pipe`. The map is
+            None if it has not changed. It answers with `FoundJob`s in the same
+            way.
     """
     try:
         maker = receive_arrays(connection, connection.recv())
         while True:
-            number, request, changed = receive_arrays(
-                connection, connection.recv()
-            )
+            request, changed = receive_arrays(connection, connection.recv())
             scene = maker.scene if changed is None else changed
-            found = search_job(maker, request, scene)
-            connection.send((number, found))
+            send_arrays(connection, search_job(maker, request, scene))
     except (EOFError, ConnectionError):
         return

@@ -7,10 +7,12 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.job_maker import JobMaker
+from remosplat_drake.task.object_finder import NewObject
 from remosplat_drake.task.step import Block
 
-JobRequest = Callable[[JobMaker], tuple[Block, ...]]
-"""A requested job, as a function that makes its steps. It can be pickled."""
+JobRequest = Callable[[JobMaker], tuple[Block, ...] | NewObject]
+"""A requested job, as a function that makes its steps, or finds an object. It
+can be pickled."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -20,11 +22,13 @@ class FoundJob:
     Attributes:
         blocks: The steps of the job; empty if it cannot begin.
         spheres: Spheres around the objects that may be carried, by name.
+        new: The object that the job has found; None if it finds none.
         problem: Reason why the job cannot begin; empty if it can begin.
     """
 
     blocks: tuple[Block, ...] = ()
     spheres: Mapping[str, LinkSpheres] = dc.field(default_factory=dict)
+    new: NewObject | None = None
     problem: str = ""
 
 
@@ -47,7 +51,9 @@ def search_job(
     """
     maker.scene = scene
     try:
-        blocks = request(maker)
+        made = request(maker)
     except RemoSplatError as error:
         return FoundJob(problem=str(error))
-    return FoundJob(blocks, dict(maker.spheres))
+    if isinstance(made, NewObject):
+        return FoundJob(new=made)
+    return FoundJob(made, dict(maker.spheres))

@@ -14,6 +14,7 @@ _LEADING = (
     "choices",
     "takes",
     "places",
+    "finds",
 )
 """Fields of `OperatorCommand` that count requests about the target. An operator
 who makes such a request leads from then on."""
@@ -27,6 +28,7 @@ _VALUES = {
     "choices": ("effector",),
     "takes": ("thing",),
     "places": ("support", "p_WNear"),
+    "finds": ("p_WFind",),
 }
 """Fields that count requests, each with the fields that contain the values of
 the latest request."""

@@ -1,11 +1,12 @@
 """`advance_jobs`: advances an operator's jobs with objects by one tick.
 
-An operator's request starts a job: the robot takes an object, places it, or
-lets it go. While another function searches for the steps of a job, the robot is
-held. The steps are executed like those of a task (`task.advance_task`). A job
-ends when its steps are finished, when it fails, when the operator holds the
-target, or when the robot is stopped. The robot then brakes. When it is at rest,
-the operator moves the target again.
+An operator's request starts a job: an object is found in the map, or the robot
+takes an object, places it, or lets it go. While another function searches for
+the object or for the steps of a job, the robot is held. The steps are executed
+like those of a task (`task.advance_task`). A job ends when its steps are
+finished, when it fails, when the operator holds the target, or when the robot
+is stopped. The robot then brakes. When it is at rest, the operator moves the
+target again.
 """
 
 import dataclasses as dc
@@ -16,6 +17,7 @@ import numpy as np
 
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.operator_command import OperatorCommand
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.task.advance_task import (
     Observation,
     advance_task,
@@ -25,6 +27,7 @@ from remosplat_drake.task.advance_task import (
 from remosplat_drake.task.job_maker import JobMaker
 from remosplat_drake.task.job_search import FoundJob, JobRequest, JobSearch
 from remosplat_drake.task.lost_load import lost_load
+from remosplat_drake.task.object_finder import NewObject
 from remosplat_drake.task.step import Block
 from remosplat_drake.task.task import (
     DONE,
@@ -46,10 +49,12 @@ class Wanted:
     Attributes:
         request: The job.
         thing: Name of the object that the job takes; empty if it takes none.
+        at_rest: Whether the search begins when the robot is at rest.
     """
 
     request: JobRequest
     thing: str = ""
+    at_rest: bool = False
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -66,6 +71,8 @@ class Jobs(Work):
             shape (3, 3).
         is_lost: Whether the carried object may have been lost.
         wanted: The job whose steps are being searched; None without a search.
+        scene: The map without the objects; None if the map changes during the
+            run.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -73,15 +80,18 @@ class Jobs(Work):
     R_WO: Mapping[str, np.ndarray] = dc.field(default_factory=dict)
     is_lost: bool = False
     wanted: Wanted | None = None
+    scene: SceneMap | None = None
 
     @staticmethod
-    def none(task: Task) -> "Jobs":
+    def none(task: Task, scene: SceneMap | None = None) -> "Jobs":
         """Returns the state before the first request of an operator.
 
         Args:
             task: The robot and the objects, without blocks.
+            scene: The map without the objects; None if it changes during the
+                run.
         """
-        return Jobs(task, TaskState(task.objects, outcome=DONE))
+        return Jobs(task, TaskState(task.objects, outcome=DONE), scene=scene)
 
     @property
     def runs(self) -> bool:
@@ -152,8 +162,9 @@ def advance_jobs(
         return dc.replace(jobs, command=before)
     if jobs.wanted is None:
         jobs = _asked(jobs, before, now)
-    if jobs.wanted is not None:
-        found = search(jobs.wanted.request, scene)
+    wanted = jobs.wanted
+    if wanted is not None and (now.stands_still or not wanted.at_rest):
+        found = search(wanted.request, scene)
         return jobs if found is None else _begun(jobs, found, now)
     return jobs
 
@@ -214,6 +225,14 @@ def _asked(jobs: Jobs, before: OperatorCommand, now: Observation) -> Jobs:
         )
         thing = state.held or "object"
         return _searching(jobs, f"place the {thing}", Wanted(place))
+    if command.finds > before.finds and command.p_WFind is not None:
+        find = partial(
+            JobMaker.find,
+            near=command.p_WFind,
+            scene=jobs.scene,
+            state=state,
+        )
+        return _searching(jobs, "find an object", Wanted(find, at_rest=True))
     if command.opens > before.opens and state.held:
         release = partial(JobMaker.release, state=state)
         return _searching(jobs, f"release the {state.held}", Wanted(release))
@@ -233,6 +252,8 @@ def _begun(jobs: Jobs, found: FoundJob, now: Observation) -> Jobs:
     assert wanted is not None
     if found.problem:
         return _refused(jobs, jobs.task.blocks[-1].text, found.problem)
+    if found.new is not None:
+        return _with_object(jobs, found.new, now)
     task = dc.replace(jobs.task, spheres={**jobs.task.spheres, **found.spheres})
     if wanted.thing:
         R_WO = jobs.state.named(wanted.thing).X_WO.rotation().matrix()
@@ -249,6 +270,22 @@ def _begun(jobs: Jobs, found: FoundJob, now: Observation) -> Jobs:
         failures=(),
         outcome=RUNNING,
     )
+
+
+def _with_object(jobs: Jobs, new: NewObject, now: Observation) -> Jobs:
+    """Adds an object that was found, in place of its part of the map.
+
+    The permission is checked with the whole map. The robot may be nearer to the
+    object than to the map, since the object's shape contains its Gaussians.
+    """
+    objects = (*jobs.state.objects, new.thing)
+    after = dc.replace(jobs.state, objects=objects)
+    reason = jobs.task.permission(jobs.state, after, now.q)
+    if reason:
+        return _refused(jobs, jobs.task.blocks[-1].text, reason)
+    done = (Block(f"find an object: {new.text}", ((),)),)
+    jobs = _with_job(jobs, done, objects=objects, failures=(), outcome=DONE)
+    return dc.replace(jobs, scene=new.scene, is_braking=True)
 
 
 def _refused(jobs: Jobs, text: str, reason: str) -> Jobs:

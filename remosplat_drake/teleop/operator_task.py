@@ -16,6 +16,7 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.task.advance_task import Observation
 from remosplat_drake.task.job_search import JobSearch
@@ -55,6 +56,7 @@ class OperatorTask(TaskSystem):
         - outline
         - job
         - surroundings
+        - scene_map
 
     `command` takes the `OperatorCommand`, `operator_aim` the `Aim` and
     `operator_hand` the hand command of an `OperatorTarget`, and `supervision`
@@ -66,7 +68,8 @@ class OperatorTask(TaskSystem):
 
     `scene` takes the `DistanceField` of a live map, which does not contain the
     objects. It replaces the distance field of `map`. `surroundings` outputs a
-    `TaskSurroundings`.
+    `TaskSurroundings`. Without a live map, `scene_map` outputs the `SceneMap`
+    without the objects. It changes when an operator finds an object in it.
 
     The outputs depend on `supervision` and `command` only through the periodic
     update, which also calls `search`. While `search` returns None, the robot is
@@ -76,6 +79,7 @@ class OperatorTask(TaskSystem):
         search: Function that searches for the steps of a job.
         task: The robot and the objects, without blocks.
         map: The map of the task.
+        scene: The map without the objects; None with a live map.
         widths: Opening of each hand at the start, keyed by end effector [m].
         period: Control period [s].
     """
@@ -86,11 +90,12 @@ class OperatorTask(TaskSystem):
         search: JobSearch,
         task: Task,
         map: TaskMap,
+        scene: SceneMap | None,
         widths: Mapping[int, float],
         period: float,
     ):
         super().__init__(
-            work=Jobs.none(task), map=map, widths=widths, period=period
+            work=Jobs.none(task, scene), map=map, widths=widths, period=period
         )
         self.set_name("jobs")
         self._search = search
@@ -106,6 +111,13 @@ class OperatorTask(TaskSystem):
             self._calc_surroundings,
             {self.abstract_state_ticket(self._work_index)},
         )
+        if scene is not None:
+            self.DeclareAbstractOutputPort(
+                "scene_map",
+                Value[object]().Clone,
+                self._calc_scene_map,
+                {self.abstract_state_ticket(self._work_index)},
+            )
 
     @staticmethod
     def AddToBuilder(
@@ -215,11 +227,16 @@ class OperatorTask(TaskSystem):
         return commands
 
     def _scene(self, context: Context) -> DistanceField:
-        return value_or_none(self._scene_input, context) or self._map.scene
+        own = self._jobs(context).scene
+        initial = self._map.scene if own is None else own.field
+        return value_or_none(self._scene_input, context) or initial
 
     def _calc_surroundings(self, context: Context, output: AbstractValue):
         state = self._jobs(context).state
         output.set_value(MapAround(self._map, self._robot, state))
+
+    def _calc_scene_map(self, context: Context, output: AbstractValue):
+        output.set_value(self._jobs(context).scene)
 
     def _calc_job(self, context: Context, output: AbstractValue):
         output.set_value(self._jobs(context).text)

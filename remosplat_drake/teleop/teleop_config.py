@@ -106,6 +106,16 @@ class ScanConfig(Config):
 
 
 @dc.dataclass
+class FoundObjectConfig(Config):
+    """Objects that an operator finds in the map by a point on them."""
+
+    # Mass that is assumed for them, since a map shows no masses [kg].
+    mass: Annotated[float, Interval(gt=0, le=1000)] = 0.5
+    # Largest extent of such an object along each axis of W [m].
+    largest: Annotated[float, Interval(ge=0.02, le=2)] = 0.4
+
+
+@dc.dataclass
 class TeleopConfig(Config):
     """Bounds of the target's motion, and the sources of operators' requests.
 
@@ -143,6 +153,10 @@ class TeleopConfig(Config):
     gamepad: GamepadConfig = dc.field(default_factory=GamepadConfig)
     # The scan with the wrist camera.
     scan: ScanConfig = dc.field(default_factory=ScanConfig)
+    # Objects that an operator finds in the map by a point on them.
+    found_objects: FoundObjectConfig = dc.field(
+        default_factory=FoundObjectConfig
+    )
     # Path of a YAML file of timed poses and presses of buttons, relative to the
     # scenario's file; empty: no such file.
     trajectory: str = ""

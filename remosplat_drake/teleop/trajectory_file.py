@@ -23,6 +23,7 @@ from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_yaml import load_strict
 from remosplat_drake.robot.robot_description import unknown_effector
+from remosplat_drake.scene.objects.scene_object import new_name
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
@@ -56,8 +57,8 @@ NO_OBJECTS = (
     "needs a simulation of a scenario that has `objects` and the setting"
     " `mapping: {enabled: false}`"
 )
-"""Error text for a step that takes or places an object in a run that does not
-permit this."""
+"""Error text for a step that finds, takes or places an object in a run that
+does not permit this."""
 
 
 @dc.dataclass
@@ -80,6 +81,9 @@ class OperatorStep(Config):
     # several. If it is empty, the end effector does not change. A script begins
     # with the first end effector.
     effector: str = ""
+    # Point x, y, z in W on an object of the map that becomes an object of the
+    # run [m]; absent: find no object. The first one is called "object 1".
+    find: Position | None = None
     # Name of an object to take; empty: take no object.
     take: str = ""
     # Name of an object on which to place the carried object; empty: do not
@@ -147,8 +151,10 @@ def load_operator_steps(
     steps = load_strict(TrajectoryFile, path).steps
     if not steps:
         raise FieldError(str(path), "steps", "there are none")
-    before = 0.0
+    before, known = 0.0, list(objects)
     for i, step in enumerate(steps):
+        if step.find is not None and objects:
+            known.append(new_name(known))
         _check_step(step, before, poses, str(path), f"steps[{i}]")
         if step.effector and step.effector not in effectors:
             raise FieldError(
@@ -158,8 +164,8 @@ def load_operator_steps(
             )
         for name in ("take", "put_on"):
             thing = getattr(step, name)
-            if thing and thing not in objects:
-                problem = unknown_name("object", thing, objects)
+            if thing and thing not in known:
+                problem = unknown_name("object", thing, known)
                 if not objects:
                     problem = NO_OBJECTS
                 raise FieldError(str(path), f"steps[{i}].{name}", problem)
@@ -170,6 +176,8 @@ def load_operator_steps(
                 f"{SCENE!r} needs a simulation, and a scenario whose"
                 " scene.truth_later names the file of the other scene",
             )
+        if step.find is not None and not objects:
+            raise FieldError(str(path), f"steps[{i}].find", NO_OBJECTS)
         before = step.time
     return steps
 
@@ -195,6 +203,7 @@ def _check_step(
         step.press,
         step.pick,
         step.effector,
+        step.find,
         step.take,
         step.put_on,
     )
@@ -202,8 +211,8 @@ def _check_step(
         raise FieldError(
             where,
             field,
-            "requests nothing; give translation, press, pick, effector, take "
-            "or put_on",
+            "requests nothing; give translation, press, pick, effector, find, "
+            "take or put_on",
         )
 
 
@@ -239,6 +248,10 @@ def accumulate_requests(
         if step.pick:
             command = dc.replace(
                 command, pose=step.pick, poses=command.poses + 1
+            )
+        if step.find is not None:
+            command = dc.replace(
+                command, p_WFind=np.array(step.find), finds=command.finds + 1
             )
         if step.take:
             command = dc.replace(

@@ -11,6 +11,7 @@ pytest.importorskip("viser")
 from browser import find_chromium
 from cockpit_session import insist, open_session
 from cockpit_tab import CockpitTab
+from found_scene import CAN, write_found_scene
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
@@ -53,8 +54,49 @@ def test_an_operator_takes_a_can_and_puts_it_on_the_tray(tmp_path):
         operator.tab.save_picture(tmp_path / "placed.png")
 
 
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.skipif(
+    find_chromium() is None, reason="needs chromium on the PATH"
+)
+def test_a_click_makes_a_can_of_the_map_an_object(tmp_path):
+    name = write_found_scene(tmp_path)
+    world = load_world(load_scenario(name))
+    with open_session(name, tmp_path / "session") as operator:
+        click_at(operator, world, CAN)
+        operator.wait_for_text("Make it an object")
+        insist(
+            operator,
+            lambda: operator.press("Make it an object"),
+            "find an object: object 1 is a cylinder of 6",
+        )
+        operator.tab.wait_for(chosen("object 1"))
+        operator.tab.save_picture(tmp_path / "found.png")
+        insist(
+            operator,
+            lambda: operator.press("Take it"),
+            "hold: pick the object 1: done",
+        )
+        assert "Make it an object" not in operator.text
+
+
 def click(operator: CockpitTab, world: World, name: str):
     """Clicks on an object in the scene, as it is seen at the start."""
+    p_WO = find_object(world.objects, name).X_WO.translation()
+    click_at(operator, world, p_WO)
+    operator.tab.wait_for(chosen(name))
+
+
+def chosen(name: str) -> str:
+    """Whether the list of objects shows a name, in JavaScript."""
+    return (
+        "[...document.querySelectorAll('input')]"
+        f".some(i => i.value == '{name}')"
+    )
+
+
+def click_at(operator: CockpitTab, world: World, p_W: np.ndarray):
+    """Clicks on a point in the scene, as it is seen at the start."""
     X_WE = world.robot.end_effector_pose(world.q0)
     X_WB = planar_pose.matrix(world.q0[:3])
     look: Any = SimpleNamespace(X_WT=X_WE, X_WE=X_WE, X_WB=X_WB)
@@ -63,7 +105,7 @@ def click(operator: CockpitTab, world: World, name: str):
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, view.up_W)
     right /= np.linalg.norm(right)
-    off = find_object(world.objects, name).X_WO.translation() - view.p_WC
+    off = p_W - view.p_WC
     x, y = right @ off, -np.cross(right, ahead) @ off
     left, top, width, height = operator.tab.evaluate(
         "(r => [r.x, r.y, r.width, r.height])"
@@ -72,10 +114,6 @@ def click(operator: CockpitTab, world: World, name: str):
     scale = 0.5 * height / (np.tan(0.5 * FOV) * (ahead @ off))
     operator.click_at(
         left + 0.5 * width + scale * x, top + 0.5 * height + scale * y
-    )
-    operator.tab.wait_for(
-        "[...document.querySelectorAll('input')]"
-        f".some(i => i.value == '{name}')"
     )
 
 

@@ -15,9 +15,11 @@ from pydrake.systems.analysis import Simulator
 from remosplat_drake.cockpit.cockpit_plots import with_room_for
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.cockpit_view import CockpitView
-from remosplat_drake.cockpit.messages import PageContent
+from remosplat_drake.cockpit.messages import MapPicture, PageContent
 from remosplat_drake.cockpit.worst_tick import WorstTick
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.motion_status import NOT_STARTED
 from remosplat_drake.signals.target_state import TargetState
@@ -65,7 +67,9 @@ def test_every_tick_counts_although_few_moments_are_shown():
         process=process,
         robot=robot,
         initial=None,
-        show_unseen=False,
+        picture=MapPicture(
+            SignedDistanceField(PrimitiveScene()), None, None, False
+        ),
         period=0.01,
     )
     simulator = Simulator(view)

@@ -13,13 +13,18 @@ from remosplat_drake.app.teleop_session import camera_maker
 from remosplat_drake.app.world import load_world
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_view import CockpitView, page_content
-from remosplat_drake.cockpit.messages import CockpitRequests, PageContent
+from remosplat_drake.cockpit.messages import (
+    CockpitRequests,
+    MapPicture,
+    PageContent,
+)
 from remosplat_drake.cockpit.operator_input import SOURCE
 from remosplat_drake.cockpit.viewpoints import HAND, TOP, VIEWS, viewpoint
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.motion_status import (
     HELD,
@@ -128,7 +133,7 @@ def test_a_map_is_told_once(frankie):
         process=process,
         robot=frankie,
         initial=scene_map,
-        show_unseen=True,
+        picture=MapPicture(scene_map.field, None, None, True),
         period=0.01,
     )
     context = view.CreateDefaultContext()
@@ -146,6 +151,33 @@ def test_a_map_is_told_once(frankie):
     assert process.maps[0].field is later.field
     assert process.maps[0].shows_unseen
     assert process.looks[-1].map == "a map"
+
+
+def test_a_static_map_is_told_again_when_an_object_was_found_in_it(frankie):
+    """What cameras have seen of it stays."""
+    process, field = FakeProcess(), SignedDistanceField(PrimitiveScene())
+    first, rest = (SceneMap(0, None, (), -np.inf, field) for _ in range(2))
+    seen = Coverage(np.zeros(3), 0.1, np.zeros((2, 2, 2), np.uint8))
+    view = CockpitView(
+        process=process,
+        robot=frankie,
+        initial=first,
+        picture=MapPicture(field, None, seen, True),
+        period=0.01,
+    )
+    context = view.CreateDefaultContext()
+    for name, value in (
+        ("configuration", frankie.q_home),
+        ("motion_status", Value(NOT_STARTED)),
+        ("target_state", Value(TargetState.at_rest(np.eye(4)))),
+    ):
+        view.GetInputPort(name).FixValue(context, value)
+    for shown in (first, first, rest, rest):
+        port = view.GetInputPort("scene_map")
+        port.FixValue(context, Value[object](shown))
+        view._publish(context)
+    (told,) = process.maps
+    assert told.field is rest.field and told.coverage is seen
 
 
 def test_the_operator_asks_what_was_asked_last():

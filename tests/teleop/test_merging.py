@@ -60,6 +60,9 @@ def test_what_is_taken_is_what_was_requested_last():
     assert (command.thing, command.support) == ("box", "tray")
     assert command.p_WNear is p_W
     assert (command.takes, command.places, command.holds) == (2, 1, 1)
+    sources.say(page={"p_WFind": p_W, "finds": 1})
+    command = sources.say(stream={"holds": 2})
+    assert command.finds == 1 and command.p_WFind is p_W
 
 
 def test_a_stream_does_not_lead_on_after_a_hold():

@@ -100,11 +100,15 @@ def test_objects_are_taken_and_put_down(tmp_path):
     steps:
     - {time: 1, take: can}
     - {time: 2, put_on: tray, near: [1.0, 0.2, 0.5]}
+    - {time: 3, find: [1.0, 0.4, 0.6]}
+    - {time: 4, take: object 1}
     """
     path = write(tmp_path, text)
     steps = load_operator_steps(path, [], objects=["can", "tray"])
     last = accumulate_requests(steps)[-1].command
-    assert (last.thing, last.takes) == ("can", 1)
+    assert (last.thing, last.takes) == ("object 1", 2)
+    assert last.finds == 1
+    np.testing.assert_array_equal(last.p_WFind, [1.0, 0.4, 0.6])
     assert (last.support, last.places) == ("tray", 1)
     np.testing.assert_array_equal(last.p_WNear, [1.0, 0.2, 0.5])
 
@@ -114,6 +118,7 @@ def test_objects_are_taken_and_put_down(tmp_path):
     [
         ("steps: [{time: 1, take: can}]", "steps[0].take: needs a simulation"),
         ("steps: [{time: 1, put_on: tray}]", "steps[0].put_on"),
+        ("steps: [{time: 1, find: [1, 0, 0]}]", "steps[0].find: needs a sim"),
         ("steps: [{near: [1, 0, 0], press: home}]", "needs the field put_on"),
         ("steps: []", "steps: there are none"),
         ("steps: [{time: -1, press: home}]", "steps[0].time"),

@@ -63,7 +63,7 @@ def AddCockpitView(
         "configuration": loop.configuration,
         "target_state": target.GetOutputPort("state"),
     }
-    for name in ("outline", "objects"):
+    for name in ("outline", "objects", "scene_map"):
         port = task_port(loop.targets, name)
         if port is not None:
             inputs[name] = port
@@ -73,7 +73,7 @@ def AddCockpitView(
         process=process,
         robot=loop.world.robot,
         initial=teleoperation.first_map,
-        show_unseen=loop.scenario.scene.unknown == OBSTACLE,
+        picture=first_picture(loop, teleoperation),
         period=loop.scenario.control_period,
     )
 

@@ -8,6 +8,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages.task import job_maker, task_map
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.station.hand import robot_hands
 from remosplat_drake.task.job_process import JobProcess
 from remosplat_drake.task.job_search import search_job
@@ -34,6 +35,7 @@ def AddOperatorTask(
     command: OutputPort,
     law: ReactiveLaw,
     target: OperatorTarget,
+    scene: SceneMap | None,
     *,
     hardware: bool,
 ) -> OperatorTask:
@@ -47,6 +49,7 @@ def AddOperatorTask(
         command: The output port of the `OperatorCommand`.
         law: The control law.
         target: The target that the operator moves while there is no job.
+        scene: The map without the objects; None with a live map.
         hardware: Whether the robot is real. If so, another process searches for
             grasps and places, so that ticks do not wait for the search.
     """
@@ -70,6 +73,7 @@ def AddOperatorTask(
             StandingRule(law, map),
         ),
         map=map,
+        scene=scene,
         widths={
             i: hand.start_width for i, hand in robot_hands(world.robot).items()
         },

@@ -101,6 +101,7 @@ class Operation:
             command,
             law,
             target,
+            self._teleoperation.static_map,
             hardware=self._hardware,
         )
 

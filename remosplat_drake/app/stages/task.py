@@ -6,11 +6,12 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.world import World
+from remosplat_drake.app.world import World, scene_field_maker
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.oracle.oracle_config import GroundTruth
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.connections import AddHandStates
 from remosplat_drake.station.hand import robot_hands
@@ -88,6 +89,7 @@ def job_maker(
     """
     # Imported here, since it loads parts of scipy that other runs do not need.
     from remosplat_drake.task.job_maker import JobMaker
+    from remosplat_drake.task.object_finder import ObjectFinder
 
     robot, guidance = world.robot, scenario.controller.guidance
     hands = robot_hands(robot).items()
@@ -102,7 +104,30 @@ def job_maker(
         or not isinstance(scenario.station, KinematicStation),
         plans=guidance.plans,
         where=scenario.source,
+        finder=ObjectFinder(
+            scene_field_maker(scenario, world.seen),
+            scenario.teleop.found_objects.mass,
+            scenario.teleop.found_objects.largest,
+            _finds_nothing(scenario, hardware=hardware),
+        ),
         written=scenario.tasks,
+    )
+
+
+def _finds_nothing(scenario: Scenario, *, hardware: bool) -> str:
+    """Returns the reason why no object can be found in the map, or ""."""
+    reason = ""
+    if scenario.mapping.enabled:
+        reason = "a live map does not exclude it: set mapping.enabled to false"
+    elif isinstance(scenario.oracle, GroundTruth):
+        reason = "!GroundTruth measures no distances to the splat"
+    elif not hardware and not isinstance(scenario.station, KinematicStation):
+        reason = "the dynamic station has no body for it"
+    if not reason:
+        return ""
+    return (
+        "this run permits no new object, since"
+        f" {reason}; or add it to the scenario's `objects`"
     )
 
 

@@ -72,6 +72,11 @@ class Teleoperation:
         """The first map that a page draws: `reopened`, or else `initial`."""
         return self.reopened or self.initial
 
+    @property
+    def static_map(self) -> SceneMap | None:
+        """The map of the whole run; None with a live map."""
+        return self.initial if self.mapping is None else None
+
     def close(self) -> None:
         """Ends the mapping process, if there is one."""
         if self.mapping is not None:

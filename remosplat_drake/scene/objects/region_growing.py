@@ -66,6 +66,7 @@ def find_region(
     axes: np.ndarray,
     near: np.ndarray,
     largest: float,
+    ground: np.ndarray | None = None,
 ) -> Region:
     """Finds the Gaussians of the object that stands around a point.
 
@@ -83,6 +84,8 @@ def find_region(
             shape (n, 3, 3) [m].
         near: A point on the object, shape (3,) [m].
         largest: Largest extent of the object along each axis of W [m].
+        ground: Further points of level surfaces, which may bear the object but
+            are no Gaussians, shape (m, 3) [m].
 
     Raises:
         RemoSplatError: No Gaussian is near the point, the region exceeds
@@ -96,15 +99,19 @@ def find_region(
         raise RemoSplatError(
             f"the map has no Gaussian within {_NEAR:g} m of this point"
         )
-    start = int(away.argmin())
+    start, count = int(away.argmin()), len(points)
+    if ground is not None:
+        up = np.broadcast_to([0.0, 0.0, 1.0], ground.shape)
+        points = np.concatenate([points, ground])
+        normals = np.concatenate([normals, up])
     problem = RemoSplatError(
         f"the map has no level surface within {largest:g} m below this point,"
         " on which an object could stand"
     )
     for height in _supports(points, normals, start, largest):
-        above = points[:, 2] > height + _FOOT
+        above = points[:count, 2] > height + _FOOT
         try:
-            own = _connected(points, axes, start, above, largest)
+            own = _connected(points[:count], axes, start, above, largest)
             bottom = _bearing_height(points, normals, own, height)
         except RemoSplatError as error:
             problem = error

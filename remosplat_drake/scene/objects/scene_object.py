@@ -1,7 +1,8 @@
 """`SceneObject`: a named rigid object of a scene that a hand may take."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from itertools import count
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -94,6 +95,15 @@ def check_names(objects: Sequence[SceneObject]) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
             raise RemoSplatError(f"two objects are named {name!r}")
+
+
+def new_name(names: Collection[str]) -> str:
+    """Returns the first of "object 1", "object 2", ... that is no name yet.
+
+    Args:
+        names: The names of all objects.
+    """
+    return next(name for i in count(1) if (name := f"object {i}") not in names)
 
 
 def find_object(objects: Sequence[SceneObject], name: str) -> SceneObject:
