@@ -177,6 +177,29 @@ class FreeSpace:
         return nullcontext(0)
 
 
+def prepare(robot: RobotModel, self_clearance: SelfClearance | None) -> None:
+    """Computes what all free spaces of a robot share, before the first search.
+
+    Args:
+        robot: The robot.
+        self_clearance: Pairs of the robot's own shapes; None if self-collision
+            is not checked.
+    """
+    own, bend = _own_shapes(robot, self_clearance)
+    _memory(robot, own, bend.shape[2])
+    _ = robot.chain_arrays
+
+
+def _own_shapes(
+    robot: RobotModel, self_clearance: SelfClearance | None
+) -> tuple[Packed[SelfCollisionArrays], np.ndarray]:
+    """Returns the pairs of the robot's own shapes, and bounds of their bend."""
+    if self_clearance is None:
+        none = np.zeros((robot.n_u, robot.n_u, 0))
+        return no_self_collision_arrays(robot), none
+    return self_clearance.arrays, self_clearance.bend
+
+
 @lru_cache(maxsize=16)
 def _memory(
     robot: RobotModel, own: Packed[SelfCollisionArrays], bends: int

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from remosplat_drake.controller.planning.blending import blended_corners
-from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.free_space import FreeSpace, prepare
 from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
     goal_configurations,
@@ -63,6 +63,10 @@ class MotionPlanner:
     self_clearance: SelfClearance | None
     config: PlanningConfig
     timing: TimingLimits = dc.field(default_factory=TimingLimits)
+
+    def __post_init__(self) -> None:
+        """Computes what depends on the robot alone, so that no search does."""
+        prepare(self.robot, self.self_clearance)
 
     def plan(
         self,

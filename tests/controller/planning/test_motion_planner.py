@@ -7,7 +7,9 @@ from pydrake.math import RigidTransform
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 
@@ -35,6 +37,18 @@ def test_the_only_way_through_the_maze_is_found(maze):
     assert np.abs(passing[:, 1]).min() > 1.0
     least = least_clearance(maze.robot, maze.field, plan.path)
     assert least >= STOPPING - 6e-4
+
+
+def test_no_search_computes_what_depends_on_the_robot_alone():
+    robot = load_robot("frankie")
+    own = SelfClearance.make(robot, 0.01)
+    planner = MotionPlanner(robot, own, PlanningConfig())
+    known = [set(vars(thing)) for thing in (robot, own)]
+    X_WT = robot.end_effector_pose(robot.q_home)
+    X_WT[2, 3] -= 0.1
+    nothing = SignedDistanceField(PrimitiveScene())
+    assert planner.plan(robot.q_home, X_WT, nothing, STOPPING).path is not None
+    assert [set(vars(thing)) for thing in (robot, own)] == known
 
 
 def test_equal_searches_find_equal_paths(maze):
