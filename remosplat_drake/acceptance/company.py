@@ -24,9 +24,6 @@ from remosplat_drake.robot.robot_model import RobotModel
 REFUSED = 2
 """Exit code of a controller that detects another controller on the network."""
 
-_START_UP = 60.0
-"""Longest time until a process has joined or has been rejected [s]."""
-
 
 class Company:
     """A process that joins the network, and the record of its effects.
@@ -67,7 +64,7 @@ class Company:
             ),
         }
         self._process = stack.enter_context(starts[self._case.part]())
-        end = time.monotonic() + _START_UP
+        end = time.monotonic() + processes.START_UP
         while self._process.poll() is None and time.monotonic() < end:
             if self._case.part is not Part.SECOND_CONTROLLER and (
                 _senders(listener, 0.005) - known

@@ -8,7 +8,7 @@ import random
 import signal
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from remosplat_drake.acceptance import hardware_processes as processes
@@ -33,8 +33,8 @@ STOP_LIMIT = 4.0
 """A standstill counts as a stop if it comes within this time after a fault [s].
 """
 
-_START_UP = 60.0
-"""Longest time until both processes have started [s]; they may compile kernels.
+_REFUSED = 30.0
+"""If the first release is refused for this time, the robot will not move [s].
 """
 
 _UNDER_WAY = 0.7
@@ -169,7 +169,7 @@ class FaultRun:
             controller = stack.enter_context(
                 processes.controller(self._near, self._log, *arguments)
             )
-            problem = self._set_out(controller)
+            problem = self._set_out(controller, robot)
             if problem:
                 return problem
             self._begin(robot, controller, network)
@@ -194,9 +194,21 @@ class FaultRun:
             drivers = processes.ros2_drivers(self._far, self._text)
             stack.enter_context(drivers)
         if self._case.arm_driver:
-            self._tap.wait(self._arm_answers, _START_UP)
+            self._wait(self._arm_answers, robot)
             self._start_arm_driver(stack)
+        if self._case.ros2 or self._case.arm_driver:
+            # The controller does not wait long for statuses.
+            self._wait(lambda: self._tap.heard > 0, robot)
         return robot
+
+    def _wait(
+        self, happens: Callable[[], bool], *needed: subprocess.Popen
+    ) -> None:
+        """Waits for an event, or until a process ends that it needs."""
+        self._tap.wait(
+            lambda: happens() or any(p.poll() is not None for p in needed),
+            processes.START_UP,
+        )
 
     def _robot_process(
         self, *options: str
@@ -216,17 +228,28 @@ class FaultRun:
             processes.arm_driver(self._far, self._fci)
         )
 
-    def _set_out(self, controller: subprocess.Popen) -> str:
+    def _set_out(
+        self, controller: subprocess.Popen, robot: subprocess.Popen
+    ) -> str:
         """Waits until the robot moves; returns the problem if it does not."""
 
         def is_under_way() -> bool:
             self._consent.give()
-            moves = self._tap.moving_at is not None
-            return moves or controller.poll() is not None
+            return self._tap.moving_at is not None or self._is_refused()
 
-        self._tap.wait(is_under_way, _START_UP)
+        self._wait(is_under_way, controller, robot)
         if self._tap.moving_at is None or controller.poll() is not None:
-            return f"the robot never moved: {self.reason}"
+            refusals = [e["refusal"] for e in self.events if "refusal" in e]
+            ends = [
+                f"{name} has ended with exit code {process.returncode}"
+                for name, process in (
+                    ("the simulated robot", robot),
+                    ("the controller", controller),
+                )
+                if process.poll() is not None
+            ]
+            whys = [self.reason, *refusals[-1:], *ends]
+            return f"the robot never moved: {', '.join(filter(None, whys))}"
         self._tap.listen_for(_UNDER_WAY)
         if self._has_stopped() and self._case.part is not Part.TARGET:
             return f"the robot was stopped too early: {self.reason}"
@@ -305,7 +328,7 @@ class FaultRun:
         if case.part is Part.DRIVER_KILLED:
             stack.enter_context(self._robot_process())
             gone = time.time()
-            self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
+            self._wait(lambda: self._tap.heard > gone, controller)
         elif case.part is Part.ROBOT and case.fault != "base-protective-stop":
             self._inject(faults.RECOVER)
         elif case.part in JOINING:
@@ -320,7 +343,7 @@ class FaultRun:
             self._tap.inject(faults.RECOVER)
             self._start_arm_driver(stack)
             gone = time.time()
-            self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
+            self._wait(lambda: self._tap.heard > gone, controller)
 
     def _release(self, controller: subprocess.Popen) -> None:
         """Releases the stop, and waits until the robot continues."""
@@ -332,6 +355,11 @@ class FaultRun:
             )
         else:
             self._tap.listen_for(self._case.watch)
+
+    def _is_refused(self) -> bool:
+        """Whether the first release has been refused for too long."""
+        times = [event["time"] for event in self.events if "refusal" in event]
+        return bool(times) and time.time() - min(times) > _REFUSED
 
     def _has_stopped(self) -> bool:
         return any(

@@ -32,6 +32,10 @@ sys.exit(main())
 STAND_IN = (sys.executable, "-c", _COMMAND, "hardware-sim")
 """Command line of the stand-in, without arguments."""
 
+START_UP = 600.0
+"""Longest time until processes have started [s]. On a busy computer, they take
+minutes if they compile kernels."""
+
 _FIRST = -10
 """Niceness of the processes. They have priority, since computers of real robots
 have no other load.

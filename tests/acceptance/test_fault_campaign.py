@@ -7,6 +7,7 @@ from runs import PATIENT
 
 from remosplat_drake.acceptance.fault_campaign import run_case
 from remosplat_drake.acceptance.fault_cases import CASES
+from remosplat_drake.acceptance.fault_run import FaultRun
 
 REPRESENTATIVE = {"status stops", "controller killed"}
 """One stop by the supervisor and one by the drivers, in every suite."""
@@ -26,6 +27,14 @@ def test_the_robot_stays_safe(case, wire, table):
         case = dc.replace(case, text=PATIENT)
     result = run_case(case, table)
     assert result.problem == "", result
+
+
+def test_a_robot_that_does_not_start_is_named(wire, tmp_path):
+    (case,) = (case for case in CASES if case.name == "status stops")
+    problem = FaultRun(case, tmp_path, ["false"]).carry_out()
+    assert problem == (
+        "the robot never moved: the simulated robot has ended with exit code 1"
+    )
 
 
 def test_every_case_has_a_name_of_its_own():
