@@ -88,10 +88,7 @@ class Ros2Node:
             else Policy.Durability.Volatile,
             Policy.History.KeepLast(1),
         )
-        with self._named_errors():
-            return DataWriter(
-                self._participant, self._topic(dds_topic(topic), kind), qos=qos
-            )
+        return self._made(DataWriter, dds_topic(topic), kind, qos)
 
     def request_writer(self, service: str, kind: type):
         """Makes a `DataWriter` of a service's requests.
@@ -107,9 +104,8 @@ class Ros2Node:
 
         from remosplat_drake.hardware.drivers.ros2_messages import request_topic
 
-        with self._named_errors():
-            topic = self._topic(request_topic(service), kind)
-            return DataWriter(self._participant, topic, qos=_service_qos())
+        name = request_topic(service)
+        return self._made(DataWriter, name, kind, _service_qos())
 
     def request_reader(self, service: str, kind: type):
         """Makes a `DataReader` of a service's requests.
@@ -125,9 +121,8 @@ class Ros2Node:
 
         from remosplat_drake.hardware.drivers.ros2_messages import request_topic
 
-        with self._named_errors():
-            topic = self._topic(request_topic(service), kind)
-            return DataReader(self._participant, topic, qos=_service_qos())
+        name = request_topic(service)
+        return self._made(DataReader, name, kind, _service_qos())
 
     def servers(self, service: str) -> list[bytes]:
         """Returns the DDS vendors of a service's present servers.
@@ -183,15 +178,15 @@ class Ros2Node:
                 Policy.Durability.TransientLocal,
                 history,
             )
-        with self._named_errors():
-            return DataReader(
-                self._participant, self._topic(dds_topic(topic), kind), qos=qos
-            )
+        return self._made(DataReader, dds_topic(topic), kind, qos)
 
-    def _topic(self, name: str, kind: type):
+    def _made(self, end: type, name: str, kind: type, qos):
+        """Makes a `DataWriter` or `DataReader` of a topic with a DDS name."""
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, name, kind)
+        with self._named_errors():
+            topic = Topic(self._participant, name, kind)
+            return end(self._participant, topic, qos=qos)
 
     @contextlib.contextmanager
     def _named_errors(self) -> Iterator[None]:
