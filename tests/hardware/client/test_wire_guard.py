@@ -112,6 +112,22 @@ def test_a_driver_that_was_restarted_takes_the_place_of_the_old_one():
     assert again.drivers(3.0) == (OTHER.session,)
 
 
+def test_new_addresses_of_an_interface_are_no_other_programs():
+    """After half a second, in which the old addresses count as present."""
+    ours = watch((COMMAND, b"", OUR), (STATUS, b"", ARM), report(PANDA, ARM))
+    ours.hear(Packet(COMMAND, b"", "a:9"), 0.1)
+    assert ours.problem(0.1) == f"{COMMAND}: a:9 also sends commands"
+    for packet in (
+        lease_of(US, "a:9"),
+        (COMMAND, b"", "a:9"),
+        (STATUS, b"", "c:9"),
+        report(PANDA, "c:9"),
+    ):
+        ours.hear(Packet(*packet), PRESENT + 0.1)
+    assert ours.problem(PRESENT + 0.1) == ""
+    assert ours.drivers(PRESENT + 0.1) == (PANDA.session,)
+
+
 def test_a_driver_is_known_after_many_restarts():
     """In hours on end it may have had hundreds of addresses."""
     guard = watch()
