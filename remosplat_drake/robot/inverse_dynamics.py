@@ -2,7 +2,8 @@
 
 Twists and wrenches of all bodies are expressed in W about its origin, so they
 add up along a chain without a change of reference point (Featherstone, Rigid
-Body Dynamics Algorithms, 2008).
+Body Dynamics Algorithms, 2008). SIMD lanes contain the values at eight
+configurations.
 """
 
 from typing import NamedTuple
@@ -14,13 +15,15 @@ from pydrake.multibody.tree import BodyIndex, JointActuator
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.returns import reals
-from remosplat_drake.base.vectors import cross, dot, set_vector
-from remosplat_drake.robot.kinematics import (
-    FIXED,
-    REVOLUTE,
-    KinematicTree,
-    body_poses,
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    in_all,
+    lanes_from,
+    write_lanes,
 )
+from remosplat_drake.base.vectors import cross, dot
+from remosplat_drake.robot.kinematics import FIXED, REVOLUTE, KinematicTree
+from remosplat_drake.robot.pose_lanes import entry, place_bodies, turned
 
 _GRAVITY = 9.81
 """Acceleration of free fall, along the negative z axis of W [m/s^2]."""
@@ -107,125 +110,182 @@ def inverse_dynamics(tree, masses, q, v, a):
     Returns:
         Torques and forces of the joints, shape (k, m, n_q) [N m, N].
     """
-    b = len(tree.parent)
-    screw, p_WBcm, I_W = np.zeros((b, 6)), np.empty((b, 3)), np.empty((b, 3, 3))
-    work = np.zeros((b, 6)), np.zeros((b, 6)), np.zeros((b, 6))
+    b, n = len(tree.parent), q.shape[1]
+    X_WL, scratch = np.zeros((b, 3, 4, WIDTH)), np.zeros((2, 3, 4, WIDTH))
+    placed = (
+        np.zeros((b, 6, WIDTH)),
+        np.zeros((b, 3, WIDTH)),
+        np.zeros((b, 9, WIDTH)),
+    )
+    work = (
+        np.zeros((b, 6, WIDTH)),
+        np.zeros((b, 6, WIDTH)),
+        np.zeros((b, 6, WIDTH)),
+    )
+    some_q, some_v = np.empty((n, WIDTH)), np.empty((n, WIDTH))
+    some_a, found = np.empty((n, WIDTH)), np.zeros((n, WIDTH))
     torque = np.empty(v.shape)
-    for k in range(len(q)):
-        X_WB, X_WF = body_poses(tree, q[k])
+    for first in range(0, len(q), WIDTH):
+        count = min(WIDTH, len(q) - first)
+        for lane in range(WIDTH):
+            k = first + min(lane, count - 1)
+            for j in range(n):
+                some_q[j, lane] = q[k, j]
+        place_bodies(tree, some_q, X_WL, scratch)
         for i in range(1, b):
-            _place_screw(tree.kind[i], tree.axis_F[i], X_WF[i], screw[i])
+            _place_screw(tree, X_WL, i, placed[0])
             if masses.mass[i] > 0.0:
-                _place_mass(masses, i, X_WB[i], p_WBcm[i], I_W[i])
-        placed = screw, p_WBcm, I_W
+                _place_mass(masses, X_WL, i, placed[1], placed[2])
         for m in range(v.shape[1]):
-            _torques(tree, masses, placed, v[k, m], a[k, m], work, torque[k, m])
+            for lane in range(WIDTH):
+                k = first + min(lane, count - 1)
+                for j in range(n):
+                    some_v[j, lane], some_a[j, lane] = v[k, m, j], a[k, m, j]
+            _write_torques(tree, masses, placed, some_v, some_a, work, found)
+            for lane in range(count):
+                for j in range(n):
+                    torque[first + lane, m, j] = found[j, lane]
     return torque
 
 
 @helper
-def _place_screw(kind, axis_F, X_WF, screw):
-    """Fills in a joint's twist in W at a rate of 1; zero of a fixed one."""
-    if kind == FIXED:
+def _place_screw(tree, X_WL, i, screw):
+    """Writes the twist in W of a joint at a rate of 1; zero if it is fixed."""
+    if tree.kind[i] == FIXED:
         return
-    for r in range(3):
-        along = dot(X_WF[r], axis_F)
-        screw[r if kind == REVOLUTE else 3 + r] = along
-    if kind == REVOLUTE:
-        p_WF = X_WF[0, 3], X_WF[1, 3], X_WF[2, 3]
-        set_vector(screw[3:], cross(p_WF, screw[:3]))
+    X_PF, axis_F, parent = tree.X_PF[i], tree.axis_F[i], tree.parent[i]
+    axis_P = dot(X_PF[0], axis_F), dot(X_PF[1], axis_F), dot(X_PF[2], axis_F)
+    axis_W = turned(X_WL, parent, axis_P)
+    if tree.kind[i] != REVOLUTE:
+        _write_three(screw, 6 * i + 3, axis_W)
+        return
+    p_PF = X_PF[0, 3], X_PF[1, 3], X_PF[2, 3]
+    _write_three(screw, 6 * i, axis_W)
+    _write_three(screw, 6 * i + 3, cross(_point(X_WL, parent, p_PF), axis_W))
 
 
 @helper
-def _place_mass(masses, i, X_WB, p_WBcm, I_W):
-    """Fills in a body's centre of mass and its inertia about it in W."""
+def _place_mass(masses, X_WL, i, p_WBcm, I_W):
+    """Writes the centre of mass of a body, and its inertia about it, in W."""
     p, inertia = masses.p_BBcm[i], masses.I_BBcm[i]
+    _write_three(p_WBcm, 3 * i, _point(X_WL, i, (p[0], p[1], p[2])))
     for r in range(3):
-        p_WBcm[r] = X_WB[r, 3] + dot(X_WB[r], p)
-        for c in range(3):
-            total = 0.0
-            for s in range(3):
-                total += X_WB[r, s] * dot(inertia[s], X_WB[c])
-            I_W[r, c] = total
+        row = entry(X_WL, i, r, 0), entry(X_WL, i, r, 1), entry(X_WL, i, r, 2)
+        # The inertia is symmetric.
+        across = (
+            dot(inertia[0], row),
+            dot(inertia[1], row),
+            dot(inertia[2], row),
+        )
+        _write_three(I_W, 9 * i + 3 * r, turned(X_WL, i, across))
 
 
 @helper
-def _torques(tree, masses, placed, v, a, work, torque):
-    """Fills in the torques of one motion at one configuration."""
+def _point(X_WL, i, p_LP):
+    """Returns the position in W of a point on a body, as three lanes."""
+    x, y, z = turned(X_WL, i, p_LP)
+    return (
+        entry(X_WL, i, 0, 3) + x,
+        entry(X_WL, i, 1, 3) + y,
+        entry(X_WL, i, 2, 3) + z,
+    )
+
+
+@helper
+def _write_torques(tree, masses, placed, v, a, work, torque):
+    """Writes the torques of a motion at each of eight configurations."""
     screw, p_WBcm, I_W = placed
     twist, change, wrench = work
     # Gravity is equivalent to an upward acceleration of the world.
-    change[0, 5] = _GRAVITY
+    write_lanes(change, 5 * WIDTH, in_all(_GRAVITY))
     for i in range(1, len(tree.parent)):
         parent, j = tree.parent[i], tree.position[i]
-        for c in range(6):
-            twist[i, c], change[i, c] = twist[parent, c], change[parent, c]
-            wrench[i, c] = 0.0
+        w, moving = _three(twist, 6 * parent), _three(twist, 6 * parent + 3)
+        turn, push = _three(change, 6 * parent), _three(change, 6 * parent + 3)
         if j >= 0:
-            w, w_s, v_s = _half(twist, parent, 0), *_halves(screw, i)
-            turned, moved = cross(w, w_s), cross(w, v_s)
-            carried = cross(_half(twist, parent, 3), w_s)
-            for c in range(3):
-                change[i, c] += turned[c] * v[j]
-                change[i, 3 + c] += (moved[c] + carried[c]) * v[j]
-            for c in range(6):
-                change[i, c] += screw[i, c] * a[j]
-                twist[i, c] += screw[i, c] * v[j]
+            rate, gain = lanes_from(v, j * WIDTH), lanes_from(a, j * WIDTH)
+            w_s, v_s = _three(screw, 6 * i), _three(screw, 6 * i + 3)
+            carried = _sum(cross(w, v_s), cross(moving, w_s))
+            turn = _moved(_moved(turn, cross(w, w_s), rate), w_s, gain)
+            push = _moved(_moved(push, carried, rate), v_s, gain)
+            w, moving = _moved(w, w_s, rate), _moved(moving, v_s, rate)
+        _write_three(twist, 6 * i, w)
+        _write_three(twist, 6 * i + 3, moving)
+        _write_three(change, 6 * i, turn)
+        _write_three(change, 6 * i + 3, push)
+        zero = in_all(0.0)
+        moment, force = (zero, zero, zero), (zero, zero, zero)
         if masses.mass[i] > 0.0:
-            motion = *_halves(twist, i), *_halves(change, i)
-            p = p_WBcm[i, 0], p_WBcm[i, 1], p_WBcm[i, 2]
+            p, motion = _three(p_WBcm, 3 * i), (w, moving, turn, push)
             moment, force = _push(masses.mass[i], p, I_W, i, motion)
-            for c in range(3):
-                wrench[i, c], wrench[i, 3 + c] = moment[c], force[c]
+        _write_three(wrench, 6 * i, moment)
+        _write_three(wrench, 6 * i + 3, force)
     for i in range(len(tree.parent) - 1, 0, -1):
         parent, j = tree.parent[i], tree.position[i]
+        moment, force = _three(wrench, 6 * i), _three(wrench, 6 * i + 3)
         if j >= 0:
-            torque[j] = masses.rotor[j] * a[j] + masses.damping[j] * v[j]
-            for c in range(6):
-                torque[j] += screw[i, c] * wrench[i, c]
-        for c in range(6):
-            wrench[parent, c] += wrench[i, c]
+            rate, gain = lanes_from(v, j * WIDTH), lanes_from(a, j * WIDTH)
+            w_s, v_s = _three(screw, 6 * i), _three(screw, 6 * i + 3)
+            own = masses.rotor[j] * gain + masses.damping[j] * rate
+            found = own + dot(w_s, moment) + dot(v_s, force)
+            write_lanes(torque, j * WIDTH, found)
+        at = 6 * parent
+        _write_three(wrench, at, _sum(_three(wrench, at), moment))
+        _write_three(wrench, at + 3, _sum(_three(wrench, at + 3), force))
 
 
 @helper
 def _push(mass, p, I_W, i, motion):
     """Returns the moment about W's origin and the force of a body's motion."""
-    w, v, turn, speed_up = motion
+    w, v, turn, push = motion
     momentum, needed = _times(I_W, i, w), _times(I_W, i, turn)
-    across, spun = cross(w, p), cross(turn, p)
-    v = v[0] + across[0], v[1] + across[1], v[2] + across[2]
-    curved, gyrated = cross(w, v), cross(w, momentum)
-    force = (
-        mass * (speed_up[0] + spun[0] + curved[0]),
-        mass * (speed_up[1] + spun[1] + curved[1]),
-        mass * (speed_up[2] + spun[2] + curved[2]),
-    )
-    lever = cross(p, force)
-    moment = (
-        needed[0] + gyrated[0] + lever[0],
-        needed[1] + gyrated[1] + lever[1],
-        needed[2] + gyrated[2] + lever[2],
-    )
-    return moment, force
-
-
-@helper
-def _half(six, i, first):
-    """Returns three numbers of a row; a slice would be slower."""
-    return six[i, first], six[i, first + 1], six[i, first + 2]
-
-
-@helper
-def _halves(six, i):
-    """Returns the halves of a row for rotation and for W's origin."""
-    return _half(six, i, 0), _half(six, i, 3)
+    spun, curved = cross(turn, p), cross(w, _sum(v, cross(w, p)))
+    x, y, z = _sum(_sum(push, spun), curved)
+    force = mass * x, mass * y, mass * z
+    gyrated, lever = cross(w, momentum), cross(p, force)
+    return _sum(_sum(needed, gyrated), lever), force
 
 
 @helper
 def _times(I_W, i, w):
     """Returns the product of one of several matrices and a vector."""
     return (
-        I_W[i, 0, 0] * w[0] + I_W[i, 0, 1] * w[1] + I_W[i, 0, 2] * w[2],
-        I_W[i, 1, 0] * w[0] + I_W[i, 1, 1] * w[1] + I_W[i, 1, 2] * w[2],
-        I_W[i, 2, 0] * w[0] + I_W[i, 2, 1] * w[1] + I_W[i, 2, 2] * w[2],
+        dot(_three(I_W, 9 * i), w),
+        dot(_three(I_W, 9 * i + 3), w),
+        dot(_three(I_W, 9 * i + 6), w),
+    )
+
+
+@helper
+def _three(rows, first):
+    """Returns three rows of eight numbers as lanes."""
+    at = first * WIDTH
+    return (
+        lanes_from(rows, at),
+        lanes_from(rows, at + WIDTH),
+        lanes_from(rows, at + 2 * WIDTH),
+    )
+
+
+@helper
+def _write_three(rows, first, values):
+    """Writes three lanes into rows of eight numbers."""
+    write_lanes(rows, first * WIDTH, values[0])
+    write_lanes(rows, (first + 1) * WIDTH, values[1])
+    write_lanes(rows, (first + 2) * WIDTH, values[2])
+
+
+@helper
+def _sum(a, b):
+    """Returns the sum of two vectors."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@helper
+def _moved(a, b, factor):
+    """Returns the sum of a vector and a multiple of another vector."""
+    return (
+        a[0] + b[0] * factor,
+        a[1] + b[1] * factor,
+        a[2] + b[2] * factor,
     )
