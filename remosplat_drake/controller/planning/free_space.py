@@ -8,6 +8,7 @@ import numpy as np
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.template import Template
 from remosplat_drake.controller.planning.kernels.collision_checks import (
+    first_reached,
     is_free,
     is_free_between,
 )
@@ -20,6 +21,9 @@ from remosplat_drake.controller.planning.kernels.motion_samples import (
 )
 from remosplat_drake.controller.planning.kernels.self_work import SelfWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
+from remosplat_drake.controller.planning.kernels.start_levels import (
+    lower_levels,
+)
 from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
     StandingMovers,
@@ -37,7 +41,6 @@ from remosplat_drake.controller.verification.self_sweep import (
     no_self_collision_arrays,
 )
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.signals.distance_field import DistanceField
 
 
@@ -92,23 +95,21 @@ class FreeSpace:
         self.checks = 0
         self._is_pythons = is_pythons(field)
         if self_clearance is None:
-            own, self_level = no_self_collision_arrays(robot), np.zeros(0)
+            own, apart = no_self_collision_arrays(robot), 0.0
             self_bend = np.zeros((robot.n_u, robot.n_u, 0))
         else:
+            own, apart = self_clearance.arrays, self_clearance.stopping
             self_bend = self_clearance.bend
-            own, least = self_clearance.arrays, self_clearance.stopping
-            self_level = self_clearance.distances(start, least)
-            self_level = np.minimum(self_level, least)
+        pairs = own.values.pairs
         compiled, off = map_for_kernels(field)
         balls = robot.sphere_tree
         ball_level = np.full(len(balls.radius), float(stopping))
-        level = ball_level[-len(robot.spheres) :]
         samples, work, self_work = _memory(robot, own, self_bend.shape[2])
         values = SpaceArrays(
             robot=robot.arrays,
             map=compiled,
             off=off,
-            level=level,
+            level=ball_level[-len(robot.spheres) :],
             balls=balls,
             ball_level=ball_level,
             # The order is reversed, since the hand collides most often, and its
@@ -117,8 +118,8 @@ class FreeSpace:
             samples=samples.copy(),
             work=work.copy(),
             self_pairs=own,
-            self_level=self_level,
-            link_level=_most_by_link(own.values.pairs, self_level),
+            self_level=np.full(len(pairs.first), float(apart)),
+            link_level=np.zeros(len(pairs.boxes)),
             self_bend=self_bend,
             self_work=self_work.copy(),
             movers=standing.arrays,
@@ -128,8 +129,8 @@ class FreeSpace:
             backing=float(backing),
         )
         self.arrays = Packed(values)
-        # If the distance at the start is smaller, it is the one to keep.
-        level += self.margins(start[None], 0.0)[0]
+        with self.calls() as line:
+            lower_levels(self.arrays, line, np.array(start[None], float))
 
     def is_free(self, q: np.ndarray) -> bool:
         """Returns whether a configuration keeps all distances.
@@ -152,6 +153,22 @@ class FreeSpace:
         self.checks += 1
         with self.calls() as line:
             return is_free_between(self.arrays, line, a, b)
+
+    def first_reached(self, q: np.ndarray, goals: np.ndarray) -> int | None:
+        """Returns the index of the first goal that a single motion reaches.
+
+        Args:
+            q: Configuration at the start, which must be free, shape (n_q,)
+                [rad, m].
+            goals: Configurations at the end, shape (k, n_q) [rad, m].
+
+        Returns:
+            The index; None if no motion is free.
+        """
+        with self.calls() as line:
+            k = first_reached(self.arrays, line, q, goals)
+        self.checks += min(k + 1, len(goals))
+        return k if k < len(goals) else None
 
     def margins(self, q: np.ndarray, far: float) -> np.ndarray:
         """Measures the margins: clearances of spheres minus the required ones.
@@ -210,10 +227,3 @@ def _memory(
         Template(MapWork.make(len(robot.sphere_tree.radius), robot.n_u)),
         Template(SelfWork.make(own.values.pairs, bends)),
     )
-
-
-def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:
-    """Returns each link pair's largest required distance, shape (l,) [m]."""
-    if not len(pairs.boxes):
-        return np.zeros(0)
-    return np.maximum.reduceat(level - pairs.allowance, pairs.start[:-1])

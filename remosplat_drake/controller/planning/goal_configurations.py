@@ -7,10 +7,8 @@ import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.free_space import FreeSpace
-from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
-    Arms,
-    least_manipulability,
-)
+from remosplat_drake.controller.planning.kernels.goal_costs import goal_costs
+from remosplat_drake.controller.planning.kernels.inverse_kinematics import Arms
 from remosplat_drake.controller.planning.kernels.reaching import reaching
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
@@ -23,10 +21,6 @@ later round. The search ends as soon as it has found enough configurations."""
 _COMPARED = 100
 """If no configuration keeps all distances, at most this many configurations are
 compared, and the best of them is reported."""
-
-_ENOUGH = 0.06
-"""A goal's cost decreases with its least clearance, until this clearance
-exceeds the required one by this value [m]."""
 
 _GROUP = 4
 """Number of random configurations in a group. The one that is nearest to the
@@ -115,7 +109,9 @@ def goal_configurations(
         tried, left = tried + more_tried, left - count
     if is_open.any():
         best = found[is_open]
-        order = np.argsort(_price(space, arms, best, q), kind="stable")
+        with space.calls() as line:
+            costs = goal_costs(space.arrays, line, arms, best, q)
+        order = np.argsort(costs, kind="stable")
         return GoalConfigurations(best[order], tried, len(found))
     return _cramped(space, found, tried)
 
@@ -214,26 +210,3 @@ def _place(
     if target.weights[3:].all():
         return target.X_WT[:3, 3]
     return target.nearest_pose(robot.end_effector_pose(q, effector))[:3, 3]
-
-
-def _price(
-    space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
-) -> np.ndarray:
-    """Computes goals' costs, which increase far away and near obstacles.
-
-    The cost is roughly the time to reach the goal [s]. It is larger if the goal
-    is near obstacles or joint limits.
-    """
-    robot = space.robot
-    arm = slice(robot.n_q - len(robot.home), None)
-    speed = robot.velocity_limit[robot.n_base :]
-    far = (np.abs(found[:, arm] - q[arm]) / speed).max(axis=1)
-    if robot.n_base:
-        way = np.hypot(*(found[:, :2] - q[:2]).T)
-        far = np.maximum(far, way / robot.velocity_limit[0])
-    margin = space.margins(found, _ENOUGH).min(axis=1)
-    cramped = np.exp(-margin / 0.02)
-    inside = np.minimum(found - space.lower, space.upper - found)[:, arm]
-    at_limit = np.exp(-inside / 0.2).max(axis=1)
-    m = least_manipulability(arms, np.ascontiguousarray(found))
-    return far + 2.0 * cramped + at_limit + np.exp(-m / 0.02)

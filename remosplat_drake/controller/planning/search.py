@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -62,12 +63,11 @@ class Search:
         Returns:
             The start and the goal, shape (2, n_q); None if no motion is free.
         """
-        for goal in goals[: self.checks]:
-            if self.interrupted():
-                return None
-            if self.space.is_free_between(self.q, goal):
-                return np.stack([self.q, goal])
-        return None
+        if self.interrupted():
+            return None
+        goals = np.ascontiguousarray(goals[: self.checks])
+        k = self.space.first_reached(self.q, goals)
+        return None if k is None else np.stack([self.q, goals[k]])
 
     def path_to(self, goals: np.ndarray) -> np.ndarray | None:
         """Searches the corners of a path to one of several configurations.
@@ -109,7 +109,7 @@ class Search:
         """
         if len(corners) == 2:
             return corners
-        draws = np.random.default_rng(self.seed).random((_SHORTCUTS, 2))
+        draws = _shortcuts(self.seed)
         with self.space.calls() as line:
             corners, checks = shortened(self.space.arrays, line, corners, draws)
         self.space.checks += checks
@@ -131,3 +131,9 @@ class Search:
         if tucked is not None:
             draws[::_TUCKED, -len(tucked) :] = tucked
         return draws
+
+
+@lru_cache(maxsize=64)
+def _shortcuts(seed: int) -> np.ndarray:
+    """Returns the ends of random shortcuts; see `kernels/shortcuts.py`."""
+    return np.random.default_rng(seed).random((_SHORTCUTS, 2))

@@ -2,18 +2,23 @@
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform
 
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
+    arms_of,
     goal_configurations,
 )
+from remosplat_drake.controller.planning.kernels.goal_costs import goal_costs
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     Arms,
     least_manipulability,
 )
 from remosplat_drake.controller.planning.kernels.reaching import TOLERANCE
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 from tests.reaching import reach
@@ -159,3 +164,26 @@ def test_manipulability_is_that_of_the_whole_jacobian(frankie, q_target):
         m = np.sqrt(max(np.linalg.det(J @ J.T), 0.0))
         (found,) = least_manipulability(arms, q[None])
         assert found == pytest.approx(m, abs=1e-6)
+
+
+def test_goals_cost_more_far_away_and_near_obstacles(frankie, q_target):
+    """Times, and penalties of small margins, near limits and singularities."""
+    goals = q_target + np.random.default_rng(0).normal(0, 0.2, (10, 10))
+    goals = np.clip(goals, frankie.position_lower, frankie.position_upper)
+    box = Box(RigidTransform([1.6, -0.2, 0.6]), np.array([0.1, 0.1, 0.6]))
+    field, q = SignedDistanceField(PrimitiveScene((box,))), frankie.q_home
+    space = free_space(frankie, field, q)
+    arms = arms_of(space, Aim.of(frankie.end_effector_pose(q_target)))
+    costs = goal_costs(space.arrays, 0, arms, goals, q)
+    speed, seen = frankie.velocity_limit, set()
+    for goal, cost in zip(goals, costs, strict=True):
+        time = (np.abs(goal - q)[3:] / speed[2:]).max()
+        time = max(time, np.hypot(*(goal - q)[:2]) / speed[0])
+        margin = field.clearances(frankie.spheres_at(goal)).minimum() - 0.02
+        inside = np.minimum(goal - space.lower, space.upper - goal)[3:].min()
+        (m,) = least_manipulability(arms, goal[None])
+        penalties = -min(margin, 0.06) / 0.02, -inside / 0.2, -m / 0.02
+        expected = time + np.exp(penalties) @ [2.0, 1.0, 1.0]
+        assert cost == pytest.approx(expected)
+        seen.add(margin < 0.06)
+    assert seen == {True, False}

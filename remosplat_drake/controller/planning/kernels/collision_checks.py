@@ -8,7 +8,7 @@ distances may be smaller than required by the tolerance of verification; see
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.kernels.returns import TRUTH
+from remosplat_drake.base.kernels.returns import TRUTH, WHOLE
 from remosplat_drake.controller.planning.kernels.map_checks import (
     is_off_the_map,
 )
@@ -105,6 +105,25 @@ def moves_freely(space, line, a, b):
         ):
             return False
     return keeps_off_itself(space, a, _arms_command(a, b, n_base))
+
+
+@kernel(returns=WHOLE)
+def first_reached(space, line, q, goals):
+    """Returns the index of the first goal that a single free motion reaches.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of the map.
+        q: Configuration at the start, which is free, shape (n_q,) [rad, m].
+        goals: Configurations at the end, shape (k, n_q) [rad, m].
+
+    Returns:
+        The index; k if no motion is free.
+    """
+    for k in range(len(goals)):
+        if is_free_between(space, line, q, goals[k]):
+            return k
+    return len(goals)
 
 
 @helper
