@@ -158,7 +158,7 @@ def _problem(result: FaultResult) -> str:
         return ""
     if case.outcome == STOPS and not reason:
         return "the supervisor did not stop the robot"
-    if case.reason not in reason:
+    if not case.expects(reason):
         return f"the reason does not contain {case.reason!r}"
     if not result.time_to_zero < STOP_LIMIT:
         return "the robot did not come to rest"

@@ -66,6 +66,11 @@ until a restart.
 """
 
 
+MISMATCH = ("does not move as", "deviates from its actuator model")
+"""Texts of the two checks that compare a robot's motion with its commands. If
+both apply, either may be the first."""
+
+
 @dc.dataclass(frozen=True)
 class FaultCase:
     """One fault, injected while the robot moves, and the expected reaction.
@@ -76,7 +81,8 @@ class FaultCase:
         fault: Name of the fault, if the part has several.
         value: Magnitude of the fault, in the unit of the fault.
         outcome: Expected outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
-        reason: Text that the reason of the stop must contain.
+        reason: Text that the reason of the stop must contain, or several texts
+            of which it must contain one.
         refusal: Text that the answer to a release must contain while the fault
             is present; None if no release is tried.
         resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault is
@@ -104,7 +110,7 @@ class FaultCase:
     fault: str = ""
     value: float = 0.0
     outcome: str = STOPS
-    reason: str = ""
+    reason: str | tuple[str, ...] = ""
     refusal: str | None = None
     resumes: str | None = REACHES
     then: str = ""
@@ -119,8 +125,18 @@ class FaultCase:
     actuators: tuple[Actuator, ...] = ()
     clearance: float = 0.0
 
+    def expects(self, reason: str) -> bool:
+        """Returns whether a stop for a reason is an expected reaction."""
+        texts = self.reason
+        return any(
+            text in reason
+            for text in ((texts,) if isinstance(texts, str) else texts)
+        )
 
-def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
+
+def robot_fault(
+    name: str, fault: str, reason: str | tuple[str, ...], **more
+) -> FaultCase:
     """Makes a case with a fault of `remosplat hardware-sim`.
 
     The reason of the stop and the refusal of a release contain the same text.
@@ -128,7 +144,8 @@ def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
     Args:
         name: Name of the case in tables.
         fault: A key of `faults.FAULTS`.
-        reason: Text that the reason and the refusal must contain.
+        reason: Text that the reason and the refusal must contain. If there are
+            several, `refusal` must be given, too.
         more: Further fields of the case.
     """
     assert fault in faults.FAULTS

@@ -45,6 +45,9 @@ FAULTS = {
 }
 """Descriptions of the faults of the controller's process, keyed by name."""
 
+_WRONG = ("exception", "map-nan", "infeasible")
+"""Faults in which the map returns wrong results, or none."""
+
 _CONTRADICTION = 1.2
 """The fault `infeasible` lasts for at most this time [s]."""
 
@@ -83,8 +86,8 @@ class FaultyField(DistanceField):
 
     @property
     def compiled(self) -> Packed | None:
-        """The correct field's compiled form; None during a fault."""
-        return None if self.fault else self._field.compiled
+        """The correct field's compiled form; None if results are wrong."""
+        return None if self.fault in _WRONG else self._field.compiled
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
@@ -176,19 +179,22 @@ def main() -> None:
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.url)
     world = load_world(scenario)
-    warm_up.compile_kernels(scenario, world)
     spheres = world.robot.spheres_at(world.q0)
     field = FaultyField(
         world.field,
         len(spheres) - 1,
         scenario.controller.collision.stopping - _TOO_NEAR,
     )
+    warm_up.compile_kernels(scenario, world)
+    world = dc.replace(world, field=field)
+    if arguments.fault in _WRONG:
+        field.fault = arguments.fault
+        warm_up.compile_kernels(scenario, world)
+        field.fault = ""
     page = MeshcatPage() if arguments.page else None
     if page is not None:
         _log(socket=page.meshcat.ws_url())
-    application = build(
-        scenario, dc.replace(world, field=field), page, hardware=True
-    )
+    application = build(scenario, world, page, hardware=True)
     injector = FaultInjector(application, field, arguments.fault)
     result = run_on_hardware(
         application,

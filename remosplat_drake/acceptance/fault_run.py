@@ -179,7 +179,7 @@ class FaultRun:
                 if self.first_stop < self.began:
                     # The controller may have received the message before this
                     # process.
-                    if case.reason not in self.reason:
+                    if not case.expects(self.reason):
                         return f"the robot was stopped too early: {self.reason}"
                     self.began = self.first_stop
             self._look_on(stack, controller, network)

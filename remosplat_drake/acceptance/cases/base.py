@@ -1,6 +1,10 @@
 """Faults of the base: unreported stops, wrong poses, wrong clocks."""
 
-from remosplat_drake.acceptance.fault_case import FaultCase, robot_fault
+from remosplat_drake.acceptance.fault_case import (
+    MISMATCH,
+    FaultCase,
+    robot_fault,
+)
 
 _SPEEDS = (0.05, 0.2, 0.5)
 """Speeds of the base at the time of the unreported stop [m/s]."""
@@ -38,7 +42,7 @@ CASES = (
     robot_fault(
         "odometry drifts 2 cm/s",
         "base-drift",
-        "does not move as",
+        MISMATCH,
         value=0.02,
         refusal=None,
         watch=3.0,

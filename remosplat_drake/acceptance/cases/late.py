@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from remosplat_drake.acceptance.cases.target import THROUGH_THE_TABLE
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,
+    MISMATCH,
     FaultCase,
     Part,
     controller_fault,
@@ -73,7 +74,7 @@ def _unmeasured(name: str, fault: str, **more) -> FaultCase:
     return robot_fault(
         f"{name}, unmeasured",
         fault,
-        "does not move as",
+        MISMATCH,
         refusal=None,
         watch=2.0,
         **more,
