@@ -84,7 +84,7 @@ def test_it_leaves_tables_and_a_picture_and_goes_on(folder, capfd, monkeypatch):
 def test_mistakes_are_told_in_one_line(folder, capfd):
     assert command(folder, "--states", "0") == 2
     assert "--states: must be at least 1" in capfd.readouterr().err
-    (folder / "out").mkdir()
+    (folder / "out").mkdir(exist_ok=True)
     (folder / "out" / "results.json").write_text("nonsense")
     assert command(folder) == 2
     assert "results.json: not JSON" in capfd.readouterr().err
