@@ -1,10 +1,14 @@
 """Measures percentiles of the durations of many calls, after a warm-up."""
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import cycle
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
+
+T = TypeVar("T")
 
 
 @dc.dataclass(frozen=True)
@@ -41,6 +45,19 @@ class Timing:
     p99: float
     longest: float
     calls: int
+
+
+def in_turn(
+    inputs: Iterable[T], function: Callable[[T], object]
+) -> Callable[[], object]:
+    """Returns a function whose calls pass the inputs to another one in turn.
+
+    Args:
+        inputs: The inputs; after the last one, the first follows.
+        function: The function that is measured.
+    """
+    again = cycle(inputs)
+    return lambda: function(next(again))
 
 
 def measure(case: Case, min_calls: int = 2) -> Timing:

@@ -2,11 +2,11 @@
 
 The robot of the default scenario moves to its target. Each benchmark is
 measured without objects, and with ten cans on the table and another can in the
-hand.
+hand. Paths are planned to random targets to which there is a path in both
+cases.
 """
 
 from collections.abc import Callable
-from itertools import cycle
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -14,6 +14,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.timing import TimingLimits
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -23,9 +24,9 @@ from remosplat_drake.scene.primitive_scene import Cylinder
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.carrying import make_payload
 from remosplat_drake.task.object_spheres import fit_object
-from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.measuring import Case, in_turn
 from remosplat_drake.timing.planning_cases import draw_targets
-from remosplat_drake.timing.tick_cases import over, recorded_ticks, whole_tick
+from remosplat_drake.timing.tick_cases import recorded_ticks, whole_tick
 
 _CANS = 10
 """Number of cans on the table."""
@@ -62,10 +63,19 @@ def object_cases() -> list[Case]:
             with_objects(world.field, ObjectField(_row())),
         ),
     }
+    plans = {
+        name: _plan(*setup, scenario, world) for name, setup in setups.items()
+    }
+    targets = [
+        X_WT
+        for X_WT in draw_targets(world)
+        if all(plan(X_WT).path for plan in plans.values())
+    ]
     bodies: dict[str, Callable[[], object]] = {}
     for name, (held, field) in setups.items():
         bodies[f"tick, verified, {name}"] = _ticks(held, field, ticks)
-        bodies[f"plan, {name}"] = _plans(held, field, scenario, world)
+        paths = f"first path, {len(targets)} targets, {name}"
+        bodies[paths] = in_turn(targets, plans[name])
     return [
         Case(f"objects: {name}", body, _SECONDS)
         for name, body in bodies.items()
@@ -88,16 +98,15 @@ def _can(name: str, X_WO: RigidTransform | np.ndarray) -> SceneObject:
 def _ticks(
     law: ReactiveLaw, field: DistanceField, ticks: list[Tick]
 ) -> Callable[[], object]:
-    return over(ticks, lambda tick: whole_tick(law, field, tick))
+    return in_turn(ticks, lambda tick: whole_tick(law, field, tick))
 
 
-def _plans(
+def _plan(
     law: ReactiveLaw, field: DistanceField, scenario: Scenario, world: World
-) -> Callable[[], object]:
-    """Returns a function that plans paths to drawn targets in turn."""
+) -> Callable[[np.ndarray], Plan]:
+    """Returns a function that plans a path to a pose of the hand."""
     config = scenario.controller.guidance.planning
     timing = TimingLimits(law.collision, config.approach_scale, law.dt)
     planner = MotionPlanner(law.robot, law.self_clearance, config, timing)
-    targets = cycle(draw_targets(world))
     stopping = law.collision.stopping
-    return lambda: planner.plan(world.q0, next(targets), field, stopping)
+    return lambda X_WT: planner.plan(world.q0, X_WT, field, stopping)

@@ -8,7 +8,6 @@ the same targets are also planned with distances to the true geometry.
 
 import math
 from collections.abc import Callable
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.timing import TimingLimits
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
-from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.measuring import Case, in_turn
 
 SCENARIOS = ("TableReach", "BookshelfReach")
 """Scenarios in whose splats paths are planned."""
@@ -91,10 +90,9 @@ def _cases(name: str) -> list[Case]:
 
 
 def _case(name: str, run: Callable[[np.ndarray], Any], targets: list) -> Case:
-    again = cycle(targets)
     return Case(
         f"planning: {name}, {len(targets)} targets",
-        lambda: run(next(again)),
+        in_turn(targets, run),
         _SECONDS,
     )
 

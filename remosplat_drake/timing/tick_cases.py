@@ -1,7 +1,7 @@
 """Benchmarks of the parts of a control tick, along a real run."""
 
 import dataclasses as dc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from itertools import cycle, pairwise
 
 import numpy as np
@@ -19,7 +19,7 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion_status import MotionStatus
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.measuring import Case, in_turn
 
 _PEOPLE = 5
 """Number of movers (people) around the robot in benchmarks with movers."""
@@ -74,13 +74,13 @@ def _parts(
     robot, field, reach = world.robot, world.field, law.collision.influence
     programs = cycle([law.program(tick) for tick in ticks])
     return {
-        f"oracle query, {len(robot.spheres)} spheres": over(
+        f"oracle query, {len(robot.spheres)} spheres": in_turn(
             ticks, lambda tick: field.clearances(tick.state.spheres, reach)
         ),
-        "kinematics and all Jacobians": over(
+        "kinematics and all Jacobians": in_turn(
             ticks, lambda tick: robot.state(tick.state.q)
         ),
-        "program build": over(ticks, law.program),
+        "program build": in_turn(ticks, law.program),
         "program solve": lambda: law.solver.solve(next(programs)),
     }
 
@@ -95,7 +95,7 @@ def _whole_ticks(
     quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
     def whole(law: ReactiveLaw, movers: Movers | None = None):
-        return over(
+        return in_turn(
             ticks, lambda tick: whole_tick(law, world.field, tick, movers)
         )
 
@@ -166,14 +166,6 @@ def _ring(center: np.ndarray, away: float) -> Movers:
             Mover.capsule("person", X_WM, 0.4, _STOUT, v_WM=_SPEED * along)
         )
     return Movers(0.0, people)
-
-
-def over(
-    ticks: list[Tick], body: Callable[[Tick], object]
-) -> Callable[[], object]:
-    """Returns a function whose calls pass the ticks to `body` in turn."""
-    states: Iterator[Tick] = cycle(ticks)
-    return lambda: body(next(states))
 
 
 def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
