@@ -24,10 +24,10 @@ class PlanningConfig(Config):
     goals: Annotated[int, Interval(ge=1, le=1000)] = 6
     # Largest number of motions that the first search checks. Each further
     # attempt may check twice as many motions, with other random numbers.
-    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 400
+    checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
     # Number of attempts, each with a search for each stopping distance, after
     # which the target is given up until the target or the map changes.
-    attempts: Annotated[int, Interval(ge=1, le=20)] = 6
+    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
     # Whether a run ends when a target is given up. If not, it ends at its time
     # limit.
     give_up: bool = False
