@@ -59,8 +59,8 @@ def fit_solid(points: np.ndarray, bottom: float, name: str = "") -> Solid:
     box = _box(rim, half_height, height, name)
     if box.half_extents.min() < 0.5 * _THINNEST:
         raise RemoSplatError("the map shows only one side of it")
-    round_one = _cylinder(rim, half_height, height, name)
-    solid: Solid = min(box, round_one, key=_volume)
+    cylinder = _cylinder(rim, half_height, height, name)
+    solid: Solid = min(box, cylinder, key=_volume)
     if hull.volume >= _FILLED * _volume(solid):
         return solid
     p_WP = solid.X_WP.translation()
