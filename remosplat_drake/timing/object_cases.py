@@ -64,7 +64,8 @@ def object_cases() -> list[Case]:
         ),
     }
     plans = {
-        name: _plan(*setup, scenario, world) for name, setup in setups.items()
+        name: _plan(held, field, scenario, world)
+        for name, (held, field) in setups.items()
     }
     targets = [
         X_WT
