@@ -127,11 +127,8 @@ class FaultCase:
 
     def expects(self, reason: str) -> bool:
         """Returns whether a stop for a reason is an expected reaction."""
-        texts = self.reason
-        return any(
-            text in reason
-            for text in ((texts,) if isinstance(texts, str) else texts)
-        )
+        texts = (self.reason,) if isinstance(self.reason, str) else self.reason
+        return any(text in reason for text in texts)
 
 
 def robot_fault(

@@ -1,14 +1,12 @@
 """Benchmarks of the self-collision distances of a tick."""
 
-from itertools import cycle
-
 import numpy as np
 
 from remosplat_drake.controller.ingredients import SelfCollisionDamperConfig
 from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
-from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.measuring import Case, in_turn
 
 _POSTURES = 200
 """Number of configurations. Each is half way between the home configuration and
@@ -32,8 +30,7 @@ def _case(name: str) -> Case:
         q = robot.q_home
         q[arm] += 0.5 * (drawn - q[arm])
         poses.append(robot.body_poses(q))
-    again = cycle(poses)
     return Case(
         f"self-collision: {name}, {len(pairs)} pairs of shapes",
-        lambda: pairs.near(next(again), config.influence),
+        in_turn(poses, lambda X_WL: pairs.near(X_WL, config.influence)),
     )

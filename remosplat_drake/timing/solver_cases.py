@@ -6,7 +6,6 @@ alone, and others a complete Drake program.
 
 from collections.abc import Callable
 from functools import partial
-from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from remosplat_drake.controller.program.quadratic_program import (
 )
 from remosplat_drake.controller.program.solvers import DRAKE_SOLVERS
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
-from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.measuring import Case, in_turn
 from remosplat_drake.timing.optional_packages import is_there
 from remosplat_drake.timing.tick_cases import recorded_ticks
 
@@ -82,8 +81,7 @@ def solver_cases(scenario_name: str | None = None) -> list[Case]:
 
 
 def _case(name: str, solve: Solve, problems: list[Problem]) -> Case:
-    again = cycle(problems)
-    return Case(f"solvers: {name}", lambda: solve(next(again)))
+    return Case(f"solvers: {name}", in_turn(problems, solve))
 
 
 def recorded_problems(scenario_name: str | None = None) -> list[Problem]:

@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 from collections.abc import Callable
-from itertools import cycle, pairwise
+from itertools import pairwise
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -72,7 +72,7 @@ def _parts(
 ) -> dict[str, Callable[[], object]]:
     """Returns benchmarks of the parts of a tick."""
     robot, field, reach = world.robot, world.field, law.collision.influence
-    programs = cycle([law.program(tick) for tick in ticks])
+    programs = [law.program(tick) for tick in ticks]
     return {
         f"oracle query, {len(robot.spheres)} spheres": in_turn(
             ticks, lambda tick: field.clearances(tick.state.spheres, reach)
@@ -81,7 +81,7 @@ def _parts(
             ticks, lambda tick: robot.state(tick.state.q)
         ),
         "program build": in_turn(ticks, law.program),
-        "program solve": lambda: law.solver.solve(next(programs)),
+        "program solve": in_turn(programs, law.solver.solve),
     }
 
 

@@ -94,12 +94,8 @@ class FreeSpace:
         self.lower, self.upper = bounds
         self.checks = 0
         self._is_pythons = is_pythons(field)
-        if self_clearance is None:
-            own, apart = no_self_collision_arrays(robot), 0.0
-            self_bend = np.zeros((robot.n_u, robot.n_u, 0))
-        else:
-            own, apart = self_clearance.arrays, self_clearance.stopping
-            self_bend = self_clearance.bend
+        own, self_bend = _own_shapes(robot, self_clearance)
+        apart = 0.0 if self_clearance is None else self_clearance.stopping
         pairs = own.values.pairs
         compiled, off = map_for_kernels(field)
         balls = robot.sphere_tree

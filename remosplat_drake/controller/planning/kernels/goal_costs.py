@@ -47,8 +47,9 @@ def goal_costs(space, line, arms, goals, q):
         for i in range(margins.shape[1]):
             margin = min(margin, margins[k, i])
         for j in range(arms.first, len(q)):
-            below, above = space.upper[j] - goals[k, j], space.lower[j]
-            inside = min(inside, min(below, goals[k, j] - above))
+            above = goals[k, j] - space.lower[j]
+            below = space.upper[j] - goals[k, j]
+            inside = min(inside, min(above, below))
         cost[k] = (
             _time(space, arms.first, goals[k], q)
             + 2.0 * math.exp(-margin / _CRAMPED)
