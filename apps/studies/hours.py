@@ -3,7 +3,8 @@
 `remosplat run --hardware` drives the stand-in robot to and fro between two
 targets. Now and then the robot is stopped, by a fault with a reset, and armed
 again. Memory is sampled during the run. At the end, the loop's periods and all
-stops are compared with the expected ones.
+stops are compared with the expected ones. Pauses of the computer are recorded
+beside the stops, since a robot whose computer pauses is stopped for a reason.
 """
 
 import argparse
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +28,7 @@ from apps.studies.command_line import (
     output_folder,
     study_main,
 )
+from apps.studies.computer_pauses import ComputerPauses
 from apps.studies.live_map.memory_use import MemoryUse, memory_of, trend
 from remosplat_drake.acceptance import hardware_processes as processes
 from remosplat_drake.acceptance.consent import Consent
@@ -77,6 +80,9 @@ compiled."""
 _END = 600.0
 """The run must write its files within this time [s]."""
 
+_BEFORE = 0.5
+"""A pause of the computer may cause a stop within this time [s]."""
+
 _LINES = 12
 """An error contains this many of the last lines that the program printed."""
 
@@ -94,6 +100,8 @@ class LongRun:
         memory: Memory of the controller and its processes, once a minute [MB].
         caused: Number of caused stops.
         stops: Reasons of all stops, in their order.
+        pauses: Longest pause of the computer before each of the stops [s]; 0
+            for none.
         ticks: Number of control ticks.
         missed: Number of omitted ticks.
         periods_first: Periods of the first tenth of the ticks, median and
@@ -109,6 +117,7 @@ class LongRun:
     memory: tuple[float, ...]
     caused: int
     stops: tuple[str, ...]
+    pauses: tuple[float, ...]
     ticks: int
     missed: int
     periods_first: tuple[float, float]
@@ -150,10 +159,11 @@ def _driven(minutes: float, stop_every: float | None, folder: Path) -> LongRun:
         *("--headless", "--lcm-url", url, "--output", str(folder)),
     ]
     with (
+        closing(ComputerPauses()) as computer,
         processes.robot(url),
         processes.program(*command, said=said) as run,
     ):
-        watch = _Watch(url, run, said)
+        watch = _Watch(url, run, said, computer)
         watch.until_moving()
         watch.go_on(minutes, stop_every)
         run.send_signal(signal.SIGINT)
@@ -170,6 +180,7 @@ def _driven(minutes: float, stop_every: float | None, folder: Path) -> LongRun:
         memory=tuple(round(use.own, 1) for use in watch.memory[::12]),
         caused=watch.caused,
         stops=tuple(watch.stops),
+        pauses=tuple(round(pause, 3) for pause in watch.pauses),
         ticks=metrics["ticks"],
         missed=metrics["loop"]["missed"],
         periods_first=_spread(periods[:few]),
@@ -206,17 +217,26 @@ class _Watch:
             [min].
         memory: Memory of the controller and its processes at these times [MB].
         stops: Reasons of all stops so far.
+        pauses: Longest pause of the computer before each of these stops [s].
         caused: Number of caused stops among these.
     """
 
-    def __init__(self, url: str, run: subprocess.Popen, said: Path):
+    def __init__(
+        self,
+        url: str,
+        run: subprocess.Popen,
+        said: Path,
+        computer: ComputerPauses,
+    ):
         self._run, self._said, self._tap = run, said, WireTap(url)
+        self._computer = computer
         self._consent = Consent(url, again=True)
         self._operator = Operator(DrakeLcm(url))
         self._mode = ""
         self.minutes: list[float] = []
         self.memory: list[MemoryUse] = []
         self.stops: list[str] = []
+        self.pauses: list[float] = []
         self.caused = 0
 
     def until_moving(self) -> None:
@@ -260,7 +280,9 @@ class _Watch:
                 STARTING,
             )
             if runs_no_more:
+                now = time.monotonic()
                 self.stops.append(lease.reason)
+                self.pauses.append(self._computer.longest(now - _BEFORE, now))
             self._mode = lease.mode
         self._consent.give()
 
