@@ -403,9 +403,18 @@ def test_surfaces_are_seen_that_face_cameras_and_are_not_hidden():
     behind = case.caster.nearest(np.array([[-0.6, 0, TOP - 0.02]]))
     assert sight.seen(top)[0] and not sight.seen(under)[0]
     assert not sight.seen(behind)[0]
-    # Where the sensor had no depth, nothing was seen.
-    blind = dc.replace(case.capture, depth=0 * case.capture.depth)
-    assert not Sight(dc.replace(case, capture=blind)).seen(top)[0]
+
+
+@pytest.mark.parametrize(
+    ("factor", "seen"), [(0.0, False), (1.05, True), (1.2, False)]
+)
+def test_a_surface_is_seen_if_its_own_depth_was_measured(factor, seen):
+    """A pixel may have no depth, or that of the background."""
+    case = board_taken()
+    top = case.caster.nearest(np.array([[0.0, 0, TOP + 0.1]]))
+    other = dc.replace(case.capture, depth=factor * case.capture.depth)
+    dut = Sight(dc.replace(case, capture=other))
+    assert dut.seen(top)[0] == [seen]
 
 
 @pytest.mark.parametrize(("row", "seen"), [(0.5, False), (1.5, True)])
@@ -413,10 +422,10 @@ def test_a_surface_at_the_border_of_an_image_is_not_seen(row, seen):
     """The principal point is moved so that a point is in a given row."""
     case = board_taken()
     near = case.caster.nearest(np.array([[0.0, 0, TOP + 0.1]]))
-    _, before, _ = case.cameras.project(0, near.p_W)
+    _, before, z = case.cameras.project(0, near.p_W)
     K = case.cameras.K.copy()
     K[1, 2] += row - before[0]
-    capture = dc.replace(case.capture, depth=0 * case.capture.depth + 1)
+    capture = dc.replace(case.capture, depth=0 * case.capture.depth + z[0])
     cameras = dc.replace(case.cameras, K=K)
     sight = Sight(dc.replace(case, capture=capture, cameras=cameras))
     assert np.isfinite(sight._seen_at(0, near)) == [seen]
@@ -444,10 +453,13 @@ def test_what_is_thinner_than_a_pixel_is_told_apart(diameter, wide):
     rod = tube(np.array([[0, 0, -0.2], [0, 0, 0.2]]), diameter / 2)
     scene = MeshScene((Part("rod", rod),), np.zeros(3))
     case = taken(scene)
-    # Independent of what the pixels between have met.
-    capture = dc.replace(case.capture, depth=0 * case.capture.depth + 1)
-    sight = Sight(dc.replace(case, capture=capture))
     near = case.caster.nearest(np.array([[0.1, 0, 0.01], [0.1, 0, 0.03]]))
+    # Independent of what the pixels between have met.
+    depth = np.empty_like(case.capture.depth)
+    for view in range(len(depth)):
+        depth[view] = case.cameras.project(view, near.p_W)[2].mean()
+    capture = dc.replace(case.capture, depth=depth)
+    sight = Sight(dc.replace(case, capture=capture))
     seen, is_wide = sight.seen(near)
     assert seen.all() and (is_wide == wide).all()
 

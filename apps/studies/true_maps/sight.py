@@ -21,6 +21,12 @@ meets it."""
 _OWN = 0.001
 """A ray reaches a point if it ends less than this in front of the point [m]."""
 
+_ALIKE = 0.1
+"""A depth shows a surface if it differs from the surface's depth by at most
+this fraction. Noise and errors of the depth are smaller. A pixel may also have
+the depth of the background, beside an outline and at objects that are nearer
+than the sensor's range."""
+
 _LOOKS = 6
 """The width of a surface is measured with this many of the nearest views."""
 
@@ -107,7 +113,7 @@ class Sight:
         """Returns which surface points at least two views have seen.
 
         A view sees a point if the point is not occluded, its incidence is not
-        too oblique, and the sensor delivered a depth at its pixel.
+        too oblique, and the sensor measured its depth at its pixel.
 
         Args:
             surface: The points.
@@ -140,7 +146,8 @@ class Sight:
         inside &= (v >= _BORDER) & (v < HEIGHT - _BORDER)
         rows = np.flatnonzero(inside)
         pixel = v[rows].astype(int), u[rows].astype(int)
-        rows = rows[self.taken.capture.depth[view][pixel] > 0]
+        measured = self.taken.capture.depth[view][pixel]
+        rows = rows[np.abs(measured - z[rows]) <= _ALIKE * z[rows]]
         start_W = cameras.poses(view, v[rows])[:, :3, 3]
         ray_W = p_W[rows] - start_W
         cosine = np.abs((ray_W * surface.normal_W[rows]).sum(axis=1))
