@@ -177,6 +177,9 @@ def _table(
     timings: list[Timing], earlier: dict[str, float], notes: str
 ) -> Table:
     header = ["case", "p50 [ms]", "p99 [ms]", "max [ms]", "calls"]
+    with_checks = any(timing.checks is not None for timing in timings)
+    if with_checks:
+        header += ["checks", "µs per check"]
     if earlier:
         header.append("p50 / earlier")
     rows = []
@@ -184,8 +187,17 @@ def _table(
         times = (timing.p50, timing.p99, timing.longest)
         row = [timing.name, *(f"{1e3 * time:.3f}" for time in times)]
         row.append(str(timing.calls))
+        if with_checks:
+            row += _checks(timing)
         if earlier:
             before = earlier.get(timing.name)
             row.append(f"{timing.p50 / before:.2f}" if before else "")
         rows.append(tuple(row))
     return Table("", tuple(header), tuple(rows), notes)
+
+
+def _checks(timing: Timing) -> tuple[str, str]:
+    """Returns the number of checks of a search, and the time of each."""
+    if timing.checks is None or timing.per_check is None:
+        return "", ""
+    return f"{timing.checks:.0f}", f"{1e6 * timing.per_check:.0f}"

@@ -4,7 +4,7 @@ import dataclasses as dc
 from collections.abc import Callable, Iterable
 from itertools import cycle
 from time import perf_counter
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,13 +17,16 @@ class Case:
 
     Attributes:
         name: Name of the case in tables.
-        function: Function without arguments; its result is ignored.
+        function: Function without arguments.
         seconds: Approximate total duration of the repeated calls [s].
+        checks: Function that returns the number of checks that a search made,
+            given its result; None if the function is no search.
     """
 
     name: str
-    function: Callable[[], object]
+    function: Callable[[], Any]
     seconds: float = 1.0
+    checks: Callable[[Any], int] | None = None
 
 
 @dc.dataclass(frozen=True)
@@ -37,6 +40,9 @@ class Timing:
         p99: 99th percentile [s].
         longest: Time of the slowest call [s].
         calls: Number of timed calls.
+        checks: Median of the number of checks in a call; None if the calls make
+            no checks.
+        per_check: Median of the ratio of time and number of checks [s].
     """
 
     name: str
@@ -45,6 +51,8 @@ class Timing:
     p99: float
     longest: float
     calls: int
+    checks: float | None = None
+    per_check: float | None = None
 
 
 def in_turn(
@@ -69,17 +77,28 @@ def measure(case: Case, min_calls: int = 2) -> Timing:
     """
     case.function()
     durations: list[float] = []
+    checks: list[int] = []
     end = perf_counter() + case.seconds
     while perf_counter() < end or len(durations) < min_calls:
         start = perf_counter()
-        case.function()
+        result = case.function()
         durations.append(perf_counter() - start)
+        if case.checks is not None:
+            checks.append(case.checks(result))
     p50, p95, p99 = np.percentile(durations, [50, 95, 99])
-    return Timing(
+    timing = Timing(
         case.name,
         float(p50),
         float(p95),
         float(p99),
         max(durations),
         len(durations),
+    )
+    if not checks:
+        return timing
+    each = np.array(durations) / np.maximum(checks, 1)
+    return dc.replace(
+        timing,
+        checks=float(np.median(checks)),
+        per_check=float(np.median(each)),
     )

@@ -25,7 +25,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.carrying import make_payload
 from remosplat_drake.task.object_spheres import fit_object
 from remosplat_drake.timing.measuring import Case, in_turn
-from remosplat_drake.timing.planning_cases import draw_targets
+from remosplat_drake.timing.planning_cases import checks_of, draw_targets
 from remosplat_drake.timing.tick_cases import recorded_ticks, whole_tick
 
 _CANS = 10
@@ -72,15 +72,23 @@ def object_cases() -> list[Case]:
         for X_WT in draw_targets(world)
         if all(plan(X_WT).path for plan in plans.values())
     ]
-    bodies: dict[str, Callable[[], object]] = {}
+    cases = []
     for name, (held, field) in setups.items():
-        bodies[f"tick, verified, {name}"] = _ticks(held, field, ticks)
         paths = f"first path, {len(targets)} targets, {name}"
-        bodies[paths] = in_turn(targets, plans[name])
-    return [
-        Case(f"objects: {name}", body, _SECONDS)
-        for name, body in bodies.items()
-    ]
+        cases += [
+            Case(
+                f"objects: tick, verified, {name}",
+                _ticks(held, field, ticks),
+                _SECONDS,
+            ),
+            Case(
+                f"objects: {paths}",
+                in_turn(targets, plans[name]),
+                _SECONDS,
+                checks_of,
+            ),
+        ]
+    return cases
 
 
 def _row() -> list[SceneObject]:

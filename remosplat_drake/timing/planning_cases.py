@@ -6,6 +6,7 @@ no configuration reaches with the required distances. For comparison, paths to
 the same targets are also planned with distances to the true geometry.
 """
 
+import dataclasses as dc
 import math
 from collections.abc import Callable
 from typing import Any
@@ -81,11 +82,13 @@ def _cases(name: str) -> list[Case]:
     none = [X_WT for X_WT, there in pairs if not there.goals]
     both = [X_WT for X_WT in found if plan_in_solids(X_WT).path]
     return [
-        _case(f"first path, {name}", plan, found),
-        _case(f"first path in both maps, {name}, discs", plan, both),
-        _case(f"first path in both maps, {name}, solids", plan_in_solids, both),
+        _search(f"first path, {name}", plan, found),
+        _search(f"first path in both maps, {name}, discs", plan, both),
+        _search(
+            f"first path in both maps, {name}, solids", plan_in_solids, both
+        ),
         _case(f"goals of these, {name}", find_goals, found),
-        _case(f"no goal, {name}", plan, none),
+        _search(f"no goal, {name}", plan, none),
     ]
 
 
@@ -95,6 +98,17 @@ def _case(name: str, run: Callable[[np.ndarray], Any], targets: list) -> Case:
         in_turn(targets, run),
         _SECONDS,
     )
+
+
+def _search(
+    name: str, plan: Callable[[np.ndarray], Plan], targets: list
+) -> Case:
+    return dc.replace(_case(name, plan, targets), checks=checks_of)
+
+
+def checks_of(plan: Plan) -> int:
+    """Returns the number of checks that a search made."""
+    return plan.checks
 
 
 def draw_targets(world: World, count: int = _TARGETS, seed: int = 1):
