@@ -1,11 +1,12 @@
-"""`ComputerPauses`: records pauses in which a computer runs no process.
+"""`ComputerPauses`: records pauses in which a core runs no process.
 
-A virtual machine pauses if its host needs the processors, also for processes
-with real-time priority. A process that sleeps for short times notices such a
-pause, because it wakes up late.
+The cores of a virtual machine pause if the host needs them, also for processes
+with real-time priority. A process that sleeps for short times notices a pause
+of its core, because it wakes up late.
 """
 
 import multiprocessing
+import os
 import time
 from multiprocessing.connection import Connection
 from typing import NamedTuple
@@ -18,7 +19,7 @@ _LATE = 0.01
 
 
 class Pause(NamedTuple):
-    """A time in which the watching process did not run.
+    """A time in which a watching process did not run.
 
     Attributes:
         start: Beginning, by `time.monotonic` [s].
@@ -30,25 +31,27 @@ class Pause(NamedTuple):
 
 
 class ComputerPauses:
-    """Records the pauses of this computer in a process of its own.
+    """Records the pauses of each core of this computer, in a process on it.
 
-    The process inherits its priority from the process that starts it.
+    The processes inherit the priority of the process that starts them.
+
+    Attributes:
+        processes: The watching processes.
     """
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self._reports, child = context.Pipe(duplex=False)
-        self._process = context.Process(
-            target=_watch, args=(child,), name="pauses", daemon=True
-        )
-        self._process.start()
-        child.close()
+        self.processes, self._reports = [], []
+        for core in os.sched_getaffinity(0):
+            reports, child = context.Pipe(duplex=False)
+            process = context.Process(
+                target=_watch, args=(child, core), daemon=True
+            )
+            process.start()
+            child.close()
+            self.processes.append(process)
+            self._reports.append(reports)
         self._pauses: list[Pause] = []
-
-    @property
-    def pid(self) -> int | None:
-        """The watching process."""
-        return self._process.pid
 
     def longest(self, since: float, until: float) -> float:
         """Returns the length of the longest pause that touches a time [s].
@@ -57,15 +60,17 @@ class ComputerPauses:
             since: Beginning of this time, by `time.monotonic` [s].
             until: Its end [s].
         """
-        while self._reports.poll():
-            self._pauses.append(self._reports.recv())
+        for reports in self._reports:
+            while reports.poll():
+                self._pauses.append(reports.recv())
         return longest_pause(self._pauses, since, until)
 
     def close(self) -> None:
-        """Ends the watching process."""
-        self._reports.close()
-        self._process.terminate()
-        self._process.join()
+        """Ends the watching processes."""
+        for process, reports in zip(self.processes, self._reports, strict=True):
+            reports.close()
+            process.terminate()
+            process.join()
 
 
 def longest_pause(pauses: list[Pause], since: float, until: float) -> float:
@@ -86,8 +91,9 @@ def longest_pause(pauses: list[Pause], since: float, until: float) -> float:
     )
 
 
-def _watch(reports: Connection) -> None:
-    """Reports each `Pause`, until the reader closes its end."""
+def _watch(reports: Connection, core: int) -> None:
+    """Reports each `Pause` of a core, until the reader closes its end."""
+    os.sched_setaffinity(0, {core})
     before = time.monotonic()
     while True:
         time.sleep(_SLEEP)
