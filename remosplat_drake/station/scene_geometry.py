@@ -20,6 +20,9 @@ FLOOR_SIDE = 20.0
 FLOOR_THICKNESS = 0.2
 """Thickness of the floor, whose top is at z = 0 [m]."""
 
+_AT_FLOOR = 1e-3
+"""Largest distance of the top of a floor from z = 0 [m]."""
+
 
 def add_scene_geometry(
     plant: MultibodyPlant, scene: PrimitiveScene | None, *, solid: bool
@@ -27,7 +30,7 @@ def add_scene_geometry(
     """Adds the scene and a floor at z = 0 to a plant's world body.
 
     No floor is added if the scene contains a floor, which is a box with its top
-    at z = 0.
+    at z = 0, or if a solid of the scene is below z = 0.
 
     Args:
         plant: A plant that is the source of a scene graph, before `Finalize`.
@@ -39,14 +42,19 @@ def add_scene_geometry(
     for i, primitive in enumerate(primitives):
         shape, colour, kind = _appearance(primitive)
         _register(plant, primitive.X_WP, shape, f"{kind}_{i}", colour, solid)
-    has_floor = any(
-        isinstance(primitive, Box) and abs(primitive.top) < 1e-3
-        for primitive in primitives
-    )
-    if not has_floor:
+    if _needs_floor(primitives):
         slab = BoxShape(FLOOR_SIDE, FLOOR_SIDE, FLOOR_THICKNESS)
         X_WP = RigidTransform([0, 0, -FLOOR_THICKNESS / 2])
         _register(plant, X_WP, slab, "floor", FLOOR_COLOUR, solid)
+
+
+def _needs_floor(primitives: list[Box | Cylinder]) -> bool:
+    """Returns whether a scene has no floor of its own, and nothing below it."""
+    return not any(
+        primitive.top < -_AT_FLOOR
+        or (isinstance(primitive, Box) and primitive.top < _AT_FLOOR)
+        for primitive in primitives
+    )
 
 
 def _register(
