@@ -23,6 +23,10 @@ FLOOR_THICKNESS = 0.2
 _AT_FLOOR = 1e-3
 """Largest distance of the top of a floor from z = 0 [m]."""
 
+_BELOW = 0.1
+"""If a solid reaches farther below z = 0 than this, z = 0 is not the floor [m].
+"""
+
 
 def add_scene_geometry(
     plant: MultibodyPlant, scene: PrimitiveScene | None, *, solid: bool
@@ -30,7 +34,7 @@ def add_scene_geometry(
     """Adds the scene and a floor at z = 0 to a plant's world body.
 
     No floor is added if the scene contains a floor, which is a box with its top
-    at z = 0, or if a solid of the scene is below z = 0.
+    at z = 0, or if a solid, such as a leg of a table, reaches far below z = 0.
 
     Args:
         plant: A plant that is the source of a scene graph, before `Finalize`.
@@ -49,12 +53,17 @@ def add_scene_geometry(
 
 
 def _needs_floor(primitives: list[Box | Cylinder]) -> bool:
-    """Returns whether a scene has no floor of its own, and nothing below it."""
+    """Returns whether a scene has neither a floor nor solids below z = 0."""
     return not any(
-        primitive.top < -_AT_FLOOR
-        or (isinstance(primitive, Box) and primitive.top < _AT_FLOOR)
+        _bottom(primitive) < -_BELOW
+        or (isinstance(primitive, Box) and abs(primitive.top) < _AT_FLOOR)
         for primitive in primitives
     )
+
+
+def _bottom(primitive: Box | Cylinder) -> float:
+    """Returns the height of a primitive's lowest point [m]."""
+    return 2.0 * primitive.X_WP.translation()[2] - primitive.top
 
 
 def _register(
