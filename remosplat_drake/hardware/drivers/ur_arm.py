@@ -30,7 +30,8 @@ class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
     If this process ends, the arm stops, because the controller's watchdog ends
-    a program that receives no commands.
+    a program that receives no commands. The watchdog is off until the first
+    command, so that the arm may wait at rest for its first controller.
     """
 
     def __init__(self, host: str, description: RobotDescription):
@@ -62,16 +63,19 @@ class UrArmLink:
         # change of speed.
         self._acceleration = max(description.acceleration_limits)
         self._told = -1.0
+        self._is_watched = False
         try:
             self._receive = RTDEReceiveInterface(host, FREQUENCY)
             self._control = RTDEControlInterface(host, FREQUENCY)
-            self._control.setWatchdog(WATCHDOG)
         except (RuntimeError, OSError) as error:
             text = " ".join(str(error).split())
             raise RemoSplatError(f"{host}: {text}") from error
 
     def command(self, velocity: np.ndarray) -> None:
         """Sends joint rates to the controller, shape (6,) [rad/s]."""
+        if not self._is_watched:
+            self._is_watched = True
+            self._control.setWatchdog(WATCHDOG)
         if self._control.isProgramRunning():
             self._control.speedJ(velocity.tolist(), self._acceleration, 0.0)
 

@@ -37,8 +37,9 @@ VERSION = (5, 11, 0, 108249)
 
 _POWERED, _PROGRAM = 1, 2
 _RUNNING, _IDLE, _PLAYING, _STOPPED = 7, 5, 2, 1
-_PROTECTIVE, _EMERGENCY, _NORMAL = 1 << 2, 1 << 4, 1
-
+_PROTECTIVE, _EMERGENCY, _NORMAL = 1 << 2, 1 << 6 | 1 << 7, 1
+"""Values of `safety_status_bits`: a protective stop, an emergency stop by the
+robot's own button, and normal operation."""
 
 _ANSWERS = {
     "polyscopeversion": f"URSoftware {'.'.join(map(str, VERSION))}",

@@ -29,8 +29,8 @@ SCENARIO = """
 Lab:
   robot: {{model: ur5e}}
   scene:
-    splat: package://remosplat_drake/models/scenes/workbench/splat.ply
-    truth: package://remosplat_drake/models/scenes/workbench/scene.json
+    splat: package://remosplat_drake/models/scenes/table/splat.ply
+    truth: package://remosplat_drake/models/scenes/table/scene.json
   targets:
   - {{translation: [0.5, 0.3, 0.4], rpy_deg: [180, 0, 0]}}
   time_limit: 1000
@@ -147,7 +147,8 @@ def test_stand_ins_pass_at_every_rate(kind, rate, lone_robot, tmp_path: Path):
     found = {f["check"]: f["result"] for f in json.loads(said)}
     wrong = {check for check, result in found.items() if result == FAILED}
     skipped = {check for check, result in found.items() if result == SKIPPED}
-    assert skipped == {"restart"}, said
+    # The stand-in behind RTDE reports as a driver, too, like a restarted one.
+    assert skipped == (set() if kind == "ur" else {"restart"}), said
     assert check.returncode == bool(wrong)
     assert not {check.rpartition(": ")[2] for check in wrong} - BUSY, said
     assert found["arm: mode and emergency stop"] == PASSED
