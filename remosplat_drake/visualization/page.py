@@ -3,6 +3,7 @@
 import dataclasses as dc
 import weakref
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -316,7 +317,7 @@ def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
         RemoSplatError: The port is taken or out of range.
     """
     if port is None:
-        port = next(p for p in range(_FIRST_PORT, 65536) if is_free(host, p))
+        return _start_on_first_free_port(host, newest)
     if not 1024 <= port <= 65535:
         raise RemoSplatError(
             f"meshcat port {port} is out of range; valid: 1024 to 65535"
@@ -328,6 +329,20 @@ def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
             f"meshcat port {port} is taken on host {host!r};"
             " choose another port, or omit the flag to use the first free one"
         ) from error
+
+
+def _start_on_first_free_port(host: str, newest: Newest) -> PageServer:
+    """Opens the page's server on the first free port.
+
+    Raises:
+        RemoSplatError: No port is free, or there is no such interface.
+    """
+    for port in range(_FIRST_PORT, 65536):
+        if is_free(host, port):
+            # Another program can take the port after it was found free.
+            with suppress(OSError):
+                return PageServer(host, port, newest)
+    raise RemoSplatError(f"no port is free on host {host!r}")
 
 
 def _start_meshcat(host: str) -> Meshcat:

@@ -187,8 +187,8 @@ def test_a_can_is_taken_and_put_on_the_tray_over_the_wire(tmp_path, lone_robot):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("open3d")
 def test_a_can_is_taken_in_a_live_map_over_the_wire(tmp_path, lone_robot):
-    pytest.importorskip("open3d")
     rooms = []
 
     def story(bench):

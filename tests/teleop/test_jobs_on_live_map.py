@@ -8,7 +8,7 @@ from pydrake.math import RotationMatrix
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.task.task import DONE
 
-pytest.importorskip("open3d")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("open3d")]
 
 TEXT = """
 scene: {splat: "", unknown: obstacle}

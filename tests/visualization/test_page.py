@@ -7,6 +7,7 @@ from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.visualization import page as page_module
 from remosplat_drake.visualization import page_state
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
@@ -32,6 +33,12 @@ def test_taken_port_is_named():
     with pytest.raises(RemoSplatError, match="port 17431 is taken"):
         MeshcatPage(port=17_431)
     assert first.url.endswith(":17431")
+
+
+def test_a_port_taken_after_its_check_is_left_out(monkeypatch):
+    monkeypatch.setattr(page_module, "is_free", lambda host, port: True)
+    first, second = MeshcatPage(), MeshcatPage()
+    assert first.url != second.url
 
 
 # Drake aborts the process at 1 and wraps 80000 around.
