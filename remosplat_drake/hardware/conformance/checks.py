@@ -12,8 +12,10 @@ from remosplat_drake.hardware.conformance.following import (
     examine,
 )
 from remosplat_drake.hardware.conformance.robot_record import (
+    DriverSession,
     PartRecord,
     RobotRecord,
+    restarted_drivers,
 )
 from remosplat_drake.hardware.doctor.finding import (
     FAILED,
@@ -90,7 +92,7 @@ class Seen:
         """Starts without observations."""
         self._axes: dict[str, dict[str, _Range]] = {}
         self._stopped: dict[str, bool] = {}
-        self._drivers: set[int] = set()
+        self._drivers: dict[int, DriverSession] = {}
 
     def add(self, record: RobotRecord) -> None:
         """Adds the messages of another record."""
@@ -102,7 +104,9 @@ class Seen:
             stopped = bool(set(part.modes) - part.obeys)
             before = self._stopped.get(part.part, False)
             self._stopped[part.part] = before or stopped
-        self._drivers |= record.drivers.keys()
+        for number, session in record.drivers.items():
+            known = self._drivers.setdefault(number, session)
+            self._drivers[number] = known.until(session.last)
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
         """Lists the missing observations, as texts for an operator.
@@ -118,7 +122,7 @@ class Seen:
                 found.append(f"motion of {', '.join(still)}")
             if stop and not self._stopped[part]:
                 found.append(f"a stop of the {part}")
-        if restart and len(self._drivers) <= len(self._axes):
+        if restart and not restarted_drivers(self._drivers.values()):
             found.append("a restart of a driver")
         return found
 
@@ -306,13 +310,13 @@ def _words(following: Following, axis: int, axes: Sequence[str]) -> str:
 def _restart(record: RobotRecord) -> Finding:
     check, source = "restart", "DRIVER_REPORT"
     wanted = "a driver that ends and restarts, with a new session"
-    if len(record.drivers) <= len(record.parts):
+    names = restarted_drivers(record.drivers.values())
+    if not names:
         return Finding(check, SKIPPED, "not seen", wanted, source)
-    names = ", ".join(sorted(set(record.drivers.values())))
     return judged(
         check,
         True,
-        found=f"{len(record.drivers)} sessions of {names}",
+        found=f"{', '.join(names)} restarted",
         wanted=wanted,
         source=source,
         remedy="",

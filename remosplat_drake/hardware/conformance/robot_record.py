@@ -63,6 +63,44 @@ class PartRecord:
     broken: dict[str, int]
 
 
+@dc.dataclass(frozen=True)
+class DriverSession:
+    """The time from which to which one process of a driver sent its reports.
+
+    Attributes:
+        name: Name of the driver.
+        first: Time of arrival of the first report, by our clock [s].
+        last: Time of arrival of the last report [s].
+    """
+
+    name: str
+    first: float
+    last: float
+
+    def until(self, last: float) -> "DriverSession":
+        """Returns the session with a later last report, at `last` [s]."""
+        return dc.replace(self, last=last)
+
+
+def restarted_drivers(sessions: Iterable[DriverSession]) -> list[str]:
+    """Lists the drivers that ended and started again.
+
+    Drivers of the same name can run beside each other. A driver restarted if
+    one session of its name ended before another one began.
+
+    Returns:
+        Names in alphabetical order.
+    """
+    by_name = collections.defaultdict(list)
+    for session in sessions:
+        by_name[session.name].append(session)
+    return sorted(
+        name
+        for name, some in by_name.items()
+        if min(s.last for s in some) < max(s.first for s in some)
+    )
+
+
 @dc.dataclass(frozen=True, eq=False)
 class RobotRecord:
     """Commands and statuses of a robot.
@@ -70,13 +108,13 @@ class RobotRecord:
     Attributes:
         arm: Record of the arm.
         base: Record of the base; None for a robot on a fixed base.
-        drivers: Names of the drivers that started, keyed by session.
+        drivers: Sessions of all drivers, keyed by their random numbers.
         duration: Duration of reception [s].
     """
 
     arm: PartRecord
     base: PartRecord | None
-    drivers: dict[int, str]
+    drivers: dict[int, DriverSession]
     duration: float
 
     @property
@@ -103,13 +141,6 @@ def gather(
     for packet in packets:
         by_channel[packet.channel].append(packet)
     names = config.channels
-    drivers = {}
-    for packet in by_channel[DRIVER_REPORT]:
-        try:
-            identity = decode_report(packet.data).identity
-        except BrokenMessage:
-            continue
-        drivers[identity.session] = identity.name
     base = None
     if robot.n_base:
         base = _base_record(
@@ -124,7 +155,21 @@ def gather(
         names.arm_status,
         tuple(robot.description.arm.joints),
     )
+    drivers = _driver_sessions(by_channel[DRIVER_REPORT])
     return RobotRecord(arm, base, drivers, duration)
+
+
+def _driver_sessions(reports: list[Packet]) -> dict[int, DriverSession]:
+    sessions = {}
+    for packet in reports:
+        try:
+            identity = decode_report(packet.data).identity
+        except BrokenMessage:
+            continue
+        new = DriverSession(identity.name, packet.received, packet.received)
+        session = sessions.setdefault(identity.session, new)
+        sessions[identity.session] = session.until(packet.received)
+    return sessions
 
 
 def _arm_record(

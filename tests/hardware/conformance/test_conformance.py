@@ -8,7 +8,10 @@ from drake import lcmt_panda_command, lcmt_panda_status
 from effort import effort
 
 from remosplat_drake.hardware.conformance.checks import Seen, judge
-from remosplat_drake.hardware.conformance.robot_record import gather
+from remosplat_drake.hardware.conformance.robot_record import (
+    gather,
+    restarted_drivers,
+)
 from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, SKIPPED
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.channels import (
@@ -180,17 +183,33 @@ def test_what_is_still_to_be_seen_is_said(ur5e):
     still = ["motion of wrist_1_joint"]
     assert seen.missing(stop=True, restart=False) == still
     assert seen.missing(True, True) == [*still, "a restart of a driver"]
-    reports = [
-        Packet(
-            DRIVER_REPORT,
-            encode_report(Report(Identity(session, 1, "host", "driver"))),
-            "a:1",
-            START,
-        )
-        for session in (1, 2)
-    ]
-    seen.add(gather(reports, config, ur5e, 1.0))
+    seen.add(gather([report(1, "arm-driver", 0.0)], config, ur5e, 1.0))
+    seen.add(gather([report(1, "arm-driver", 2.0)], config, ur5e, 1.0))
+    assert seen.missing(True, True) == [*still, "a restart of a driver"]
+    seen.add(gather([report(2, "arm-driver", 3.0)], config, ur5e, 1.0))
     assert seen.missing(True, True) == still
+
+
+def report(session: int, name: str, t: float) -> Packet:
+    """A driver's report that arrives at a time [s]."""
+    identity = Identity(session, 1, "host", name)
+    data = encode_report(Report(identity))
+    return Packet(DRIVER_REPORT, data, "a:1", START + t)
+
+
+@pytest.mark.parametrize(
+    ("reports", "names"),
+    [
+        ([(1, "arm", 0.0), (2, "arm", 1.0)], ["arm"]),
+        ([(1, "arm", 0.0), (2, "hand", 1.0), (3, "base", 2.0)], []),
+        # Two arms of one robot.
+        ([(1, "arm", 0.0), (2, "arm", 0.1), (1, "arm", 0.2)], []),
+    ],
+)
+def test_a_restart_is_a_session_that_follows_another(reports, names, ur5e):
+    packets = [report(*told) for told in reports]
+    record = gather(packets, HardwareConfig(), ur5e, 7.0)
+    assert restarted_drivers(record.drivers.values()) == names
 
 
 def test_an_omnidirectional_base_is_judged_by_its_own_axes():

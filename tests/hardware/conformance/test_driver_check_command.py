@@ -147,8 +147,7 @@ def test_stand_ins_pass_at_every_rate(kind, rate, lone_robot, tmp_path: Path):
     found = {f["check"]: f["result"] for f in json.loads(said)}
     wrong = {check for check, result in found.items() if result == FAILED}
     skipped = {check for check, result in found.items() if result == SKIPPED}
-    # The stand-in behind RTDE reports as a driver, too, like a restarted one.
-    assert skipped == (set() if kind == "ur" else {"restart"}), said
+    assert skipped == {"restart"}, said
     assert check.returncode == bool(wrong)
     assert not {check.rpartition(": ")[2] for check in wrong} - BUSY, said
     assert found["arm: mode and emergency stop"] == PASSED
