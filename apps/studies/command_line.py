@@ -94,7 +94,8 @@ def add_output_flag(
     parser.add_argument(
         "--output",
         type=output_folder,
-        default=output,
+        # A text, so that the default is checked by `type`, too.
+        default=str(output),
         metavar="DIR",
         help=f"{meaning} ({output})",
     )

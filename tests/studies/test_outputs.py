@@ -75,6 +75,14 @@ def test_the_folder_of_a_walk_is_named(tmp_path, capsys):
     assert line.startswith(f"remosplat: {there}: cannot be made: ")
 
 
+def test_the_default_folder_is_checked_too(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("results").touch()
+    assert ways_out.main([]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("remosplat: results/ways_out: cannot be made: ")
+
+
 def test_a_missing_folder_is_made(tmp_path):
     there = tmp_path / "results" / "first"
     assert output_folder(str(there)) == there
