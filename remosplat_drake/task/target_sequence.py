@@ -3,6 +3,7 @@
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -62,6 +63,7 @@ class _Place:
     Attributes:
         index: For each end effector, the index of its present target, or the
             number of its targets when it has reached all of them.
+        aim: The present targets, without the starts of their lines.
         X_WA: For each end effector, its pose when its present target became
             current, shape (4, 4); None before the first update.
         replaced: New targets that replace targets of the sequence, keyed by
@@ -70,9 +72,10 @@ class _Place:
     """
 
     index: tuple[int, ...]
-    X_WA: tuple[np.ndarray, ...] | None = None
-    replaced: Mapping[int, Target] = dc.field(default_factory=dict)
-    n_asked: int = 0
+    aim: Aim
+    X_WA: tuple[np.ndarray, ...] | None
+    replaced: Mapping[int, Target]
+    n_asked: int
 
     def __deepcopy__(self, memo) -> "_Place":
         return self
@@ -144,7 +147,7 @@ class TargetSequence(LeafSystem):
             "instead", Value[object](())
         )
         self._place_index = self.DeclareAbstractState(
-            Value(_Place((0,) * len(self._targets)))
+            Value(self._place_at((0,) * len(self._targets)))
         )
         place = self.abstract_state_ticket(self._place_index)
         self.DeclareAbstractOutputPort(
@@ -199,7 +202,7 @@ class TargetSequence(LeafSystem):
         Args:
             context: The system's own context.
         """
-        aim, X_WEs = self._listed(self._place(context)), self._poses(context)
+        aim, X_WEs = self._place(context).aim, self._poses(context)
         effector, target = aim.farthest(X_WEs, self._arrived)
         return target.error(X_WEs[effector])
 
@@ -210,24 +213,31 @@ class TargetSequence(LeafSystem):
     def _place(self, context: Context) -> _Place:
         return context.get_abstract_state(int(self._place_index)).get_value()
 
-    def _listed(self, place: _Place) -> Aim:
-        """Returns the present targets, without the starts of their lines."""
+    def _place_at(
+        self,
+        index: tuple[int, ...],
+        X_WA: tuple[np.ndarray, ...] | None = None,
+        replaced: Mapping[int, Target] = MappingProxyType({}),
+        n_asked: int = 0,
+    ) -> _Place:
+        """Makes a `_Place` with its present targets."""
         present: list[Target | None] = [None] * len(self._targets)
         for i, listed in enumerate(self._targets):
             if listed:
-                k = min(place.index[i], len(listed) - 1)
-                present[i] = listed[k]
-                if i == 0 and k in place.replaced:
-                    present[i] = place.replaced[k]
-        return Aim(tuple(present))
+                k = min(index[i], len(listed) - 1)
+                target = replaced.get(k, listed[k]) if i == 0 else listed[k]
+                # A target keeps arrays for kernels. Those of the copy are freed
+                # with it, so that a long list needs no further memory.
+                present[i] = dc.replace(target)
+        return _Place(index, Aim(tuple(present)), X_WA, replaced, n_asked)
 
     def _calc_target(self, context: Context, output: AbstractValue):
-        X_WT = self._listed(self._place(context)).first.X_WT
+        X_WT = self._place(context).aim.first.X_WT
         output.set_value(RigidTransform(X_WT))
 
     def _calc_aim(self, context: Context, output: AbstractValue):
         place = self._place(context)
-        aim = self._listed(place)
+        aim = place.aim
         if aim.has_line:
             X_WA = place.X_WA
             aim = begun(aim, X_WA or tuple(self._poses(context)))
@@ -243,11 +253,14 @@ class TargetSequence(LeafSystem):
         cell = int(self._place_index)
         asked = value_or_none(self._instead_input, context) or ()
         if len(asked) > before.n_asked:
-            place = _with_replaced(before, asked)
+            replaced = {**before.replaced, before.index[0]: asked[-1]}
+            place = self._place_at(
+                before.index, before.X_WA, replaced, len(asked)
+            )
             state.get_mutable_abstract_state(cell).set_value(place)
             return
         index, X_WA = list(before.index), list(before.X_WA or X_WE)
-        for i, target in self._listed(before).items:
+        for i, target in before.aim.items:
             last = len(self._targets[i]) - 1
             reached = target.is_reached(target.error(X_WE[i]), self._arrived)
             if index[i] < last and reached:
@@ -255,14 +268,10 @@ class TargetSequence(LeafSystem):
             elif index[i] >= last:  # Held while other end effectors continue.
                 index[i] = last + reached
         if before.X_WA is None or tuple(index) != before.index:
-            place = dc.replace(before, index=tuple(index), X_WA=tuple(X_WA))
+            place = self._place_at(
+                tuple(index), tuple(X_WA), before.replaced, before.n_asked
+            )
             state.get_mutable_abstract_state(cell).set_value(place)
-
-
-def _with_replaced(place: _Place, asked: tuple[Target, ...]) -> _Place:
-    """Replaces the present target of the first end effector by the latest."""
-    replaced = {**place.replaced, place.index[0]: asked[-1]}
-    return dc.replace(place, replaced=replaced, n_asked=len(asked))
 
 
 def _by_effector(
