@@ -100,6 +100,11 @@ class MotionStatus:
     clearance: float | None = None
     way: str = ""
 
+    def __post_init__(self) -> None:
+        """Copies the point: a view would keep a larger array in memory."""
+        if self.p_W is not None:
+            object.__setattr__(self, "p_W", np.array(self.p_W, float))
+
     def __deepcopy__(self, memo) -> "MotionStatus":
         return self
 
