@@ -251,7 +251,9 @@ class TargetSequence(LeafSystem):
         if self.progress(context).finished or not np.isfinite(X_WE).all():
             return
         cell = int(self._place_index)
-        asked = value_or_none(self._instead_input, context) or ()
+        asked: tuple[Target, ...] = (
+            value_or_none(self._instead_input, context) or ()
+        )
         if len(asked) > before.n_asked:
             replaced = {**before.replaced, before.index[0]: asked[-1]}
             place = self._place_at(
