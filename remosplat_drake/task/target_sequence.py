@@ -231,6 +231,11 @@ class TargetSequence(LeafSystem):
                 present[i] = dc.replace(target)
         return _Place(index, Aim(tuple(present)), X_WA, replaced, n_asked)
 
+    def _replaced(self, place: _Place, asked: tuple[Target, ...]) -> _Place:
+        """Replaces the present target of the first end effector."""
+        replaced = {**place.replaced, place.index[0]: asked[-1]}
+        return self._place_at(place.index, place.X_WA, replaced, len(asked))
+
     def _calc_target(self, context: Context, output: AbstractValue):
         X_WT = self._place(context).aim.first.X_WT
         output.set_value(RigidTransform(X_WT))
@@ -251,14 +256,9 @@ class TargetSequence(LeafSystem):
         if self.progress(context).finished or not np.isfinite(X_WE).all():
             return
         cell = int(self._place_index)
-        asked: tuple[Target, ...] = (
-            value_or_none(self._instead_input, context) or ()
-        )
+        asked = value_or_none(self._instead_input, context) or ()
         if len(asked) > before.n_asked:
-            replaced = {**before.replaced, before.index[0]: asked[-1]}
-            place = self._place_at(
-                before.index, before.X_WA, replaced, len(asked)
-            )
+            place = self._replaced(before, asked)
             state.get_mutable_abstract_state(cell).set_value(place)
             return
         index, X_WA = list(before.index), list(before.X_WA or X_WE)
