@@ -65,7 +65,7 @@ def test_who_is_held_is_told_with_the_place(frankie):
     assert told.state.title == "Held" and told.state.text == "hand held"
     stopped = content(frankie, motion_status=dc.replace(held, kind="stopped"))
     assert (stopped.held_link, stopped.cause) == ("panda_hand", "")
-    assert stopped.p_WHeld is p_W
+    np.testing.assert_array_equal(stopped.p_WHeld, p_W)
     moving = dc.replace(held, kind="moving")
     assert content(frankie, motion_status=moving).held_link == ""
     assert content(frankie, motion_status=moving).p_WHeld is None
