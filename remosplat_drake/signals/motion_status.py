@@ -101,9 +101,9 @@ class MotionStatus:
     way: str = ""
 
     def __post_init__(self) -> None:
-        """Copies the point: a view would keep a larger array in memory."""
-        if self.p_W is not None:
-            object.__setattr__(self, "p_W", np.array(self.p_W, float))
+        """Copies a point that is a view, which keeps a larger array alive."""
+        if self.p_W is not None and self.p_W.base is not None:
+            object.__setattr__(self, "p_W", self.p_W.copy())
 
     def __deepcopy__(self, memo) -> "MotionStatus":
         return self

@@ -3,7 +3,6 @@
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
@@ -73,9 +72,9 @@ class _Place:
 
     index: tuple[int, ...]
     aim: Aim
-    X_WA: tuple[np.ndarray, ...] | None
-    replaced: Mapping[int, Target]
-    n_asked: int
+    X_WA: tuple[np.ndarray, ...] | None = None
+    replaced: Mapping[int, Target] = dc.field(default_factory=dict)
+    n_asked: int = 0
 
     def __deepcopy__(self, memo) -> "_Place":
         return self
@@ -146,8 +145,9 @@ class TargetSequence(LeafSystem):
         self._instead_input = self.DeclareAbstractInputPort(
             "instead", Value[object](())
         )
+        first = (0,) * len(self._targets)
         self._place_index = self.DeclareAbstractState(
-            Value(self._place_at((0,) * len(self._targets)))
+            Value(_Place(first, self._present(first, {})))
         )
         place = self.abstract_state_ticket(self._place_index)
         self.DeclareAbstractOutputPort(
@@ -213,14 +213,10 @@ class TargetSequence(LeafSystem):
     def _place(self, context: Context) -> _Place:
         return context.get_abstract_state(int(self._place_index)).get_value()
 
-    def _place_at(
-        self,
-        index: tuple[int, ...],
-        X_WA: tuple[np.ndarray, ...] | None = None,
-        replaced: Mapping[int, Target] = MappingProxyType({}),
-        n_asked: int = 0,
-    ) -> _Place:
-        """Makes a `_Place` with its present targets."""
+    def _present(
+        self, index: tuple[int, ...], replaced: Mapping[int, Target]
+    ) -> Aim:
+        """Returns the present targets, without the starts of their lines."""
         present: list[Target | None] = [None] * len(self._targets)
         for i, listed in enumerate(self._targets):
             if listed:
@@ -229,12 +225,15 @@ class TargetSequence(LeafSystem):
                 # A target keeps arrays for kernels. Those of the copy are freed
                 # with it, so that a long list needs no further memory.
                 present[i] = dc.replace(target)
-        return _Place(index, Aim(tuple(present)), X_WA, replaced, n_asked)
+        return Aim(tuple(present))
 
-    def _replaced(self, place: _Place, asked: tuple[Target, ...]) -> _Place:
+    def _with_replaced(
+        self, place: _Place, asked: tuple[Target, ...]
+    ) -> _Place:
         """Replaces the present target of the first end effector."""
         replaced = {**place.replaced, place.index[0]: asked[-1]}
-        return self._place_at(place.index, place.X_WA, replaced, len(asked))
+        aim = self._present(place.index, replaced)
+        return dc.replace(place, aim=aim, replaced=replaced, n_asked=len(asked))
 
     def _calc_target(self, context: Context, output: AbstractValue):
         X_WT = self._place(context).aim.first.X_WT
@@ -258,7 +257,7 @@ class TargetSequence(LeafSystem):
         cell = int(self._place_index)
         asked = value_or_none(self._instead_input, context) or ()
         if len(asked) > before.n_asked:
-            place = self._replaced(before, asked)
+            place = self._with_replaced(before, asked)
             state.get_mutable_abstract_state(cell).set_value(place)
             return
         index, X_WA = list(before.index), list(before.X_WA or X_WE)
@@ -270,8 +269,11 @@ class TargetSequence(LeafSystem):
             elif index[i] >= last:  # Held while other end effectors continue.
                 index[i] = last + reached
         if before.X_WA is None or tuple(index) != before.index:
-            place = self._place_at(
-                tuple(index), tuple(X_WA), before.replaced, before.n_asked
+            place = dc.replace(
+                before,
+                index=tuple(index),
+                aim=self._present(tuple(index), before.replaced),
+                X_WA=tuple(X_WA),
             )
             state.get_mutable_abstract_state(cell).set_value(place)
 

@@ -60,12 +60,11 @@ def test_who_is_held_is_told_with_the_place(frankie):
     p_W = np.array([0.5, 0.1, 0.7])
     held = MotionStatus(HELD, "hand held", link="panda_hand", p_W=p_W)
     told = content(frankie, motion_status=held)
-    assert told.held_link == "panda_hand"
-    np.testing.assert_array_equal(told.p_WHeld, p_W)
+    assert told.held_link == "panda_hand" and told.p_WHeld is p_W
     assert told.state.title == "Held" and told.state.text == "hand held"
     stopped = content(frankie, motion_status=dc.replace(held, kind="stopped"))
     assert (stopped.held_link, stopped.cause) == ("panda_hand", "")
-    np.testing.assert_array_equal(stopped.p_WHeld, p_W)
+    assert stopped.p_WHeld is p_W
     moving = dc.replace(held, kind="moving")
     assert content(frankie, motion_status=moving).held_link == ""
     assert content(frankie, motion_status=moving).p_WHeld is None

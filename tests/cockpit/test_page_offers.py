@@ -74,8 +74,7 @@ def test_a_camera_may_look_at_the_unseen(frankie):
         status, Target(np.eye(4)), frankie, frankie.q_home, X_EC
     )
     assert trouble is not None
-    assert trouble.X_EC is X_EC
-    np.testing.assert_array_equal(trouble.p_WUnseen, p_W)
+    assert trouble.p_WUnseen is p_W and trouble.X_EC is X_EC
 
 
 def test_a_press_replaces_a_target_that_cannot_be_reached(monkeypatch):

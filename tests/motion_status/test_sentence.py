@@ -287,7 +287,7 @@ def test_a_stop_has_a_place(mode, frankie):
     stop = Hold(states.SUPERVISOR, "the can", HAND, ROUND, 0.009)
     now = dc.replace(FAR, supervision=supervision(mode, "near"), stop=stop)
     status = describe_motion(now, frankie.description)
-    assert status.is_obstructed and np.array_equal(status.p_W, ROUND)
+    assert status.is_obstructed and status.p_W is ROUND
     assert (status.link, status.clearance) == (HAND, 0.009)
 
 

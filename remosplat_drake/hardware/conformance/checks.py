@@ -15,6 +15,7 @@ from remosplat_drake.hardware.conformance.robot_record import (
     DriverSession,
     PartRecord,
     RobotRecord,
+    add_session,
     restarted_drivers,
 )
 from remosplat_drake.hardware.doctor.finding import (
@@ -105,8 +106,7 @@ class Seen:
             before = self._stopped.get(part.part, False)
             self._stopped[part.part] = before or stopped
         for number, session in record.drivers.items():
-            known = self._drivers.setdefault(number, session)
-            self._drivers[number] = known.until(session.last)
+            add_session(self._drivers, number, session)
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
         """Lists the missing observations, as texts for an operator.

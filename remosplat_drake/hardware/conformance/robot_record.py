@@ -77,9 +77,19 @@ class DriverSession:
     first: float
     last: float
 
-    def until(self, last: float) -> "DriverSession":
-        """Returns the session with a later last report, at `last` [s]."""
-        return dc.replace(self, last=last)
+
+def add_session(
+    sessions: dict[int, DriverSession], number: int, later: DriverSession
+) -> None:
+    """Adds a session, or extends the known session of the same number.
+
+    Args:
+        sessions: The known sessions, which are changed.
+        number: Random number of the session.
+        later: The session by reports that came after the known ones.
+    """
+    known = sessions.setdefault(number, later)
+    sessions[number] = dc.replace(known, last=later.last)
 
 
 def restarted_drivers(sessions: Iterable[DriverSession]) -> list[str]:
@@ -167,8 +177,7 @@ def _driver_sessions(reports: list[Packet]) -> dict[int, DriverSession]:
         except BrokenMessage:
             continue
         new = DriverSession(identity.name, packet.received, packet.received)
-        session = sessions.setdefault(identity.session, new)
-        sessions[identity.session] = session.until(packet.received)
+        add_session(sessions, identity.session, new)
     return sessions
 
 
