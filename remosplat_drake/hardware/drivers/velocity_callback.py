@@ -47,14 +47,17 @@ class VelocityCallback:
         Args:
             state: A `RobotState`.
             period: The `Duration` since the last call. It is more than 1 ms if
-                packets were lost; the robot has then extrapolated the commands.
+                packets were lost.
         """
-        if period.to_msec() > 1:
-            self._servo.resume(state.dq_d, state.ddq_d)
+        # The robot extrapolates its motion if packets are lost, and also if an
+        # answer is late. In the second case, the period is 1 ms.
+        servo = self._servo
+        if period.to_msec() > 1 or not servo.is_executed(state.dq_d):
+            servo.resume(state.dq_d, state.ddq_d)
         written, end, *setpoint = self._setpoints.read()
         age = time.monotonic() - written
-        command = self._servo.step(setpoint, age, bool(end))
+        command = servo.step(setpoint, age, bool(end))
         self._states.write(arm_record(state, command, wall_utime()))
         answer = self._joint_velocities(command.velocity.tolist())
-        answer.motion_finished = self._servo.is_finished
+        answer.motion_finished = servo.is_finished
         return answer

@@ -31,6 +31,10 @@ ABANDONED = 1.0
 AT_REST_BELOW = 1e-6
 """A joint with the command zero counts as at rest below this rate [rad/s]."""
 
+_SAME = 1e-6
+"""Desired rates that differ from a command by at most this are the command's
+[rad/s]. In one tick, such a difference is a jerk of 1 rad/s^3."""
+
 _STAND = [0.0] * 7
 
 
@@ -60,6 +64,15 @@ class VelocityServo:
         self.command: JointCommand = AT_REST
         self.reason = ""
         self.is_finished = False
+
+    def is_executed(self, velocity: Sequence[float]) -> bool:
+        """Returns whether the robot has executed the last command.
+
+        Args:
+            velocity: The robot's desired joint rates, one tick after the
+                command, seven [rad/s].
+        """
+        return bool(np.abs(self.command.velocity - velocity).max() <= _SAME)
 
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
