@@ -12,7 +12,8 @@ class Stream:
         stamp: Stamp of the latest valid message, by the sender's wall clock
             [s].
         received: Time at which the latest message came, by our wall clock [s].
-        jump: Latest jump of the sender's clock [s]; 0 if there was none.
+        jump: Latest jump of the sender's clock [s]; 0 if there was none, or if
+            a message has been fresh since then.
         changed: Time at which the content of a message last differed from the
             previous one, by our wall clock [s].
         broken: Faults of the latest message; empty if there are none.
@@ -58,10 +59,14 @@ def advanced(
     """
     first = math.isinf(stream.stamp)
     jump = (stamp - stream.stamp) - (received - stream.received)
+    if abs(received - stamp) <= expiry:
+        jump = 0.0
+    elif first or not abs(jump) > expiry:
+        jump = stream.jump
     return Stream(
         stamp=stamp,
         received=received,
-        jump=stream.jump if first or not abs(jump) > expiry else jump,
+        jump=jump,
         changed=received if changed or first else stream.changed,
     )
 

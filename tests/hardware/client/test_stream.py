@@ -80,6 +80,18 @@ def test_a_clock_that_is_set_and_set_back():
     assert problem(stream, 1.022) == ""
 
 
+def test_a_jump_that_is_over_is_not_the_cause_of_later_delays():
+    stream = steady(1.0)
+    stream = advanced(stream, 1.01, 1.161, True, EXPIRY)
+    assert "jumped by -150 ms" in problem(stream, 1.162)
+    stream = advanced(stream, 1.17, 1.171, True, EXPIRY)
+    assert problem(stream, 1.172) == ""
+    for i in range(1, 10):
+        t = 1.17 + 0.01 * i
+        stream = advanced(stream, t, t + 0.01 * i, True, EXPIRY)
+    assert problem(stream, 1.351) == "stamped 91 ms ago"
+
+
 def test_a_clock_that_has_always_been_ahead():
     stream = advanced(Stream(), 11.0, 1.0, True, EXPIRY)
     assert problem(stream, 1.0) == "stamped 10 s in the future: set the clocks"
