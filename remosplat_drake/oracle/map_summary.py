@@ -27,6 +27,9 @@ LAYERS = 10
 """A splat is faint if more than this many splats of its opacity, one behind the
 other, are needed to count as a surface in depth views."""
 
+_NAMED = 4
+"""The line about a map names the start and fewer than this many targets."""
+
 
 @dc.dataclass(frozen=True)
 class Place:
@@ -76,10 +79,19 @@ class MapSummary:
         if self.kind == SPLATS:
             parts.append(f"{self.faint:,} too faint")
             parts.append(f"{self.cropped:,} cropped away")
-        known = ", ".join(
-            f"of {place.name}: {place.within_reach:,}" for place in self.places
+        near = [
+            f"of {place.name}: {place.within_reach:,}"
+            for place in self.places[:_NAMED]
+        ]
+        others = [place.within_reach for place in self.places[_NAMED:]]
+        if others:
+            near.append(
+                f"of each of {len(others):,} other targets: {min(others):,} to"
+                f" {max(others):,}"
+            )
+        return (
+            f"{', '.join(parts)}; within {self.reach:.1f} m {', '.join(near)}"
         )
-        return f"{', '.join(parts)}; within {self.reach:.1f} m {known}"
 
 
 def least_opacity(oracle: OracleMaker) -> float:
@@ -145,12 +157,11 @@ def summarize_splat(
     """
     p_WP = np.array(list(places.values()), np.float32).reshape(-1, 3)
     opaque = splat_W.opacities >= least_opacity(oracle)
-    near, within = _within(splat_W.p_GK, p_WP, reach)
-    known = np.count_nonzero(within & opaque[near], axis=1).tolist()
+    near, known = _within(splat_W.p_GK, p_WP, reach, opaque)
     near = _standing(splat_W, near, floor_height)
     kept = _amount(splat_W, near[opaque[near]])
     ignored = _amount(splat_W, near[~opaque[near]])
-    near, _ = _within(cropped_W.p_GK, p_WP, reach)
+    near, _ = _within(cropped_W.p_GK, p_WP, reach, cropped_W.opacities >= 0)
     ignored += _amount(cropped_W, _standing(cropped_W, near, floor_height))
     shares = ignored / np.maximum(kept + ignored, 1e-9)
     kept_count = int(np.count_nonzero(opaque))
@@ -167,14 +178,19 @@ def summarize_splat(
 
 
 def _within(
-    p_WK: np.ndarray, p_WP: np.ndarray, reach: float
-) -> tuple[np.ndarray, np.ndarray]:
+    p_WK: np.ndarray, p_WP: np.ndarray, reach: float, opaque: np.ndarray
+) -> tuple[np.ndarray, list[int]]:
     """Finds the points, shape (n, 3), that are within reach of places (k, 3).
 
+    Args:
+        p_WK: The points.
+        p_WP: The places.
+        reach: Largest distance of a point from a place.
+        opaque: Which points count, shape (n,).
+
     Returns:
-        Two arrays. The first has the indices (m,) of the points that are within
-        reach of any place. The second has shape (k, m), and is true where the
-        point is within reach of the place.
+        The indices (m,) of all points that are within reach of any place, and
+        the number of those that count near each place.
     """
     # |K - P|^2 is expanded, with an origin near all places. So a million splats
     # take 20 ms, and rounding errors are far below a millimetre.
@@ -185,10 +201,14 @@ def _within(
         squared = np.einsum("ij,ij->i", p, p)
     c_squared = np.einsum("ij,ij->i", c, c)
     near = np.flatnonzero(squared <= (reach + np.sqrt(c_squared.max())) ** 2)
-    squared = squared[near] - 2.0 * c @ p[near].T
-    within = squared <= (reach**2 - c_squared)[:, None]
-    any_place = within.any(axis=0)
-    return near[any_place], within[:, any_place]
+    squared, p, opaque = squared[near], p[near], opaque[near]
+    any_place, counts = np.zeros(len(near), bool), []
+    # One place after the other, since there may be thousands of targets.
+    for place, place_squared in zip(c, c_squared, strict=True):
+        within = squared - 2.0 * p @ place <= reach**2 - place_squared
+        any_place |= within
+        counts.append(int(np.count_nonzero(within & opaque)))
+    return near[any_place], counts
 
 
 def _standing(

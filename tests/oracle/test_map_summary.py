@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.oracle.map_summary import (
     MapSummary,
+    Place,
     least_opacity,
     summarize_solids,
     summarize_splat,
@@ -87,6 +88,17 @@ def test_it_fits_into_a_line():
     line = str(summary(random_splat(), random_splat(1234)))
     assert "1,234 cropped away; within 1.2 m of the start" in line
     assert "\n" not in line
+
+
+def test_many_targets_fit_into_a_line():
+    near = [5, 40, 30, 20, 1000, 2000]
+    names = ["the start", *(f"target {i}" for i in range(1, 6))]
+    places = tuple(map(Place, names, near))
+    line = str(MapSummary("splats", 9000, 0, 0, 1.2, places))
+    assert line.endswith(
+        "within 1.2 m of the start: 5, of target 1: 40, of target 2: 30, of"
+        " target 3: 20, of each of 2 other targets: 1,000 to 2,000"
+    )
 
 
 def test_a_map_far_away_holds_nothing_here():
