@@ -1,7 +1,7 @@
 """The 1 kHz callback: a late answer and a lost state do not abort the arm."""
 
-import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from remosplat_drake.hardware.stand_in.simulated_arm import ArmMeasurement
 
 pytest.importorskip("ruckig", reason="needs the extra panda")
 
+from remosplat_drake.hardware.drivers import velocity_callback
 from remosplat_drake.hardware.drivers.velocity_callback import (
     SETPOINT_SIZE,
     VelocityCallback,
@@ -25,6 +26,9 @@ from remosplat_drake.hardware.drivers.velocity_servo import VelocityServo
 RATES = np.array([0.5, -0.4, 0.3, 0.2, -0.5, 0.6, 0.7])
 POSE = [0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8]
 NOWHERE = ArmMeasurement(np.array(POSE), *np.zeros((3, 7)))
+
+NOW = 5.0
+"""The time of the callback and of the setpoints, which are never old [s]."""
 
 IN_TIME, LATE, UNHEARD = "in time", "late", "unheard"
 """What happens in a millisecond: the answer to the state comes in time, or
@@ -44,7 +48,7 @@ class Link:
 
     def ask(self, rates: np.ndarray) -> np.ndarray:
         """The callback's answer to the robot's present state."""
-        self._setpoints.write((time.monotonic(), 0.0, *rates))
+        self._setpoints.write((NOW, 0.0, *rates))
         command, zero = self.robot.command, [0.0] * 7
         state = library.RobotState(
             *(POSE, POSE, zero),
@@ -69,7 +73,10 @@ class Link:
 @pytest.fixture(scope="module")
 def records() -> Iterator[tuple[SharedRecord, SharedRecord]]:
     records = SharedRecord(SETPOINT_SIZE), SharedRecord(RECORD_SIZE)
-    yield records
+    with pytest.MonkeyPatch.context() as patch:
+        clock = SimpleNamespace(monotonic=lambda: NOW)
+        patch.setattr(velocity_callback, "time", clock)
+        yield records
     for record in records:
         record.close()
 
