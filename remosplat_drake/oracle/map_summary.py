@@ -27,8 +27,9 @@ LAYERS = 10
 """A splat is faint if more than this many splats of its opacity, one behind the
 other, are needed to count as a surface in depth views."""
 
-_NAMED = 4
-"""The line about a map names the start and fewer than this many targets."""
+_PARTS = 5
+"""The line about a map has at most this many parts about places. If there are
+more places, the last part summarises several targets."""
 
 
 @dc.dataclass(frozen=True)
@@ -79,11 +80,13 @@ class MapSummary:
         if self.kind == SPLATS:
             parts.append(f"{self.faint:,} too faint")
             parts.append(f"{self.cropped:,} cropped away")
+        few = len(self.places) <= _PARTS
+        named = len(self.places) if few else _PARTS - 1
         near = [
             f"of {place.name}: {place.within_reach:,}"
-            for place in self.places[:_NAMED]
+            for place in self.places[:named]
         ]
-        others = [place.within_reach for place in self.places[_NAMED:]]
+        others = [place.within_reach for place in self.places[named:]]
         if others:
             near.append(
                 f"of each of {len(others):,} other targets: {min(others):,} to"

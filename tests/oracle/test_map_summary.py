@@ -99,6 +99,8 @@ def test_many_targets_fit_into_a_line():
         "within 1.2 m of the start: 5, of target 1: 40, of target 2: 30, of"
         " target 3: 20, of each of 2 other targets: 1,000 to 2,000"
     )
+    line = str(MapSummary("splats", 9000, 0, 0, 1.2, places[:5]))
+    assert line.endswith("of target 3: 20, of target 4: 1,000")
 
 
 def test_a_map_far_away_holds_nothing_here():

@@ -54,8 +54,8 @@ def advanced(
         stamp: Stamp of the new message, by the sender's wall clock [s].
         received: Time of its arrival, by our wall clock [s].
         changed: Whether its content differs from that of the previous message.
-        expiry: A jump of the sender's clock is stored if it exceeds this time
-            [s].
+        expiry: A jump of the sender's clock is stored if it exceeds this time,
+            and forgotten if a stamp differs from our clock by no more [s].
     """
     first = math.isinf(stream.stamp)
     jump = (stamp - stream.stamp) - (received - stream.received)

@@ -50,7 +50,8 @@ class VelocityCallback:
                 packets were lost.
         """
         # The robot extrapolates its motion if packets are lost, and also if an
-        # answer is late. In the second case, the period is 1 ms.
+        # answer is late. In the second case, the period is 1 ms. In the first
+        # one, the rates may equal the command while accelerations differ.
         servo = self._servo
         if period.to_msec() > 1 or not servo.is_executed(state.dq_d):
             servo.resume(state.dq_d, state.ddq_d)
